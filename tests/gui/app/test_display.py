@@ -1,0 +1,251 @@
+"""What is said where no window can be shown, and which libraries Qt needs."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import PySide6
+import pytest
+
+import ilf
+from gui.app.start import main
+from gui.base import display
+from gui.base.display import PLATFORM_LIBRARIES, QT_LIBRARIES
+from ilf._runtime import installation as extras
+from ilf._runtime.installation import SYSTEM_PACKAGES, asset_path
+
+ROOT = Path(__file__).resolve().parents[3]
+RUN_TIMES = {
+    *("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "librt.so.1"),
+    *("ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libstdc++.so.6", "libgcc_s.so.1"),
+}
+
+
+@pytest.fixture
+def bare_linux(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """A Linux machine without a display, all libraries there."""
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(extras.ctypes, "CDLL", _lacking())
+    return monkeypatch
+
+
+def _lacking(*names: str, connection: int | None = 1):
+    def load(name: str) -> SimpleNamespace:
+        if name in names:
+            raise OSError(name)
+        return SimpleNamespace(XOpenDisplay=lambda name: connection, XCloseDisplay=lambda display: 0)
+
+    return load
+
+
+def test_no_display(bare_linux: pytest.MonkeyPatch) -> None:
+    assert "no display" in display.display_problem()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("DISPLAY", ":0"), ("WAYLAND_DISPLAY", "wayland-0"), ("QT_QPA_PLATFORM", "offscreen:size=800x600")],
+)
+def test_a_display_or_a_platform_that_was_asked_for(bare_linux: pytest.MonkeyPatch, name: str, value: str) -> None:
+    bare_linux.setenv(name, value)
+    assert display.display_problem() == ""
+
+
+@pytest.mark.parametrize("library", QT_LIBRARIES)
+def test_what_qt_itself_lacks_is_named_with_its_package(bare_linux: pytest.MonkeyPatch, library: str) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
+    bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
+    for problem in (display.qt_problem(), display.display_problem()):
+        assert library in problem
+        assert f"apt install {SYSTEM_PACKAGES[library]}" in problem
+
+
+@pytest.mark.parametrize("library", PLATFORM_LIBRARIES["xcb"])
+def test_x11_libraries_matter_under_x11_only(bare_linux: pytest.MonkeyPatch, library: str) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
+    bare_linux.setenv("DISPLAY", ":0")
+    assert display.qt_problem() == ""
+    assert f"apt install {SYSTEM_PACKAGES[library]}" in display.display_problem()
+    bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
+    assert display.display_problem() == ""
+    bare_linux.setenv("QT_QPA_PLATFORM", "xcb")
+    assert library in display.display_problem()
+    bare_linux.delenv("QT_QPA_PLATFORM")
+    bare_linux.setenv("WAYLAND_DISPLAY", "wayland-0")
+    assert display.display_problem() == "", "Qt takes the one that works"
+
+
+def test_an_x_server_that_does_not_answer(bare_linux: pytest.MonkeyPatch) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(connection=None))
+    bare_linux.setenv("DISPLAY", ":4711")
+    assert "':4711' does not respond" in display.display_problem()
+    bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
+    assert display.display_problem() == ""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="X11 is asked under Linux")
+def test_a_real_display_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("QT_QPA_PLATFORM")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("DISPLAY", ":4711")
+    problem = display.display_problem()
+    assert "':4711' does not respond" in problem or "libxcb" in problem
+
+
+def test_packages_are_named_once(bare_linux: pytest.MonkeyPatch) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libglib-2.0.so.0", "libgthread-2.0.so.0"))
+    assert display.qt_problem().endswith("apt install libglib2.0-0")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Qt needs these libraries under Linux")
+def test_every_library_that_the_installed_qt_is_linked_against_is_checked() -> None:
+    if shutil.which("readelf") is None:
+        pytest.skip("readelf is not installed (binutils)")
+    qt = Path(PySide6.__file__).parent / "Qt"
+    shipped = {path.name for path in (qt / "lib").iterdir()}
+    plugins = qt / "plugins" / "platforms"
+
+    def linked(*files: Path) -> set[str]:
+        said = subprocess.run(
+            ["readelf", "--dynamic", *files],
+            capture_output=True, text=True, check=True, env=os.environ | {"LC_ALL": "C"},
+        ).stdout  # fmt: skip
+        needed = {line.split("[")[1].rstrip("]") for line in said.splitlines() if "(NEEDED)" in line}
+        return needed - shipped - RUN_TIMES
+
+    names = ("Core", "Gui", "Widgets", "Svg", "DBus", "OpenGL", "OpenGLWidgets", "Test")
+    every = [qt / "lib" / f"libQt6{name}.so.6" for name in names]
+    assert linked(*every, plugins / "libqoffscreen.so") <= set(QT_LIBRARIES)
+    xcb = linked(plugins / "libqxcb.so", qt / "lib" / "libQt6XcbQpa.so.6")
+    assert xcb <= {*QT_LIBRARIES, *PLATFORM_LIBRARIES["xcb"]}
+    for plugin in plugins.glob("libqwayland*.so"):
+        wayland = linked(plugin, qt / "lib" / "libQt6WaylandClient.so.6")
+        assert wayland <= {*QT_LIBRARIES, *PLATFORM_LIBRARIES["wayland"]}
+
+
+def test_every_library_has_a_package() -> None:
+    libraries = {*QT_LIBRARIES, *(library for libraries in PLATFORM_LIBRARIES.values() for library in libraries)}
+    assert libraries <= set(SYSTEM_PACKAGES)
+
+
+def test_without_display_the_sample_is_completed_by_the_command_line(
+    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called: list[list[str]] = []
+
+    def command_line(arguments: list[str]) -> int:
+        called.append(arguments)
+        return 0
+
+    bare_linux.setattr("ilf.cli.main", command_line)
+    assert main(["--sample"]) == 0
+    assert called[0][0] == "complete"
+    assert called[0][1].endswith("room")
+    assert "no display" in capsys.readouterr().err
+    assert main([]) == 1
+    assert "ilf complete" in capsys.readouterr().err
+
+
+def test_without_display_a_frame_goes_on_by_its_key(
+    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called: list[list[str]] = []
+    bare_linux.setattr("ilf.cli.main", lambda arguments: called.append(arguments) or 0)
+    samples = str(asset_path("samples"))
+    assert main([samples, "--frame", "room", "--min-confidence", "2"]) == 0
+    assert called == [["complete", samples, "--frame", "room", "--min-confidence", "2.0"]]
+    assert main([samples, "--frame", "hall"]) == 1
+    assert "hall" in capsys.readouterr().err.splitlines()[-1]
+    for arguments in ([samples, samples, "--frame", "room"], [samples, "--sample", "--frame", "room"]):
+        with pytest.raises(SystemExit):
+            main(arguments)
+
+
+def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(
+    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libEGL.so.1", "libxkbcommon.so.0"))
+    assert main(["--sample", "--run", "--screenshot", str(tmp_path / "x.png")]) == 1
+    error = capsys.readouterr().err
+    assert "apt install libegl1 libxkbcommon0" in error
+    assert error.count("\n") == 1
+
+
+def test_a_picture_on_a_platform_that_does_not_work_is_refused(
+    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libxcb-sync.so.1"))
+    bare_linux.setenv("QT_QPA_PLATFORM", "xcb")
+    assert main(["--sample", "--run", "--screenshot", str(tmp_path / "x.png")]) == 1
+    error = capsys.readouterr().err
+    assert error.endswith("apt install libxcb-sync1\n")
+    assert error.count("\n") == 1
+
+
+def _child(program: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True, text=True, check=False, env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("package", ["PySide6", "pyqtgraph", "qtawesome"])
+def test_a_package_that_is_not_installed_is_named_with_its_extra(package: str) -> None:
+    run = _child(
+        f"import sys\nsys.modules[{package!r}] = None\nfrom gui.app.start import main\nsys.exit(main(['--sample']))\n",
+        QT_QPA_PLATFORM="offscreen",
+    )
+    assert run.returncode == 1
+    assert f"needs the package {package}, " in run.stderr
+    assert "pip install 'ilf-studio[app]'" in run.stderr
+    assert run.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_the_program_ends_quietly_while_it_is_still_importing() -> None:
+    run = _child(
+        "import os, signal, sys\n"
+        "class AskedMeanwhile:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name.startswith('PySide6'):\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "            while True: pass\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "sys.meta_path.insert(0, AskedMeanwhile())\n"
+        "from gui.app.start import main\n"
+        "main(['--sample'])\n",
+        QT_QPA_PLATFORM="offscreen",
+    )
+    assert (run.returncode, run.stderr) == (130, "ilf-gui: error: interrupted\n")
+
+
+def test_the_version_is_printed_without_importing_qt() -> None:
+    run = _child(
+        "import sys\nsys.modules['PySide6'] = None\nfrom gui.app.start import main\nsys.exit(main(['--version']))\n"
+    )
+    assert (run.returncode, run.stdout, run.stderr) == (0, f"ilf-gui {ilf.__version__}\n", "")
+
+
+def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> None:
+    """Where libraries that Qt needs are missing, importing it would fail before anything could be said."""
+    run = _child(
+        "import sys\n"
+        "sys.modules['PySide6'] = None\n"
+        "from gui.base import display\n"
+        "from gui.app.start import main\n"
+        "display.missing_libraries = lambda libraries: ['libEGL.so.1']\n"
+        "sys.platform = 'linux'\n"
+        f"sys.exit(main([{str(tmp_path)!r}]))\n"
+    )
+    assert run.returncode == 1
+    assert "apt install libegl1" in run.stderr
+    assert "Running this instead: ilf complete" in run.stderr
+    assert "meta.json" in run.stderr, "the empty folder is refused by the command line, in words"
+    assert "Traceback" not in run.stderr

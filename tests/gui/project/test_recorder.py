@@ -1,0 +1,225 @@
+"""The work is in the journal soon after every change, and in memory as long as the journal cannot be written."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.project.store import WorkStore
+from gui.work.loading import restore
+from ilf.data.frame import RGBDFrame
+from ilf.errors import InputError
+from ilf.project.decoding import load_state
+from ilf.project.encoding import frame_part
+from ilf.project.recovery import find_recoverable_work
+from ilf.segmentation.editing.patches import patch_between
+
+from ..recording import WAIT_MS, Recording, assert_holds
+
+
+@pytest.fixture
+def context(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Iterator[Recording]:
+    context = Recording(tmp_path / "autosave", tmp_path / "aside", small_frame, small_labels)
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        pass
+    yield context
+    context.end()
+
+
+def test_all_changes_are_kept_and_nothing_else(context: Recording, qtbot: QtBot) -> None:
+    one, two = context.sessions
+    for row in range(4):
+        context.erase(one, row)
+    context.erase(two, 10)
+    context.workspace.blocks.edit_info(1, "Rename", name="wall")
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        pass
+    context.erase(one, 20)
+    context.workspace.frames.close(two)
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        pass
+    journal = context.journal()
+    assert_holds(journal, one)
+    states = {name for name in journal.names() if name.startswith("frames/")}
+    assert states == {frame_part(one.id)}, "the other has been closed"
+    arrays = {name for name in journal.names() if name.startswith("arrays/")}
+    assert arrays == load_state(one.id, journal).names, "those of former states are gone"
+    assert journal.note.unsaved
+    journal.discard()
+
+
+def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: QtBot) -> None:
+    one, _ = context.sessions
+    context.workspace.frames.show(one)
+    before, labels = one.labels.copy(), one.labels.copy()
+    labels[30] = 0
+    context.workspace.blocks.stroke(patch_between(one.labels, labels))
+    context.workspace.frames.set_note(context.workspace.frames.entries[0], "look")
+    qtbot.wait(200)
+    context.workspace.blocks.drop_stroke()
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        pass
+    journal = context.journal()
+    state = load_state(one.id, journal).state
+    journal.discard()
+    assert (state.note, np.array_equal(state.labels, before)) == ("look", True)
+
+
+def test_what_is_put_away_is_read_as_it_was_left(context: Recording) -> None:
+    one, _ = context.sessions
+    context.erase(one, 5)
+    left = one.labels.copy()
+    context.recorder.keep(one)
+    context.workspace.frames.unload(one)
+    assert context.store.has(one.id)
+    assert np.array_equal(context.store.read(one.id).state.labels, left)
+
+
+@pytest.mark.parametrize("readable", [True, False])
+def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(
+    context: Recording, qtbot: QtBot, readable: bool
+) -> None:
+    one, two = context.sessions
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(two, 1)
+    if not readable:  # as on a drive that is pulled out
+        context.store._journal._database.close()
+    shutil.rmtree(context.folder)
+    context.folder.write_text("in the way")
+    with qtbot.waitSignal(context.recorder.failed, timeout=WAIT_MS) as failed:
+        context.erase(one, 3)
+    assert str(context.folder) in str(failed.args[0])
+    settled: list[Exception | None] = []
+    context.recorder.flush(settled.append)
+    qtbot.waitUntil(lambda: bool(settled), timeout=WAIT_MS)
+    assert settled == [None], "it can be saved to the project file"
+    for session in (one, two):
+        assert np.array_equal(load_state(session.id, context.store.parts).state.labels, session.labels)
+    context.folder.unlink()
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(one, 4)
+    journal = context.journal()
+    assert_holds(journal, one)
+    assert_holds(journal, two)
+    journal.discard()
+
+
+class _Project:
+    """A project file that can be taken away."""
+
+    def __init__(self, parts: dict[str, bytes]) -> None:
+        self._parts = parts
+
+    def names(self) -> list[str]:
+        return list(self._parts)
+
+    def read(self, name: str) -> bytes:
+        if name not in self._parts:
+            raise InputError(f"There is no part {name}.")
+        return self._parts[name]
+
+
+@pytest.mark.parametrize("goes", [False, True])
+def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
+    context: Recording, qtbot: QtBot, goes: bool
+) -> None:
+    one, _ = context.sessions
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(one, 1)
+    parts = {name: context.store.part(name) for name in context.store.all_names()}
+    context.workspace.frames.close(one)
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        pass
+    context.store.project = _Project(parts)
+    state = context.store.read(one.id).state
+    assert context.store.lacks(frame_part(one.id))
+    if goes:
+        parts.clear()
+    again = restore(state, None, "one")
+    context.workspace.add_session(again, restored=True)
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(again, 2)
+    journal = context.journal()
+    assert_holds(journal, again)
+    assert load_state(again.id, journal).state.notes.drawn is not None
+    journal.discard()
+
+
+def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_not(
+    context: Recording, qtbot: QtBot
+) -> None:
+    one, two = context.sessions
+    workspace = context.workspace
+    workspace.frames.show(one)
+    former = two.common
+    workspace.parameters.share()
+    workspace.parameters.set(workspace.parameters.current.replace(max_iterations=7))
+    _stored(context, qtbot)
+    workspace.parameters.separate()
+    _stored(context, qtbot)
+    assert context.store.read(two.id).state.common == two.common == former.replace(max_iterations=7)
+    assert two.unsaved
+    while one.undo_stack.canUndo():
+        one.undo_stack.undo()
+    _stored(context, qtbot)
+    assert context.store.read(two.id).state.common == two.common == former
+
+
+def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context: Recording, qtbot: QtBot) -> None:
+    one, two = context.sessions
+    context.recorder.is_unsaved = lambda: True
+    context.erase(two, 3)
+    context.workspace.frames.show(one)
+    _stored(context, qtbot)
+    entry = context.workspace.frames.entries[1]
+    context.workspace.frames.unload(two)
+    context.workspace.frames.set_note(entry, "Look again.")
+    _stored(context, qtbot)
+    context.journal().close()
+    (left,) = find_recoverable_work(context.aside)
+    left.release()
+    assert {frame.id: frame.summary.note for frame in left.frames}[entry.id] == "Look again."
+
+
+def _stored(context: Recording, qtbot: QtBot) -> None:
+    told: list[Exception | None] = []
+    context.recorder.flush(told.append)
+    qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
+    assert told == [None]
+
+
+def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path: Path) -> None:
+    class Replaced:
+        """A project file that is closed as another one is saved, while it is read."""
+
+        def names(self) -> set[str]:
+            return {"arrays/1.png"}
+
+        def read(self, name: str) -> bytes:
+            store.project = Saved()
+            raise InputError("It is closed.")
+
+    class Saved(Replaced):
+        def read(self, name: str) -> bytes:
+            return b"content"
+
+    store = WorkStore(tmp_path)
+    store.project = Replaced()
+    assert store.part("arrays/1.png") == b"content"
+
+
+def test_what_is_discarded_is_soon_out_of_the_journal(context: Recording, qtbot: QtBot) -> None:
+    _, two = context.sessions
+    context.erase(two, 3)
+    _stored(context, qtbot)
+    context.recorder.revert([two.id], lambda: context.workspace.frames.unload(two))
+    qtbot.waitUntil(lambda: two not in context.workspace.frames.sessions, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: context.store.is_written, timeout=WAIT_MS)
+    journal = context.journal()
+    assert frame_part(two.id) not in journal.names()
+    journal.discard()

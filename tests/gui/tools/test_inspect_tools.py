@@ -1,0 +1,168 @@
+"""The tools that inspect: a line, a rectangle, points to measure between. They leave blocks alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject
+
+from gui.state.inspection import Measurements
+from gui.state.session import Session
+from gui.tools.kinds import INSPECTING, make_tools
+from gui.views.interaction import PointerKind
+from ilf.data.frame import RGBDFrame
+from ilf.run.run import Run
+
+from ..tool_host import Hand, ToolHost
+
+
+@pytest.fixture
+def host(small_frame: RGBDFrame, small_labels: NDArray[np.int32], qapp: QObject) -> ToolHost:
+    return ToolHost(small_frame, small_labels)
+
+
+def hand(host: ToolHost, tool: str) -> Hand:
+    return Hand(make_tools()[tool], host)
+
+
+def chains(host: ToolHost) -> list[tuple[tuple[float, float], ...]]:
+    return host.inspection.measurements.chains
+
+
+def test_inspecting_changes_no_block_and_needs_no_edges(host: ToolHost) -> None:
+    host.edge_data = None
+    host.session.change_info(1, locked=True)
+    labels = host.labels.copy()
+    for name in INSPECTING:
+        user = hand(host, name)
+        user.drag([(5, 5), (20, 30), (40, 35)])
+        user.click((50, 10))
+    assert not host.steps
+    assert host.said == []
+    assert np.array_equal(host.labels, labels)
+
+
+# the profile line
+
+
+def test_a_line_is_drawn_moved_by_its_ends_and_as_a_whole(host: ToolHost) -> None:
+    user, inspection = hand(host, "profile"), host.inspection
+    user.drag([(5.2, 6.7), (30, 20), (40.9, 26.1)])
+    assert inspection.line == ((5.5, 6.5), (40.5, 26.5))
+    user.drag([(40, 27), (50.0, 30.0)])
+    assert inspection.line == ((5.5, 6.5), (50.5, 30.5))
+    user.drag([(6, 6), (10.0, 6.0)])
+    assert inspection.line == ((10.5, 6.5), (50.5, 30.5))
+    user.drag([(30.5, 18.5), (33.4, 23.6)])
+    assert inspection.line == ((13.5, 11.5), (53.5, 35.5))
+    user.drag([(5, 45), (20, 46)], "s")
+    assert inspection.line == ((5.5, 45.5), (20.5, 45.5))
+
+
+def test_a_line_keeps_to_the_frame(host: ToolHost) -> None:
+    user = hand(host, "profile")
+    user.drag([(20, 20), (90, -9)])
+    assert host.inspection.line == ((20.5, 20.5), (63.5, 0.5))
+    user.drag([(42, 10.5), (42, 90)])
+    assert host.inspection.line == ((20.5, 47.5), (63.5, 27.5))
+
+
+def test_a_line_that_is_given_up_is_where_it_was(host: ToolHost) -> None:
+    user = hand(host, "profile")
+    assert not user.tool.remove(host)
+    user.drag([(5, 5), (40, 5)])
+    before = host.inspection.line
+    user.drag([(5, 5), (5, 40)], release=False)
+    assert host.inspection.line != before
+    assert user.tool.cancel(host)
+    assert host.inspection.line == before
+    assert not user.tool.cancel(host)
+    assert user.tool.remove(host)
+    assert host.inspection.line is None
+
+
+def test_lines_and_measurements_stay_with_their_frame(host: ToolHost, small_frame: RGBDFrame) -> None:
+    first = host.session
+    hand(host, "profile").drag([(5, 5), (40, 5)])
+    hand(host, "measure").click((5, 5))
+    line, measured = host.inspection.line, chains(host)
+    host.workspace.add_session(Session.of(Run(small_frame, host.labels), "other", "other"))
+    assert host.inspection.line is None
+    assert chains(host) == []
+    host.workspace.frames.show(first)
+    assert host.inspection.line == line
+    assert chains(host) == measured
+
+
+# the rectangle
+
+
+def test_a_rectangle_is_drawn_resized_and_moved(host: ToolHost) -> None:
+    user = hand(host, "rectangle")
+    user.drag([(30.2, 12.5), (12.7, 30.1)])
+    assert host.inspection.region == (slice(12, 31), slice(12, 31))
+    user.drag([(31, 20), (45.2, 22)])
+    assert host.inspection.region == (slice(12, 31), slice(12, 45))
+    user.drag([(12, 12), (18, 14)])
+    assert host.inspection.region == (slice(14, 31), slice(18, 45))
+    user.drag([(30, 22.5), (90, 22.5)])
+    assert host.inspection.region == (slice(14, 31), slice(37, 64))
+    user.drag([(37, 22), (70, 22)])
+    assert host.inspection.region == (slice(14, 31), slice(63, 64))
+    user.drag([(2, 2), (6, 6)], release=False)
+    assert host.inspection.region == (slice(2, 6), slice(2, 6))
+    user.tool.cancel(host)
+    assert host.inspection.region == (slice(14, 31), slice(63, 64))
+    assert user.tool.remove(host)
+    assert host.inspection.region is None
+
+
+# measuring
+
+
+def test_clicks_make_a_measurement(host: ToolHost) -> None:
+    user = hand(host, "measure")
+    for point in ((3, 3), (20, 3), (20, 40)):
+        user.click(point)
+    user.hover((25, 40))
+    assert host.preview is not None
+    assert user.tool.undo_last(host)
+    assert user.tool.finish(host)
+    assert chains(host) == [((3.5, 3.5), (20.5, 3.5))]
+    user.click((5, 40))
+    user.double_click((25, 40))
+    assert chains(host)[1] == ((5.5, 40.5), (25.5, 40.5))
+    assert not user.tool.busy
+    user.click((40, 5))
+    user.tool.cancel(host)
+    assert len(chains(host)) == 2  # a single point measures nothing
+
+
+def test_a_point_is_dragged_and_put_back(host: ToolHost) -> None:
+    user = hand(host, "measure")
+    user.click((3, 3))
+    user.click((20, 3))
+    user.tool.finish(host)
+    user.drag([(21, 3), (22, 30)])
+    assert chains(host) == [((3.5, 3.5), (22.5, 30.5))]
+    user.drag([(3, 3), (10, 40)], release=False)
+    assert chains(host)[0][0] == (10.5, 40.5)
+    user.tool.cancel(host)
+    assert chains(host)[0][0] == (3.5, 3.5)
+
+
+def test_a_point_without_a_place_in_space_is_refused(host: ToolHost, small_frame: RGBDFrame) -> None:
+    refused: list[str] = []
+    measurements: Measurements = host.inspection.measurements
+    measurements.refused.connect(refused.append)
+    user = hand(host, "measure")
+    user.click((12, 15))
+    assert "no depth at x 12, y 15" in refused[0]
+    assert user.send(PointerKind.HOVER, (5, 5))
+    assert not measurements.is_open
+    blind = RGBDFrame(small_frame.rgb, small_frame.depth)
+    host.workspace.add_session(Session.of(Run(blind, host.labels), "blind", "blind"))
+    user.click((3, 3))
+    assert "intrinsics" in refused[1]
+    assert chains(host) == []

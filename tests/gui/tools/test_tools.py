@@ -1,0 +1,655 @@
+"""The tools as state machines, without a window: what a hand does, and what comes of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QObject
+
+from gui.tools.base import Point, Tool
+from gui.tools.kinds import make_tools
+from gui.tools.line import Pen, straightened
+from gui.views.interaction import PointerEvent, PointerKind
+from ilf.data.frame import RGBDFrame
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
+
+from ..tool_host import Hand, ToolHost
+
+
+@pytest.fixture
+def host(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> ToolHost:
+    """Block 1 on the left, 2 on the right, which meet at x = 30; no snapping, a brush of 3 px."""
+    return ToolHost(small_frame, small_labels)
+
+
+def hand(host: ToolHost, name: str) -> Hand:
+    return Hand(make_tools()[name], host)
+
+
+def _move(at: Point, keys: str = "") -> tuple[PointerKind, Point, str]:
+    return PointerKind.MOVE, at, keys
+
+
+def _release(at: Point, keys: str = "") -> tuple[PointerKind, Point, str]:
+    return PointerKind.RELEASE, at, keys
+
+
+def _all_to(host: ToolHost, label: int) -> LabelPatch | None:
+    return _box_to(host, label, np.s_[:, :])
+
+
+def _box_to(host: ToolHost, label: int, box: tuple[slice, slice]) -> LabelPatch | None:
+    after = host.labels.copy()
+    after[box] = label
+    return patch_between(host.labels, after)
+
+
+# border
+
+
+def test_both_sides_follow_a_border_and_nothing_else_does(host: ToolHost) -> None:
+    border = hand(host, "border")
+    before = host.labels.copy()
+    border.drag([(30, 10), (36, 16), (36, 24), (30, 30)])
+    changed = host.labels != before
+    assert (host.labels[changed] == 1).all(), "the swept area goes to the left block"
+    assert host.labels[20, 33] == 1
+    assert not changed[:9].any()
+    assert not changed[31:].any()
+    assert host.steps == ["Redraw border"]
+    assert host.preview is None
+
+
+def test_a_border_shows_where_it_would_lie_while_it_is_drawn(host: ToolHost) -> None:
+    host.options.leash = 6
+    border = hand(host, "border")
+    border.drag([(33, 5), (33.5, 15), (33, 25), (33.5, 40)], release=False)
+    assert host.preview is not None
+    bounds = host.preview.line.boundingRect()
+    assert abs(bounds.center().x() - 30) < 1.5, "it snaps to the jump at x = 30"
+    host.options.leash = 0
+    border.send(*_move((33, 42)))
+    bounds = host.preview.line.boundingRect()
+    assert 32.5 < bounds.center().x() < 34
+
+
+def test_shift_draws_a_border_straight_and_free_again_without(host: ToolHost) -> None:
+    host.options.leash = 6
+    border = hand(host, "border")
+    border.press((33, 5))
+    for point in ((40, 12), (20, 20), (34, 40)):
+        border.send(*_move(point, "s"))
+    assert host.preview is not None
+    line = host.preview.line
+    assert line.elementCount() == 2, "from the press to the pointer, not moved onto an edge"
+    assert (line.elementAt(1).x, line.elementAt(1).y) == pytest.approx((34, 40), abs=1)
+
+
+def test_whose_border_would_move_is_said_before_it_moves(host: ToolHost) -> None:
+    border = hand(host, "border")
+    border.drag([(30, 10), (36, 16), (36, 24), (30, 30)], release=False)
+    assert "px from Block 2 to Block 1" in border.tool.hint
+    assert host.preview is not None
+    assert host.preview.line_preview is not None
+    assert host.preview.line_preview.boundingRect().left() == 30, "the old border"
+    border.send(*_release((30, 30)))
+    assert "Release" not in border.tool.hint
+    border.drag([(45, 20), (55, 20)], release=False)
+    assert "no pixel changes" in border.tool.hint
+    border.tool.cancel(host)
+    host.workspace.blocks.set_lock(2, True)
+    border.drag([(30, 10), (24, 16), (24, 24), (30, 30)], release=False)
+    assert "Block 2 is locked" in border.tool.hint
+
+
+def test_what_is_found_out_of_a_line_that_is_gone_shows_nothing(host: ToolHost) -> None:
+    host.waits = True
+    for name in ("border", "give", "split", "outline"):
+        user = hand(host, name)
+        user.drag([(26, 10), (36, 16), (36, 24), (26, 30)], release=False)
+        user.tool.cancel(host)
+        for answer in host.waiting:
+            answer()
+        assert host.preview is None, name
+        assert "Release" not in user.tool.hint
+
+
+def test_a_click_with_the_border_tool_chooses(host: ToolHost) -> None:
+    border = hand(host, "border")
+    border.drag([(45, 20), (46, 21)])
+    assert host.session.selected == [2]
+    assert host.steps == []
+
+
+def test_a_line_far_from_any_border_says_so(host: ToolHost) -> None:
+    border = hand(host, "border")
+    border.drag([(45, 20), (55, 20)])
+    assert host.steps == []
+    assert "moves no border" in host.said[0]
+
+
+# outline
+
+
+def test_what_is_drawn_around_goes_to_the_chosen_block(host: ToolHost) -> None:
+    host.select([1])
+    outline = hand(host, "outline")
+    outline.drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
+    assert (host.labels[11:19, 41:49] == 1).all()
+    assert host.labels[25, 45] == 2
+    assert host.steps == ["Outline Block 1"]
+
+
+@pytest.mark.parametrize(("chosen", "keys"), [([], ""), ([1], "c")])
+def test_without_a_chosen_block_or_with_control_it_is_a_new_one(host: ToolHost, chosen: list[int], keys: str) -> None:
+    host.select(chosen)
+    hand(host, "outline").drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)], keys)
+    assert (host.labels[11:19, 41:49] == 3).all()
+    assert host.session.selected == [3]
+
+
+@pytest.mark.parametrize("end", ["enter", "double click", "first corner"])
+def test_an_outline_of_clicks_is_closed(host: ToolHost, end: str) -> None:
+    outline = hand(host, "outline")
+    for corner in ((40, 10), (50, 10), (50, 20)):
+        outline.click(corner)
+    assert host.steps == []
+    if end == "double click":
+        outline.double_click((40, 20))
+    elif end == "enter":
+        outline.click((40, 20))
+        assert outline.tool.finish(host)
+    else:
+        outline.click((40, 20))
+        outline.click((41, 10.5))
+    assert (host.labels[11:19, 41:49] == 3).all()
+    assert not outline.tool.busy
+    assert not outline.tool.finish(host)
+
+
+def test_corners_are_taken_back_one_by_one(host: ToolHost) -> None:
+    outline = hand(host, "outline")
+    for corner in ((40, 10), (50, 10), (60, 40), (50, 20)):
+        outline.click(corner)
+    assert outline.tool.undo_last(host)
+    assert outline.tool.undo_last(host)
+    outline.click((50, 20))
+    outline.click((40, 20))
+    outline.tool.finish(host)
+    assert host.labels[30, 55] == 2
+    assert (host.labels[11:19, 41:49] == 3).all()
+    outline.click((5, 5))
+    assert outline.tool.undo_last(host)
+    assert not outline.tool.busy
+    assert not outline.tool.undo_last(host)
+
+
+def test_an_outline_may_be_clicked_and_dragged_in_turns(host: ToolHost) -> None:
+    outline = hand(host, "outline")
+    outline.click((40, 10))
+    outline.drag([(50, 10), (53, 15), (50, 20)])
+    assert host.steps == []
+    outline.click((40, 20))
+    assert len(host.preview.corners) == 4  # type: ignore[union-attr]
+    outline.tool.finish(host)
+    assert host.labels[15, 51] == 3
+    assert host.labels[15, 54] == 2
+
+
+def test_two_corners_are_no_outline_and_escape_drops_them(host: ToolHost) -> None:
+    outline = hand(host, "outline")
+    outline.click((40, 10))
+    outline.click((50, 10))
+    assert outline.tool.finish(host)
+    assert "three corners" in host.said[0]
+    assert outline.tool.cancel(host)
+    assert not outline.tool.cancel(host)
+    assert host.preview is None
+    assert host.steps == []
+
+
+# split
+
+
+def test_a_drag_across_cuts_and_the_larger_part_keeps_the_name(host: ToolHost) -> None:
+    split = hand(host, "split")
+    split.drag([(45, -1), (47, 20), (45, 49)])
+    assert host.labels[10, 40] != host.labels[10, 60]
+    assert host.labels[40, 10] == 1
+    assert host.session.selected == [2]
+    assert host.steps == ["Split Block 2"]
+
+
+def test_a_line_of_clicks_cuts_bent(host: ToolHost) -> None:
+    split = hand(host, "split")
+    split.click((29, 20), "c")
+    split.click((50, 20))
+    split.hover((55, 30))
+    assert host.preview is not None
+    assert host.preview.line.currentPosition().x() == 55
+    split.double_click((50, 49))
+    assert host.labels[30, 40] != host.labels[10, 40]
+    assert host.labels[30, 60] == host.labels[10, 40]
+
+
+def test_a_click_in_a_block_of_two_surfaces_suggests_a_line_that_a_second_one_takes(
+    small_frame: RGBDFrame, qapp: QObject
+) -> None:
+    host = ToolHost(small_frame, np.ones((48, 64), np.int32))
+    split = hand(host, "split")
+    split.click((10, 5))
+    assert host.steps == []
+    assert host.preview is not None
+    assert host.preview.dashed
+    assert abs(host.preview.line.boundingRect().center().x() - 30) < 2
+    assert "Enter" in split.tool.hint
+    split.click((50, 40))
+    assert host.labels[5, 10] != host.labels[5, 50]
+    assert (host.labels[:, :28] == host.labels[5, 10]).all()
+    assert not split.tool.busy
+
+
+def test_a_suggested_line_is_given_up_by_escape_or_by_a_drag(small_frame: RGBDFrame, qapp: QObject) -> None:
+    host = ToolHost(small_frame, np.ones((48, 64), np.int32))
+    split = hand(host, "split")
+    split.click((10, 5))
+    assert split.tool.cancel(host)
+    assert host.preview is None
+    split.click((10, 5))
+    split.drag([(-1, 24), (30, 24), (65, 24)])
+    assert host.labels[10, 10] == host.labels[10, 60] != host.labels[40, 10]
+    assert len(host.steps) == 1
+
+
+@pytest.mark.parametrize("end", ["click", "escape", "drag"])
+def test_a_line_that_is_still_looked_for(small_frame: RGBDFrame, qapp: QObject, end: str) -> None:
+    host = ToolHost(small_frame, np.ones((48, 64), np.int32))
+    host.waits = True
+    split = hand(host, "split")
+    split.click((10, 5))
+    assert "Looking" in split.tool.hint
+    if end == "click":
+        split.double_click((10, 5))
+    elif end == "escape":
+        assert split.tool.cancel(host)
+    else:
+        split.drag([(-1, 24), (30, 24), (65, 24)])
+    for answer in host.waiting:
+        answer()
+    assert host.steps == ([] if end == "escape" else ["Split Block 1"])
+    assert (host.labels[5, 10] == host.labels[5, 50]) == (end != "click")
+    assert not split.tool.busy
+
+
+def test_where_nothing_suggests_itself_a_click_draws_nothing(host: ToolHost) -> None:
+    split = hand(host, "split")
+    split.click((45, -1))
+    assert split.tool.undo_last(host), "off the frame, a line is begun"
+    split.click((45, 5))
+    assert "No line between two surfaces was found in Block 2" in host.said[-1]
+    assert not split.tool.busy
+    assert host.preview is None
+    split.hover((50, 20))
+    split.click((50, 20))
+    assert host.steps == []
+
+
+def test_open_ends_of_a_cut_run_on_to_the_boundary_and_are_shown(host: ToolHost) -> None:
+    split = hand(host, "split")
+    split.drag([(46.5, 14), (46.5, 20), (46.5, 25), (46.5, 32)], release=False)
+    assert host.preview is not None
+    assert host.preview.line_preview is not None
+    shown = host.preview.line_preview.boundingRect()
+    assert shown.top() <= 0, "14 px short of the frame's rim"
+    assert shown.bottom() >= 48
+    assert host.preview.line.boundingRect().bottom() == 32
+    assert "cut Block 2" in split.tool.hint
+    split.send(*_release((46.5, 32)))
+    assert (host.labels[:, 47:] == 2).all() != (host.labels[:, 30:46] == 2).all()
+    assert len(set(np.unique(host.labels[:, 47:]))) == len(set(np.unique(host.labels[:, 30:46]))) == 1
+    assert host.steps == ["Split Block 2"]
+    assert "Release" not in split.tool.hint
+
+
+def test_the_block_under_the_stroke_is_cut_whatever_is_chosen(host: ToolHost) -> None:
+    host.select([1])
+    split = hand(host, "split")
+    split.drag([(26, 20), (31, 20), (45, 20), (64, 20)])
+    assert host.steps == ["Split Block 2"]
+    assert (host.labels[:, :30] == 1).all()
+
+
+def test_a_block_that_a_line_parts_is_meant_however_far_it_is_drawn_beyond(host: ToolHost) -> None:
+    host.workspace.blocks.edit(_box_to(host, 3, np.s_[:, 30:36]), "A narrow block")
+    hand(host, "split").drag([(20, 24.5), (28, 24.5), (36, 24.5), (45, 24.5)])
+    assert host.steps[-1] == "Split Block 3"
+    assert (host.labels[:, :30] == 1).all()
+
+
+def test_how_near_an_end_must_come_goes_by_the_screen(host: ToolHost) -> None:
+    """Seen from afar, a hand misses the boundary by more pixels of the image."""
+    give = hand(host, "give")
+    line = [(25.0, 20.5), (40.0, 20.5), (54.0, 20.5)]  # 10 px short of the frame's rim
+    for pixel, steps in ((0.25, []), (1.0, ["Give a part of Block 2 to Block 1"])):
+        for kind, (x, y) in zip((PointerKind.PRESS, PointerKind.MOVE, PointerKind.MOVE), line, strict=True):
+            give.tool.pointer(PointerEvent(kind, x, y, pixel=pixel), host)
+        give.tool.pointer(PointerEvent(PointerKind.RELEASE, *line[-1], pixel=pixel), host)
+        assert host.steps == steps
+
+
+def test_edges_that_are_still_looked_for_are_said(host: ToolHost) -> None:
+    host.edge_data = None
+    split = hand(host, "split")
+    split.click((45, 20))
+    assert "still being computed" in host.said[0]
+    assert not split.tool.busy
+    split.drag([(45, -1), (45, 49)])
+    assert len(host.steps) == 1, "a line needs no edges: it is taken as drawn"
+
+
+# brush
+
+
+def test_erased_pixels_go_to_the_neighbour_unless_they_shall_not(host: ToolHost) -> None:
+    host.select([1])
+    erase = hand(host, "erase")
+    erase.drag([(29, 10), (29, 40)], release=False)
+    assert host.labels[20, 28] == 0, "under way, they are seen to go"
+    erase.send(*_release((29, 40)))
+    assert host.labels[20, 28] == 2
+    assert (host.labels > 0).all()
+    host.options.to_no_block = True
+    erase.drag([(20, 10), (20, 40)])
+    assert host.labels[20, 20] == 0
+    assert host.steps == ["Erase from Block 1"] * 2
+
+
+def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host: ToolHost) -> None:
+    host.workspace.blocks.edit(_all_to(host, 1), "All")
+    host.select([1])
+    host.session.info(2)
+    host.select([2])
+    host.options.similar_only = True
+    paint = hand(host, "paint")
+    paint.drag([(40, 24), (20, 24)])
+    assert host.labels[24, 38] == 2
+    assert (host.labels[:, :29] == 1).all(), "beyond the edge is another surface"
+    host.edge_data = None
+    paint.drag([(40, 44), (20, 44)])
+    assert host.labels[44, 38] == 1
+    assert "still being computed" in host.said[-1]
+
+
+def test_a_stroke_that_is_given_up_was_never_there(host: ToolHost) -> None:
+    host.select([1])
+    before = host.labels.copy()
+    for name in ("paint", "erase"):
+        brush = hand(host, name)
+        brush.drag([(25, 10), (35, 30)], release=False)
+        assert brush.tool.busy
+        assert not np.array_equal(host.labels, before)
+        assert brush.tool.cancel(host)
+        brush.send(*_move((40, 40)))
+        brush.send(*_release((40, 40)))
+        assert np.array_equal(host.labels, before)
+    assert host.steps == []
+
+
+# give
+
+
+def test_a_click_gives_a_part_or_with_control_a_region(host: ToolHost) -> None:
+    host.workspace.blocks.edit(_all_to(host, 1), "All")
+    host.workspace.blocks.edit(_box_to(host, 5, np.s_[5:15, 20:40]), "Box")
+    host.session.info(7)
+    host.select([7])
+    give = hand(host, "give")
+    give.hover((25, 10), "c")
+    assert host.preview is not None
+    assert host.preview.line.boundingRect().getRect() == (20, 5, 10, 10), "up to where the region ends"
+    give.hover((25, 10))
+    assert host.preview.line.boundingRect().getRect() == (20, 5, 20, 10)
+    give.click((25, 10), "c")
+    assert (host.labels[5:15, 20:30] == 7).all()
+    assert (host.labels[5:15, 30:40] == 5).all()
+    give.hover((35, 10))
+    assert host.preview.line.boundingRect().getRect() == (30, 5, 10, 10), "the label map has changed since"
+    give.click((35, 10))
+    assert not (host.labels == 5).any()
+    give.click((35, 10))
+    assert "already" in host.said[-1]
+
+
+def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host: ToolHost) -> None:
+    give = hand(host, "give")
+    before = host.labels.copy()
+    give.drag([(25, 20.5), (40, 20.5), (58, 20.5), (62, 20.5)])
+    after = before.copy()
+    after[:21, 30:] = 1
+    assert np.array_equal(host.labels, after)
+    assert host.session.selected == [], "the next line is for the block that it begins in"
+    host.session.undo_stack.undo()
+    give.drag([(25, 20.5), (40, 20.5)])
+    assert "cuts nothing off" in host.said[-1]
+    host.select([1])
+    give.drag([(50.5, 46), (50.5, 30), (50.5, 10), (50.5, -2)])
+    assert (host.labels[:, :50] == 1).all(), "begun in the block itself, it is for the chosen one: what is beside that"
+    assert (host.labels[:, 51:] == 2).all()
+    host.session.undo_stack.undo()
+    host.workspace.blocks.set_lock(2, True)
+    give.drag([(25, 20.5), (40, 20.5), (62, 20.5)])
+    assert "locked" in host.said[-1]
+    assert np.array_equal(host.labels, before)
+
+
+def test_a_part_smaller_than_the_line_in_its_block_is_not_meant(host: ToolHost) -> None:
+    """The line goes along the rim of a third block, farther than through the block that it cuts."""
+    host.workspace.blocks.edit(_box_to(host, 3, np.s_[:10, 30:]), "Third block")
+    host.workspace.blocks.edit(_box_to(host, 4, np.s_[10:13, 30:]), "To be cut")
+    hand(host, "give").drag([(28, 8.5), (33, 8.5), (43.5, 8.5), (43.5, 15)])
+    assert (host.labels[:10, 30:] == 3).all()
+    assert (host.labels[10:13, 30:43] == 1).all()
+    assert (host.labels[10:13, 44:] == 4).all()
+
+
+def _three_blocks(host: ToolHost) -> None:
+    """Block 3 in the upper left corner, above Block 1; Block 2 on the right of both."""
+    host.workspace.blocks.edit(_box_to(host, 3, np.s_[:24, :30]), "Third block")
+
+
+def test_a_line_begun_beside_the_chosen_block_is_for_that(host: ToolHost) -> None:
+    _three_blocks(host)
+    line = [(27.0, 20.0), (36.0, 34.0), (50.0, 40.0), (58.0, 49.0)]
+    hand(host, "give").drag(line)
+    assert host.labels[40, 35] == 3, "without a chosen block it is for the one that it begins in"
+    host.session.undo_stack.undo()
+    host.select([1])
+    give = hand(host, "give")
+    give.drag(line, release=False)
+    assert "from Block 2 to Block 1" in give.tool.hint
+    assert host.preview is not None
+    assert host.preview.line_preview is not None
+    assert host.preview.line_preview.boundingRect().left() == 30
+    give.send(*_release(line[-1]))
+    assert host.labels[40, 35] == 1, "it begins 4 px from the chosen one"
+    assert (host.labels[:24, :30] == 3).all()
+
+
+def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host: ToolHost) -> None:
+    give = hand(host, "give")
+    give.drag([(33, 20.5), (45, 20.5), (62, 20.5)])
+    assert host.labels[10, 50] == 1
+    assert host.steps == ["Give a part of Block 2 to Block 1"]
+    give.drag([(60, 40), (50, 40)])
+    assert "Start the line in the block" in host.said[-1]
+
+
+def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
+    _three_blocks(host)
+    host.workspace.blocks.edit(_box_to(host, 5, np.s_[:10, :10]), "Corner")
+    host.select([5])
+    give = hand(host, "give")
+    give.drag([(50.5, 46), (50.5, 30), (50.5, -2)], release=False)
+    assert "to Block 5" in give.tool.hint
+    assert "disconnected" in give.tool.hint
+    give.send(*_release((50.5, -2)))
+    assert "Block 5 now has" in host.said[-1]
+    host.said.clear()
+    outline = hand(host, "outline")
+    island = [(5.0, 30.0), (15.0, 30.0), (15.0, 40.0), (5.0, 40.0)]
+    outline.drag(island, release=False)
+    assert "100 px from Block 1 to Block 5, disconnected from the rest of it" in outline.tool.hint
+    outline.send(*_release(island[-1]))
+    assert host.labels[35, 10] == 5
+    assert host.said == [
+        "Block 5 now has 100 px that are disconnected from the rest of it. "
+        "Hold Ctrl at the start of an outline to make a new block."
+    ]
+    outline.drag([(5, 8), (12, 8), (12, 14), (5, 14)], release=False)
+    assert "from Block 3 to Block 5" in outline.tool.hint
+    assert "disconnected" not in outline.tool.hint
+    outline.send(*_release((5, 14)))
+    assert len(host.said) == 1, "that touches it"
+    outline.drag([(40, 30), (50, 30), (50, 40), (40, 40)], "c", release=False)
+    assert "to a new block" in outline.tool.hint
+    outline.tool.cancel(host)
+    assert "Release" not in outline.tool.hint
+
+
+def test_giving_needs_a_block_that_takes(host: ToolHost) -> None:
+    give = hand(host, "give")
+    give.click((10, 10))
+    assert host.session.selected == [1]
+    give.click((50, 10), "s")
+    assert host.session.selected == [2]
+    host.workspace.blocks.set_lock(1, True)
+    give.click((10, 10))
+    assert "locked" in host.said[-1]
+    assert (host.labels[:, :30] == 1).all()
+
+
+# distrust
+
+
+def test_distrusted_depth_is_missing_and_comes_back(host: ToolHost) -> None:
+    mark_invalid = hand(host, "mark_invalid")
+    known = host.session.frame.known.copy()
+    mark_invalid.drag([(40, 10), (50, 10)], release=False)
+    assert host.preview is not None
+    assert host.preview.area is not None
+    assert np.array_equal(host.session.frame.known, known), "not before the release"
+    mark_invalid.send(*_release((50, 10)))
+    assert not host.session.frame.known[8:13, 40:50].any()
+    assert host.session.frame.invalid_mask is not None
+    mark_invalid.drag([(44, 10), (60, 10)], "a")
+    assert host.session.frame.known[10, 44:60].all()
+    assert not host.session.frame.known[10, 39]
+    assert host.steps == ["Mark depth invalid", "Mark depth valid"]
+    host.workspace.undo_group.undo()
+    host.workspace.undo_group.undo()
+    assert np.array_equal(host.session.frame.known, known)
+
+
+def test_there_must_be_depth_to_distrust(host: ToolHost) -> None:
+    mark_invalid = hand(host, "mark_invalid")
+    mark_invalid.click((14, 16))
+    assert "no valid measured depth" in host.said[0]
+    mark_invalid.drag([(50, 10), (55, 10)], "a")
+    assert "no invalid depth" in host.said[1]
+    assert host.steps == []
+
+
+# choosing
+
+
+def test_shift_adds_and_a_band_chooses_what_lies_in_it(host: ToolHost) -> None:
+    select = hand(host, "select")
+    assert not select.press((10, 10)), "a drag pans"
+    assert host.session.selected == [1]
+    assert select.press((50, 10), "s")
+    select.send(*_release((50, 10), "s"))
+    assert host.session.selected == [1, 2]
+    host.select([])
+    select.drag([(63, 47), (40, 20), (20, -2)], "s", release=False)
+    assert host.preview is not None
+    assert host.preview.line.boundingRect().getRect() == (20, -2, 43, 49)
+    select.send(*_release((20, -2), "s"))
+    assert host.session.selected == [2], "only a third of block 1 is in the band"
+    assert host.preview is None
+
+
+def test_locked_blocks_are_left_alone_by_every_tool(host: ToolHost) -> None:
+    host.workspace.blocks.set_lock(2, True)
+    host.select([2])
+    before = host.labels.copy()
+    for name in ("border", "split", "paint", "erase", "outline"):
+        user = hand(host, name)
+        user.drag([(35, -2), (40, 10), (50, 25), (40, 49)])
+        user.tool.finish(host)
+        user.tool.cancel(host)
+        assert np.array_equal(host.labels, before), name
+
+
+@pytest.mark.parametrize("name", list(make_tools()))
+def test_what_is_given_up_leaves_nothing(host: ToolHost, name: str) -> None:
+    """Events of a drag that was given up come all the same, and mean nothing."""
+    user = hand(host, name)
+    before = host.labels.copy()
+    user.drag([(25, 10), (35, 20), (45, 30)], "s" if name == "select" else "", release=False)
+    assert user.tool.busy
+    assert user.tool.cancel(host)
+    assert not user.tool.busy
+    user.send(*_move((50, 10)))
+    user.send(*_release((50, 10)))
+    assert np.array_equal(host.labels, before)
+    assert host.steps == []
+
+
+# the pen
+
+
+def test_nearly_upright_is_upright() -> None:
+    assert straightened((10, 10), (10.5, 40)) == pytest.approx((10, 40), abs=0.6)
+    x, y = straightened((0, 0), (30, 31))
+    assert x == pytest.approx(y)
+    assert straightened((0, 0), (30, 15)) == (30, 15)
+
+
+def test_stretches_of_a_pen_join() -> None:
+    pen = Pen()
+    pen.begin((0, 0))
+    pen.drag((5, 1), False, list)
+    pen.drag((9, 2), False, list)
+    pen.drag((20, 9), True, list)
+    pen.drag((30, 5), True, list)
+    pen.go((30, 30), False, lambda points: [(x + 1, y) for x, y in points])
+    assert pen.line == [(0, 0), (5, 1), (9, 2), (30, 5), (31, 30)]
+    assert pen.corners == [(0, 0), (9, 2), (30, 5), (31, 30)]
+    pen.undo_last()
+    assert pen.line[-1] == (30, 5)
+    assert math.isclose(pen.reach((30, 40), True, list)[-1][1], 40)
+    pen.lift()
+    assert not pen.down
+    assert pen.line == []
+
+
+def test_every_tool_says_what_it_does() -> None:
+    hints = [tool.hint for tool in make_tools().values()]
+    assert len(set(hints)) == len(hints)
+    assert all(isinstance(tool, Tool) for tool in make_tools().values())
+
+
+@pytest.mark.parametrize(
+    ("name", "line"), [("border", [(30, 10), (36, 20), (30, 30)]), ("paint", [(45, 10), (50, 12)])]
+)
+def test_a_line_that_only_a_lock_holds_back_names_the_locked_block(
+    host: ToolHost, name: str, line: list[Point]
+) -> None:
+    before = host.labels.copy()
+    host.select([1])
+    host.workspace.blocks.set_lock(2, True)
+    hand(host, name).drag(line)
+    assert np.array_equal(host.labels, before)
+    assert "Block 2 is locked" in host.said[-1]

@@ -1,0 +1,157 @@
+"""What lies over the pictures and moves: nothing of it stays where it was, and it goes with its picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QImage, QPainterPath, QPixmap
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from gui.features.inspect.feature import InspectMarks
+from gui.features.inspect.feature import Marks as Inspected
+from gui.features.quality_check.marks import PlaceMarks
+from gui.views.interaction import Preview
+from gui.views.linked_views import LinkedViews
+
+HEIGHT, WIDTH = 240, 320
+STEPS = 24
+UNLIKE = 32
+"""Difference of a colour that no scaling makes: Qt rounds a picture otherwise where only part of it is painted."""
+
+Move = Callable[[int], None]
+
+
+def _place(step: int) -> tuple[float, float]:
+    """Another place of the frame, at and near its rims, too."""
+    return WIDTH * (0.5 + 0.5 * math.sin(0.31 * step)), HEIGHT * (0.5 + 0.5 * math.cos(0.23 * step))
+
+
+@pytest.fixture
+def views(qtbot: QtBot) -> LinkedViews:
+    """Four views of a smooth frame, whose colour bars follow the cursor."""
+    views = LinkedViews()
+    qtbot.addWidget(views)
+    views.resize(1000, 760)
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
+    rgb = np.dstack((rows // 2, columns // 2, (rows + columns) // 4)).astype(np.uint8)
+    depth = (1 + columns / WIDTH + rows / HEIGHT).astype(np.float32)
+    views.set_frame(rgb, depth)
+    views.set_result(depth + np.float32(0.02))
+    views.set_expected_error(np.float32(0.01) * depth)
+    labels = (1 + columns // (WIDTH // 4)).astype(np.int32)
+    views.set_blocks(labels, np.array([[0, 0, 0, 0]] + [[90, 120, 150, 255]] * 4, np.uint8))
+    views.show()
+    qtbot.waitExposed(views)
+    return views
+
+
+def _cursor(views: LinkedViews) -> Move:
+    return lambda step: None  # it moves in any case
+
+
+def _tool_line(views: LinkedViews) -> Move:
+    def move(step: int) -> None:
+        path = QPainterPath(QPointF(*_place(step - 1)))
+        path.lineTo(*_place(step + 7))
+        area = QPainterPath()
+        area.addEllipse(QPointF(*_place(step)), 9, 9)
+        views.set_preview(Preview(path, [_place(step)], step % 2 > 0, area))
+
+    return move
+
+
+def _rings(views: LinkedViews) -> Move:
+    marks = PlaceMarks(views)
+
+    def move(step: int) -> None:
+        path = QPainterPath()
+        path.addEllipse(QPointF(*_place(step)), 10, 10)
+        marks.show(path)
+
+    return move
+
+
+def _swipe(views: LinkedViews) -> Move:
+    views.sides.choose("depth-in", "result")
+    views.sides.set_swiping(True)
+    return lambda step: views.sides.swipe.move_to(_place(step)[0])
+
+
+def _inspected(views: LinkedViews) -> Move:
+    marks = InspectMarks(views)
+
+    def move(step: int) -> None:
+        at, other = _place(step), _place(step + 5)
+        region = slice(20, 40 + step), slice(30, 60 + step)
+        marks.show(
+            Inspected((at, other), _place(step + 2), region, [(other, at)], [(at, "1.234 m")], [(other, at, "90.0°")])
+        )
+
+    return move
+
+
+def _names(views: LinkedViews) -> Move:
+    return lambda step: views.set_block_names({1 + step % 4: "A block whose name is a long one"})
+
+
+def _selection(views: LinkedViews) -> Move:
+    return lambda step: views.set_selected([1 + step % 4])
+
+
+OVERLAYS = [_cursor, _tool_line, _rings, _swipe, _inspected, _names, _selection]
+
+
+def _numbers(picture: QPixmap) -> NDArray[np.int16]:
+    image = picture.toImage().convertToFormat(QImage.Format.Format_RGBA8888)
+    return np.array(image.constBits(), np.int16).reshape(image.height(), image.width(), 4)
+
+
+def _stale(views: LinkedViews) -> int:
+    """How many pixels of the screen are not what they would be if all were painted anew."""
+    shown = _numbers(views.screen().grabWindow(views.winId()))
+    return int(np.count_nonzero(np.abs(shown - _numbers(views.grab())).max(axis=2) > UNLIKE))
+
+
+@pytest.mark.parametrize("moves_per_paint", [1, 4])
+@pytest.mark.parametrize("overlay", OVERLAYS)
+def test_nothing_stays_where_it_was(
+    views: LinkedViews, overlay: Callable[[LinkedViews], Move], moves_per_paint: int
+) -> None:
+    move = overlay(views)
+    for scale in (1.5, 3.0, 0.4):
+        views.set_place(WIDTH / 2, HEIGHT / 2, scale)
+        for step in range(STEPS):
+            move(step)
+            x, y = _place(step + 3)
+            views.point_at((min(int(x), WIDTH - 1), min(int(y), HEIGHT - 1)))
+            if step % moves_per_paint == 0:
+                QApplication.processEvents()
+        QApplication.processEvents()
+        assert _stale(views) == 0, f"at {scale} screen pixels per pixel"
+
+
+@pytest.fixture
+def half_empty(views: LinkedViews) -> LinkedViews:
+    """The same views before there is a result."""
+    views.set_result(None)
+    views.set_expected_error(None)
+    return views
+
+
+@pytest.mark.parametrize("overlay", OVERLAYS)
+def test_nothing_lies_over_a_view_that_has_no_picture(
+    half_empty: LinkedViews, overlay: Callable[[LinkedViews], Move]
+) -> None:
+    viewport = half_empty.cells["depth-out"].view.viewport()
+    before = _numbers(viewport.grab())
+    overlay(half_empty)(3)
+    half_empty.point_at((40, 50))
+    assert (_numbers(viewport.grab()) == before).all()
+    half_empty.set_result(half_empty.material.measured)
+    assert (_numbers(viewport.grab()) != before).any()

@@ -1,0 +1,186 @@
+"""The run control guessing the rest: when it may, what comes of it, and how it is given up."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Generator, Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gui.work import frame_runs as runs_module
+from gui.work.frame_runs import RunState
+from ilf.data.parameters import BlockParameters
+from ilf.data.results import Completion, IterationRecord
+from ilf.segmentation.editing.cleaning import merge
+
+from ..scripted_runs import Bench, Until, record
+
+
+@pytest.fixture
+def endless_extrapolation(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Guesses go on for ever; not before this is set."""
+    gate = threading.Event()
+
+    def endless(*_: object) -> Iterator[IterationRecord]:
+        while True:
+            assert gate.wait(20)
+            yield record(1)
+
+    monkeypatch.setattr(runs_module, "extrapolation_steps", endless)
+    return gate
+
+
+def _run_with_a_gap(bench: Bench, until: Until) -> None:
+    """Block 1 is run, so that the hole in block 2 stays missing."""
+    bench.script.allow()
+    bench.runs.start({1})
+    until(lambda: bench.runs.state is RunState.IDLE)
+    bench.said.clear()
+    bench.finished.clear()
+
+
+def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Bench, until: Until) -> None:
+    bench.runs.extrapolate()
+    assert bench.states == [], "nothing has been run"
+    _run_with_a_gap(bench, until)
+    missing = np.isnan(bench.session.completion().depth)
+    bench.runs.extrapolate()
+    assert bench.runs.state is RunState.EXTRAPOLATING
+    assert bench.runs.running == [bench.session]
+    until(lambda: bool(bench.said))
+    completion = bench.session.completion()
+    assert np.array_equal(completion.extrapolated, missing)
+    assert np.isfinite(completion.depth).all()
+    assert bench.session.extrapolated
+    assert bench.session.run(bench.workspace.parameters.current, extrapolate=True).extrapolate
+    assert bench.said[0].startswith(f"first: {np.count_nonzero(missing)} pixels extrapolated in ")
+    assert bench.finished == [bench.session]
+    assert bench.runs.state is RunState.IDLE
+    bench.runs.extrapolate()
+    assert bench.runs.state is RunState.IDLE, "there is nothing left to guess"
+    bench.runs.resolve([1])
+    until(lambda: bool(bench.resolved))
+    assert not bench.session.extrapolated
+    assert not bench.session.completion().extrapolated.any()
+
+
+def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[object] = []
+
+    def nothing(completion: Completion, extraction: object, _: bool) -> Iterator[IterationRecord]:
+        asked.append(extraction)
+        yield record(1)
+
+    monkeypatch.setattr(runs_module, "extrapolation_steps", nothing)
+    bench.session.notes.extraction = BlockParameters(depth_jump=0.3)
+    _run_with_a_gap(bench, until)
+    bench.runs.extrapolate()
+    until(lambda: bench.runs.state is RunState.IDLE)
+    assert asked == [BlockParameters(depth_jump=0.3)]
+
+
+def test_clearing_during_a_guess_leaves_nothing(
+    bench: Bench, until: Until, endless_extrapolation: threading.Event
+) -> None:
+    _run_with_a_gap(bench, until)
+    bench.runs.extrapolate()
+    bench.runs.clear_results()
+    endless_extrapolation.set()
+    until(lambda: bench.runs.state is RunState.IDLE)
+    assert bench.session.completion() is None
+    assert bench.said == ["first: extrapolation cancelled."]
+
+
+def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: Until) -> None:
+    _run_with_a_gap(bench, until)
+    bench.runs.extrapolate()
+    until(lambda: bench.session.extrapolated)
+    assert bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2]), "Merge")
+    assert not bench.session.extrapolated
+    bench.session.undo_stack.undo()
+    assert bench.session.extrapolated
+
+
+def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_extrapolation: threading.Event) -> None:
+    _run_with_a_gap(bench, until)
+    before = bench.session.completion()
+    bench.runs.extrapolate()
+    bench.runs.cancel()
+    assert bench.runs.state is RunState.STOPPING
+    endless_extrapolation.set()
+    until(lambda: bool(bench.said))
+    assert bench.said == ["first: extrapolation cancelled."]
+    assert bench.session.completion() is before
+    assert bench.finished == []
+    assert 0 not in {label for label, _ in bench.records}, "a guess is no block"
+    bench.runs.start({1})
+    assert bench.runs.state is RunState.RUNNING, "only the guess was to stop"
+    until(lambda: len(bench.said) == 2)
+
+
+def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench, until: Until) -> None:
+    _run_with_a_gap(bench, until)
+    bench.runs.extrapolate()
+    bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
+    until(lambda: bool(bench.said))
+    assert "extrapolate again" in bench.said[0]
+    assert not bench.session.extrapolated
+    assert bench.finished == []
+
+
+def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench: Bench, until: Until) -> None:
+    bench.session.extrapolate = True
+    bench.script.allow()
+    bench.runs.start({1})
+    until(lambda: len(bench.said) == 2)
+    assert "run finished" in bench.said[0]
+    assert "extrapolated" in bench.said[1]
+    assert bench.finished == [bench.session], "once, when all is done"
+    bench.runs.start({2})
+    bench.runs.cancel()
+    until(lambda: len(bench.said) == 3)
+    assert bench.runs.state is RunState.IDLE, "a run that was cancelled does not end with a guess"
+
+
+def test_a_guess_waits_for_the_re_solve_under_way(bench: Bench, until: Until) -> None:
+    _run_with_a_gap(bench, until)
+    bench.runs.resolve([1])
+    bench.runs.extrapolate()
+    until(lambda: bool(bench.said))
+    assert bench.session.extrapolated
+
+
+def test_how_long_it_took_is_said(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = [100.0]
+    monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
+    for begin, word in (
+        (lambda: bench.runs.start({1}), "1 block in 1.5 s."),
+        (bench.runs.extrapolate, "extrapolated in 1.5 s ("),
+    ):
+        begin()
+        clock[0] += 1.5
+        bench.script.allow()
+        until(lambda: bool(bench.said))
+        assert word in bench.said.pop()
+    bench.runs.resolve([1])
+    clock[0] += 0.25
+    until(lambda: bool(bench.resolved))
+    assert bench.resolved[0].endswith("in 250 ms")
+
+
+def test_what_a_guess_did_without_is_said_once(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench.script.notes = ("The network is gone.",)
+    _run_with_a_gap(bench, until)
+
+    def noted(completion: Completion, *_: object) -> Generator[IterationRecord, None, Completion]:
+        yield record(1)
+        return replace(
+            completion, extrapolated=~completion.filled, notes=(*completion.notes, "Another network is gone.")
+        )
+
+    monkeypatch.setattr(runs_module, "extrapolation_steps", noted)
+    bench.runs.extrapolate()
+    until(lambda: bool(bench.said))
+    assert bench.said[0].endswith(" (unsupported by measurements). Another network is gone.")

@@ -1,0 +1,323 @@
+"""Depth that follows edits, and the line that says what they did, without a window."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QAction
+from pytestqt.qtbot import QtBot
+
+from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
+from gui.features.views import ViewsPresenter
+from gui.views.linked_views import LinkedViews
+from gui.work.frame_runs import RunState
+from gui.work.runs import LiveSolver
+from ilf.data.results import Completion
+from ilf.evaluation.edit_summary import EditSummary
+from ilf.run.run import Run
+from ilf.segmentation.editing.cleaning import merge
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
+
+from ..scripted_runs import Bench, Until
+from ..states import QUICK
+
+Completed = tuple[Completion | None, Completion | None]
+
+
+@pytest.fixture
+def live(qtbot: QtBot) -> QAction:
+    action = QAction()
+    action.setCheckable(True)
+    action.setChecked(True)
+    return action
+
+
+@pytest.fixture
+def solver(bench: Bench, live: QAction) -> LiveSolver:
+    return LiveSolver(bench.workspace, bench.runs, live)
+
+
+@pytest.fixture
+def line(bench: Bench, live: QAction, qtbot: QtBot) -> Iterator[EditSummaryLine]:
+    views, line = LinkedViews(), EditSummaryLine()
+    line.resize(1200, 24)
+    for widget in (views, line):
+        qtbot.addWidget(widget)
+    presenter = EditSummaryPresenter(bench.workspace, bench.runs, ViewsPresenter(bench.workspace, views), line, live)
+    line.presenter = presenter  # type: ignore[attr-defined]
+    yield line
+    assert presenter.shutdown()
+
+
+def _patch(bench: Bench, label: int, column: int = 26) -> LabelPatch:
+    labels = bench.session.labels.copy()
+    labels[5:20, column:34] = label
+    patch = patch_between(bench.session.labels, labels)
+    assert patch is not None
+    return patch
+
+
+def _run(bench: Bench, until: Until) -> None:
+    bench.script.allow()
+    bench.runs.start()
+    until(lambda: bench.runs.state is RunState.IDLE)
+
+
+def _asked(bench: Bench) -> list[list[int]]:
+    """Blocks of every run, in the order that was asked for."""
+    return [list(steps.run.only or steps.blocks) for steps in bench.script.runs]
+
+
+def test_an_edit_that_was_undone_has_nothing_solved_for_values_that_are_set_later(
+    bench: Bench, solver: LiveSolver, until: Until
+) -> None:
+    _run(bench, until)
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    until(lambda: bench.session.changed_blocks() == [] and bench.runs.state is RunState.IDLE)
+    bench.session.undo_stack.undo()
+    bench.workspace.parameters.set(QUICK)
+    asked = _asked(bench)
+    bench.runs.state_changed.emit()
+    assert (_asked(bench), bench.runs.state) == (asked, RunState.IDLE)
+
+
+def test_touched_blocks_are_solved_again_the_chosen_one_first(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    bench.workspace.blocks.select([2])
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    until(lambda: bench.session.changed_blocks() == [])
+    assert _asked(bench) == [[1, 2], [2, 1]]
+    bench.session.undo_stack.undo()
+    assert bench.runs.state is RunState.IDLE, "what undo brings back needs no solving"
+    assert bench.session.changed_blocks() == []
+
+
+def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    labels = bench.session.labels.copy()
+    labels[40:, 50:] = 3
+    bench.workspace.blocks.edit(patch_between(bench.session.labels, labels), "Outline")
+    until(lambda: bench.session.changed_blocks() == [])
+    assert _asked(bench)[1:] == [[2, 3]]
+
+
+def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(
+    bench: Bench, solver: LiveSolver, live: QAction, until: Until
+) -> None:
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    assert bench.runs.state is RunState.IDLE
+    _run(bench, until)
+    live.setChecked(False)
+    bench.session.undo_stack.undo()
+    assert bench.runs.state is RunState.IDLE
+    assert bench.session.changed_blocks() == [1, 2]
+
+
+def test_what_is_touched_during_a_run_is_solved_after_it(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    bench.runs.pause()
+    bench.runs.start()
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    until(lambda: len(bench.script.runs) == 3)
+    until(lambda: bench.session.changed_blocks() == [])
+    assert bench.said[-1].endswith("2 blocks edited meanwhile: run again (F5).")
+
+
+def test_what_a_turn_to_another_frame_drops_is_solved_when_the_first_is_shown_again(
+    bench: Bench, solver: LiveSolver, until: Until
+) -> None:
+    _run(bench, until)
+    first = bench.session
+    other = bench.open("second")
+    bench.workspace.frames.show(first)
+    bench.script.__init__()  # type: ignore[misc]
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.workspace.blocks.edit(_patch(bench, 2, 24), "Paint")
+    bench.workspace.frames.show(other)
+    bench.script.allow()
+    until(lambda: bench.runs.state is RunState.IDLE)
+    assert first.changed_blocks() != []
+    bench.workspace.frames.show(first)
+    until(lambda: first.changed_blocks() == [])
+
+
+def test_what_is_cancelled_is_not_asked_for_again(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    bench.script.__init__()  # type: ignore[misc]
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.runs.cancel()
+    bench.script.allow(1)
+    until(lambda: bench.runs.state is RunState.IDLE)
+    assert bench.session.changed_blocks() == [1, 2]
+    bench.script.allow()
+    bench.workspace.blocks.edit(_patch(bench, 2, 24), "Paint")
+    until(lambda: bench.session.changed_blocks() == [])
+
+
+def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    mask = np.zeros(bench.session.frame.shape, bool)
+    mask[:4, :4] = True
+    bench.workspace.blocks.set_invalid_mask(mask, "Distrust depth")
+    until(lambda: bench.session.changed_blocks() == [])
+    assert _asked(bench)[1:] == [[1, 2]]
+
+
+def test_the_normal_run_is_of_what_has_changed(bench: Bench, until: Until) -> None:
+    bench.script.allow()
+    bench.runs.start_changed()
+    until(lambda: len(bench.said) == 1)
+    labels = bench.session.labels.copy()
+    labels[40:, 50:] = 3
+    bench.workspace.blocks.edit(patch_between(bench.session.labels, labels), "Outline")
+    bench.runs.start_changed()
+    until(lambda: len(bench.said) == 2)
+    bench.runs.start_changed()
+    assert _asked(bench) == [[1, 2], [2, 3]]
+    assert bench.said[-1] == "first: all blocks are up to date. Use Run all blocks to run them again."
+
+
+def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
+    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[Run, Run, Completed]] = []
+
+    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> EditSummary:
+        asked.append((before, after, completed))
+        return EditSummary(60, None, (0.02, 0.01), (0.04, 0.03), 99)
+
+    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
+    assert "appears here" in line.label.text()
+    former = bench.session.labels.copy()
+    _run(bench, until)
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint <Block> 2")
+    assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
+    assert "60 px moved" in line.label.text()
+    until(lambda: "hold-out 40.0 → " in line.label.text())
+    assert "expected error, RMS 20.0 → " in line.label.text()
+    before, after, (earlier, later) = asked[0]
+    np.testing.assert_array_equal(before.blocks, former)
+    np.testing.assert_array_equal(after.blocks, bench.session.labels)
+    assert later is bench.session.completion()
+    assert earlier is not None
+    assert earlier.results[1].depth.size == (former == 1).sum()
+    bench.session.undo_stack.undo()
+    assert "Undone: Paint" in line.label.text()
+    bench.open("second")
+    assert "appears here" in line.label.text()
+
+
+def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until) -> None:
+    _run(bench, until)
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2]), "Merge")
+    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
+    assert "<b>Merge</b>" in line.label.text()
+
+
+def test_without_live_what_an_edit_did_is_said_after_the_next_run(
+    bench: Bench,
+    live: QAction,
+    solver: LiveSolver,
+    line: EditSummaryLine,
+    until: Until,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(
+        "gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60, None, None, (0.04, 0.03), 99)
+    )
+    _run(bench, until)
+    live.setChecked(False)
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    assert not line.presenter.busy  # type: ignore[attr-defined]
+    bench.runs.start_changed()
+    until(lambda: bench.runs.state is RunState.IDLE and "hold-out" in line.label.text())
+
+
+def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
+    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until
+) -> None:
+    _run(bench, until)
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    assert "Paint" in line.label.text()
+    bench.workspace.blocks.replace(np.ones_like(bench.session.labels), "Load blocks")
+    assert "Paint" not in line.label.text()
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    wrong = np.zeros(bench.session.labels.shape, bool)
+    wrong[8:12, 3:8] = bench.session.frame.known[8:12, 3:8]
+    assert bench.workspace.blocks.set_invalid_mask(wrong, "Distrust depth")
+    assert "Paint" not in line.label.text()
+    assert f"{np.count_nonzero(wrong)} px" in line.label.text()
+    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
+
+
+def test_in_a_narrow_window_the_line_has_shorter_words_and_all_values(line: EditSummaryLine) -> None:
+    line.show()
+    line.show_message("Outline Block 17", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50))
+    long = line.label.text()
+    line.resize(380, 24)
+    short = line.label.text()
+    assert len(short) < len(long)
+    assert all(value in short for value in ("50.0 → ", "200 → "))
+
+
+def test_better_is_green_and_worse_is_red(line: EditSummaryLine) -> None:
+    def tones() -> list[str]:
+        return [part[:7] for part in line.label.text().split("color:")[1:]]
+
+    line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50))
+    better, worse = tones()
+    assert better != worse
+    line.show_message("Edit", EditSummary(3, None, (0.05, 0.0501), (0.2, 0.1), 50))
+    same, good = tones()
+    assert (good, same in (better, worse)) == (better, False)
+    assert "200 → " in line.label.text()
+    assert "50.0 → " in line.label.text()
+
+
+def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
+    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def find(before: Run, after: Run, *_: object) -> EditSummary:
+        return EditSummary(60, by_ground_truth=None if after.frame.ground_truth is None else (0.1, 0.06))
+
+    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
+    _run(bench, until)
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    until(lambda: "too little known depth nearby" in line.label.text())
+    bench.workspace.blocks.set_ground_truth(np.full(bench.session.frame.shape, 2.0, np.float32))
+    until(lambda: "RMSE against ground truth 100 → " in line.label.text())
+    assert "too little known depth" not in line.label.text()
+    line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
+    words = line.label.text()
+    assert "RMSE against ground truth 100 → " in words
+    assert words.index("ground_truth") < words.index("expected error") < words.index("hold-out")
+
+
+def test_looking_at_the_state_before_is_said(line: EditSummaryLine) -> None:
+    line.show_message("Edit", EditSummary(3))
+    line.mark_before(True)
+    assert "Before the edit: Edit" in line.label.text()
+    line.mark_before(False)
+    assert "3 px moved" in line.label.text()
+
+
+def test_where_too_little_is_known_to_judge_an_edit_that_is_said(
+    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60))
+    _run(bench, until)
+    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    until(lambda: "too little known depth nearby" in line.label.text())
+
+
+def test_pixels_that_are_filled_no_longer_are_said(line: EditSummaryLine) -> None:
+    line.show_message("Edit", EditSummary(3, (2500, 1200)))
+    fewer = line.label.text()
+    assert "filled 2,500 → " in fewer
+    line.show_message("Edit", EditSummary(3, (2500, 2600)))
+    assert line.label.text().split("color:")[1][:7] != fewer.split("color:")[1][:7]
+    line.show_message("Edit", EditSummary(3, (2500, 2500)))
+    assert "filled" not in line.label.text()

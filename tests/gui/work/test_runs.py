@@ -1,0 +1,364 @@
+"""The run control with scripted runs: what it starts, holds, drops and brings to the workspace, and what it says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from operator import attrgetter
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.features.blocks.feature import block_rows
+from gui.work import frame_runs as runs_module
+from gui.work.frame_runs import RunState
+from ilf import preset
+from ilf._runtime.cancellation import current_cancel_events
+from ilf.data.blocks import Block, find_blocks
+from ilf.data.results import BlockResult
+from ilf.segmentation.editing.cleaning import merge
+
+from ..scripted_runs import Bench, ScriptedSteps, Until
+
+# starting and ending
+
+
+def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
+    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runs_module, "spare_cores", lambda: 5)
+    own = preset("paper", max_iterations=7)
+    bench.workspace.parameters.set(preset("released-code"))
+    bench.workspace.parameters.set(own, 2)
+    assert bench.runs.free
+    bench.runs.start()
+    assert bench.runs.state is RunState.RUNNING
+    assert not bench.runs.free
+    assert bench.runs.running == [bench.session]
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert bench.run.threads == 5
+    assert set(bench.run.blocks) == {1, 2}
+    assert bench.run.run.parameters_of(1) == preset("released-code")
+    assert bench.run.run.parameters_of(2) == own
+    assert bench.run.closed
+    assert not bench.run.run.extrapolate
+    assert set(bench.session.valid_results()) == {1, 2}
+    assert bench.said[0].startswith("first: run finished, 2 blocks in ")
+    assert "edited" not in bench.said[0]
+    assert bench.finished == [bench.session]
+    assert bench.runs.state is RunState.IDLE
+    assert bench.states[0] is RunState.RUNNING
+    assert bench.states[-1] is RunState.IDLE
+    assert (bench.runs.running, bench.session.results.running, bench.runs.share_done) == ([], [], 0.0)
+
+
+def test_what_a_run_did_without_is_said_once(bench: Bench, until: Until) -> None:
+    bench.script.notes = ("The network is gone.",)
+    bench.script.allow()
+    bench.runs.start()
+    until(lambda: bool(bench.said))
+    assert bench.said[0].endswith(" s. The network is gone.")
+
+
+def test_with_one_core_a_run_has_that_one(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runs_module, "spare_cores", lambda: 1)
+    bench.script.allow()
+    bench.runs.start()
+    until(lambda: bool(bench.said))
+    assert bench.run.threads == 1
+
+
+def test_chosen_blocks_alone_are_run(bench: Bench, until: Until) -> None:
+    bench.workspace.blocks.select([2, 9])
+    bench.script.allow()
+    bench.runs.start_selected()
+    until(lambda: bool(bench.said))
+    assert bench.run.run.only == {2}
+    assert set(bench.session.valid_results()) == {2}
+    assert ", 1 block in " in bench.said[0]
+
+
+def test_records_results_and_progress_come_as_they_are_made(bench: Bench, until: Until) -> None:
+    results = bench.session.results
+    bench.runs.start()
+    assert bench.runs.queued == {1, 2}
+    bench.script.allow(2)
+    until(lambda: len(results.live.get(1, [])) == 2)
+    assert (results.running, bench.runs.queued, bench.runs.share_done) == ([1], {2}, 0.0)
+    bench.script.allow(1)
+    until(lambda: 1 in bench.session.valid_results())
+    assert (results.running, bench.runs.queued, bench.runs.share_done) == ([], {2}, 0.5)
+    bench.script.allow(1)
+    until(lambda: results.running == [2])
+    assert bench.runs.queued == set()
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    numbers = {label: [i for other, batch in bench.records if other == label for i in batch] for label in (1, 2)}
+    assert numbers == {1: [1, 2], 2: [1, 2]}
+
+
+def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench: Bench, until: Until) -> None:
+    bench.runs.start()
+    bench.script.allow(3)
+    until(lambda: 1 in bench.session.valid_results())
+    bench.script.error = MemoryError("no room")
+    bench.script.allow()
+    until(lambda: bool(bench.failed))
+    assert str(bench.failed[0]) == "no room"
+    assert bench.said[0].startswith("first: run failed, 1 block in ")
+    assert set(bench.session.valid_results()) == {1}
+    assert bench.finished == []
+    assert bench.run.closed
+    assert (bench.runs.state, bench.session.results.running) == (RunState.IDLE, [])
+
+
+# holding
+
+
+def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench: Bench, until: Until) -> None:
+    bench.script.records = 50
+    results = bench.session.results
+    bench.script.allow()
+    bench.workspace.blocks.select([2])
+    bench.runs.step()
+    until(lambda: bench.runs.state is RunState.PAUSED and len(results.live.get(2, [])) == 1)
+    assert bench.run.run.only == {2}
+    assert bench.run.threads == 1
+    assert not bench.runs.free
+    bench.runs.step()
+    until(lambda: len(results.live[2]) == 2)
+    until(lambda: bench.runs.state is RunState.PAUSED)
+    assert len(bench.script.runs) == 1, "a step of the run under way is no new run"
+    bench.runs.toggle_pause()
+    until(lambda: bool(bench.said))
+    assert len(bench.session.valid_results()[2].history) == 50
+
+
+def test_steps_that_tell_of_no_block_are_part_of_the_one_that_does(bench: Bench, until: Until) -> None:
+    bench.script.records, bench.script.silent = 1, 5
+    bench.script.allow()
+    bench.workspace.blocks.select([2])
+    bench.runs.step()
+    until(lambda: bench.runs.state is RunState.PAUSED and len(bench.session.results.live.get(2, [])) == 1)
+    bench.runs.step()
+    until(lambda: 2 in bench.session.valid_results())
+    assert bench.runs.state is RunState.PAUSED
+    bench.runs.cancel()
+    until(lambda: bool(bench.said))
+
+
+def test_without_a_choice_stepping_goes_over_all_blocks(bench: Bench, until: Until) -> None:
+    bench.script.allow()
+    bench.runs.step()
+    until(lambda: bench.runs.state is RunState.PAUSED)
+    assert bench.run.run.only is None
+    bench.runs.cancel()
+    until(lambda: bool(bench.said))
+
+
+def test_a_pause_is_told_at_once_and_holds(bench: Bench, until: Until, qtbot: QtBot) -> None:
+    bench.script.records = 1000
+    bench.runs.start()
+    bench.script.allow(3)
+    until(lambda: len(bench.session.results.live.get(1, [])) == 3)
+    bench.states.clear()
+    bench.runs.toggle_pause()
+    assert bench.states == [RunState.PAUSED]
+    bench.script.allow(500)
+    qtbot.wait(200)
+    assert len(bench.session.results.live[1]) <= 4, "the step under way, and no more"
+    bench.states.clear()
+    bench.runs.toggle_pause()
+    assert bench.states == [RunState.RUNNING]
+    until(lambda: len(bench.session.results.live[1]) > 100)
+    bench.runs.cancel()
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+
+
+def test_cancelling_keeps_the_blocks_that_are_done(bench: Bench, until: Until) -> None:
+    bench.runs.cancel()
+    assert bench.states == [], "there is nothing to cancel"
+    bench.runs.start()
+    bench.script.allow(4)
+    until(lambda: bench.session.results.running == [2])
+    bench.runs.cancel()
+    assert bench.runs.state is RunState.STOPPING
+    assert not bench.runs.free
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert bench.said[0].startswith("first: run cancelled, 1 block in ")
+    assert set(bench.session.valid_results()) == {1}
+    assert bench.session.results.running == []
+    assert bench.finished == []
+    assert bench.runs.state is RunState.IDLE, "and the next run does not stop"
+    bench.runs.start()
+    until(lambda: len(bench.said) == 2)
+    assert "finished" in bench.said[1]
+
+
+# previews
+
+
+def test_previews_come_now_and_then_and_go_with_the_run(
+    bench: Bench, until: Until, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = [0.0]
+    monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
+    bench.script.records = 1000
+    results = bench.session.results
+    bench.runs.start()
+    bench.script.allow(1)
+    until(lambda: 1 in results.previews)
+    assert (bench.session.current_depth()[:, :30] == 1.5).all()
+    bench.script.allow(5)
+    until(lambda: len(results.live[1]) == 6)
+    assert bench.run.previews == 1, "no time has passed"
+    clock[0] += 0.1499
+    bench.script.allow(1)
+    until(lambda: len(results.live[1]) == 7)
+    assert bench.run.previews == 1
+    clock[0] += 0.0002
+    bench.script.allow(1)
+    until(lambda: len(results.live[1]) == 8)
+    assert bench.run.previews == 2
+    bench.runs.cancel()
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert results.previews == {}
+    assert bench.session.current_depth() is None
+
+
+# edits and frames during a run
+
+
+def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench: Bench, until: Until) -> None:
+    bench.runs.start()
+    bench.script.allow(1)
+    until(lambda: bench.session.results.running == [1])
+    bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
+    assert (bench.run.run.blocks == bench.labels).all(), "the run has blocks of its own"
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert bench.said[0].endswith(" 2 blocks edited meanwhile: run again (F5).")
+    assert bench.session.valid_results() == {}
+    bench.workspace.undo_group.undo()
+    assert set(bench.session.valid_results()) == {1, 2}, "undo brings them back"
+
+
+def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench: Bench, until: Until) -> None:
+    bench.runs.start()
+    second = bench.open("second")
+    seen: list[str] = []
+    for name in ("runs.results_changed", "runs.results_added", "runs.records_added", "runs.previews_changed"):
+        attrgetter(name)(bench.workspace).connect(lambda *_, name=name: seen.append(name))
+    listed: list[int] = []
+    bench.workspace.frames.sessions_changed.connect(lambda: listed.append(len(bench.session.valid_results())))
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert bench.said[0].startswith("first: ")
+    assert set(bench.session.valid_results()) == {1, 2}
+    assert second.valid_results() == {}
+    assert seen == [], "nothing of the frame that is shown has changed"
+    assert listed[-1] == 2
+
+
+def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench: Bench, until: Until) -> None:
+    bench.runs.start()
+    bench.script.allow(1)
+    until(lambda: bench.session.results.running == [1])
+    bench.workspace.frames.close(bench.session)
+    assert (bench.runs.state, bench.runs.running) == (RunState.IDLE, [])
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert "run cancelled" in bench.said[0]
+    assert bench.workspace.frames.sessions == []
+    assert bench.runs.state is RunState.IDLE
+
+
+def test_frames_run_side_by_side(bench: Bench, until: Until) -> None:
+    bench.runs.start()
+    bench.script.allow(1)
+    until(lambda: bench.session.results.running == [1])
+    other = bench.open("second")
+    assert bench.runs.free
+    bench.runs.start({2})
+    assert bench.runs.running == [bench.session, other]
+    bench.runs.toggle_pause()
+    bench.workspace.frames.show(bench.session)
+    assert bench.runs.state is RunState.RUNNING, "the other one alone is held"
+    bench.workspace.frames.show(other)
+    bench.runs.resume()
+    bench.script.allow()
+    until(lambda: len(bench.said) == 2)
+    assert (set(bench.session.valid_results()), set(other.valid_results())) == ({1, 2}, {2})
+    assert bench.runs.running == []
+
+
+def test_a_run_goes_on_while_other_frames_are_opened_and_closed(bench: Bench, until: Until) -> None:
+    bench.runs.start()
+    other = bench.open("second")
+    bench.workspace.frames.close(other)
+    assert bench.runs.state is RunState.RUNNING
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert "run finished" in bench.said[0]
+
+
+# the end
+
+
+def test_shutdown_ends_the_thread_and_says_nothing(bench: Bench, qtbot: QtBot) -> None:
+    bench.script.records = 100_000
+    bench.script.allow(200_000)
+    bench.runs.start()
+    assert bench.runs.shutdown()
+    assert bench.runs.state is RunState.IDLE
+    assert bench.run.closed
+    qtbot.wait(60)
+    assert bench.said == []
+
+
+def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench: Bench, until: Until) -> None:
+    """As they are without it, so that they count as changed."""
+    bench.runs.start()
+    bench.script.allow(3)
+    until(lambda: 1 in bench.session.valid_results())
+    first = bench.session.valid_results()[1]
+    waits = replace(first, parameters=first.parameters.replace(correction=False))
+    bench.run.uncorrected[2] = replace(waits, block=find_blocks(bench.session.labels)[2], depth=second_depth(bench))
+    assert bench.runs.share_done == 1.0
+    bench.runs.cancel()
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert set(bench.session.valid_results()) == {1, 2}
+    assert bench.session.changed_blocks() == [2]
+    assert "2 blocks" in bench.said[0]
+    assert bench.said[0].endswith(" 1 block without the learned correction: run again (F5).")
+    row = next(row for row in block_rows(bench.session, bench.runs) if row.label == 2)
+    assert row.detail.startswith("The result, completed, waits for the learned correction.")
+
+
+def test_a_block_that_is_done_as_the_run_is_cancelled_stays(
+    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make = ScriptedSteps._result
+
+    def result_and_wish(self: ScriptedSteps, label: int, block: Block) -> BlockResult:
+        for wish in current_cancel_events():
+            wish.set()
+        return make(self, label, block)
+
+    monkeypatch.setattr(ScriptedSteps, "_result", result_and_wish)
+    bench.runs.start()
+    bench.script.allow(3)
+    until(lambda: 1 in bench.session.valid_results())
+    bench.runs.cancel()
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert set(bench.session.valid_results()) == {1}
+
+
+def second_depth(bench: Bench) -> np.ndarray:
+    return np.full(np.count_nonzero(bench.session.labels == 2), 2, np.float32)

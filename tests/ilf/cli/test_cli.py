@@ -1,0 +1,772 @@
+"""The command line: what it writes, that replays are exact, and that errors are one line."""
+
+import argparse
+import ast
+import errno
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf._runtime.installation import asset_path
+from ilf.cli import complete, main, parsing
+from ilf.cli.commands import COMMANDS, build_parser
+from ilf.cli.run_output import COMPLETION_KEYS
+from ilf.cli.usage import EXIT_STATUSES
+from ilf.errors import InputError
+from ilf.io.block_files import read_blocks, write_blocks
+from ilf.io.labels import read_labels, write_labels, write_mask
+from ilf.run.record_file import read_record
+
+from ..small_frames import CAMERA, write_small_frame
+
+ROOT = Path(__file__).parents[3]
+QUICK = ["--max-iterations", "25"]
+ERRORS = {"expected_error.png", "expected_error.npy", "unsupported.png"}
+RESULTS = {"depth.png", "depth.npy", "blocks.png", "curves.csv", "cloud.ply", "meta.json", "run.json"} | ERRORS
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """Colour and depth file, relative to the working directory."""
+    monkeypatch.chdir(tmp_path)
+    write_small_frame(tmp_path / "in")
+    return ["in/rgb.png", "in/depth.png"]
+
+
+def parsers_of(parser):
+    """A parser, and those of all commands and actions below it."""
+    yield parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                yield from parsers_of(below)
+
+
+def test_no_option_can_be_shortened():
+    parsers = list(parsers_of(build_parser()))
+    assert "ilf project new" in {parser.prog for parser in parsers}
+    assert [parser.prog for parser in parsers if parser.allow_abbrev] == []
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+
+
+def fails(capsys, *arguments, status=1):
+    """Run a command that must fail; returns its one line on stderr."""
+    try:
+        found = main([str(argument) for argument in arguments])
+    except SystemExit as stopped:
+        found = stopped.code
+    captured = capsys.readouterr()
+    assert found == status
+    assert captured.err.startswith("ilf: error: ")
+    assert captured.err.count("\n") == 1
+    return captured.err
+
+
+def test_complete_writes_everything_and_says_what(files, capsys):
+    assert main(["complete", *files, "--intrinsics", CAMERA, "--out", "out", *QUICK, "--depth-units", "1000"]) == 0
+    assert set(contents("out")) == RESULTS
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    lines = captured.out.splitlines()
+    assert lines[0].split() == [
+        "block",
+        "pixels",
+        "missing",
+        "recovered",
+        "status",
+        "iterations",
+        "stages",
+        "sigma",
+        "[mm]",
+    ]
+    assert [line.split()[0] for line in lines[1:3]] == ["1", "2"]
+    assert "2 blocks cover 100.0% of the frame" in captured.out
+    assert "485 of 485 missing pixels recovered (100.0%)" in captured.out
+    assert lines[-1] == (
+        "Written to out: depth.png, depth.npy, expected_error.png, expected_error.npy, unsupported.png, blocks.png, "
+        "curves.csv, cloud.ply, meta.json, run.json"
+    )
+
+
+def test_command_line_and_library_give_the_same_depth(files):
+    main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--mode", "fill+denoise"])
+    frame = ilf.load_frame(*files)
+    parameters = ilf.preset(max_iterations=25, mode="fill+denoise")
+    result = ilf.complete(frame, ilf.extract_blocks(frame), parameters)
+    np.testing.assert_array_equal(np.load("out/depth.npy"), result.depth)
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        ["--preset", "released-code", "--no-cloud"],
+        ["--blocks-dilation", "2", "--no-blocks-use-depth", "--cloud-format", "xyzrgb", "--depth-formats", "tiff"],
+        ["--blocks", "drawn.png", "--png-units", "5000", "--mesh", "obj", "--normals", "--drop-flying"],
+    ],
+)
+def test_replay_writes_the_same_bytes(files, tmp_path, extra):
+    drawn = np.zeros((60, 80), np.uint8)
+    drawn[10:50, 5:70] = 7
+    cv2.imwrite("drawn.png", drawn)
+    assert main(["complete", *files, "--intrinsics", CAMERA, "--out", "out", "--quiet", *QUICK, *extra]) == 0
+    (tmp_path / "elsewhere").mkdir()
+    os.chdir("elsewhere")
+    assert main(["complete", "--replay", "../out/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("../out")
+    Path("../in").rename("../moved")
+    moved = ["../moved/rgb.png", "../moved/depth.png"]
+    assert main(["complete", "--replay", "../out/run.json", *moved, "--out", "third", "--quiet"]) == 0
+    assert contents("third") == contents("../out")
+
+
+def test_a_folder_is_a_frame_and_names_the_output(files, capsys):
+    Path("in/meta.json").write_text(
+        json.dumps({"name": "../two walls", "depth_units_per_m": 1000, "K": [80, 80, 40, 30]})
+    )
+    assert main(["complete", "in", *QUICK]) == 0
+    assert set(contents(".._two_walls-ilf")) == RESULTS
+
+
+def test_without_intrinsics_there_is_no_cloud_and_that_is_said(files, capsys):
+    assert main(["complete", *files, "--out", "out", "--quiet", *QUICK]) == 0
+    assert set(contents("out")) == RESULTS - {"cloud.ply"}
+    assert "ilf: warning: No point cloud" in capsys.readouterr().err
+    assert read_record("out/run.json").export.cloud is None
+    assert "intrinsics" in fails(capsys, "complete", *files, "--out", "new", "--cloud-format", "ply")
+    assert "A mesh needs" in fails(capsys, "complete", *files, "--out", "new", "--no-cloud", "--mesh", "glb")
+    assert not Path("new").exists()
+
+
+def test_without_the_expected_error_the_replay_has_none_either(files, capsys):
+    arguments = ["complete", *files, "--no-cloud", "--no-expected-error", "--out", "out", "--quiet", *QUICK]
+    assert main(arguments) == 0
+    assert set(contents("out")) == RESULTS - {"cloud.ply"} - ERRORS
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("out")
+    again = ("complete", "--replay", "out/run.json", "--no-expected-error")
+    assert "--no-expected-error" in fails(capsys, *again, status=2)
+
+
+def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
+    model = ["--blocks-model", "mine"]
+    commands = (
+        ["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, *model],
+        ["complete", "--replay", "out/run.json", "--out", "again", "--quiet"],
+        ["blocks", *files, "--out", "blocks.png", "--quiet", *model],
+    )
+    for command in commands:
+        assert main(command) == 0
+        warnings = [line for line in capsys.readouterr().err.splitlines() if "There is no edge network 'mine'" in line]
+        assert len(warnings) == 1
+        assert warnings[0].startswith("ilf: warning: Canny's edges replace those of the network: ")
+    filters = ["complete", *files, "--no-cloud", "--out", "own", "--quiet", "--preset", "best", "--model", "mine"]
+    for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"]):
+        assert main(command) == 0
+        note = "Canny's edges replace those of the network: There is no edge network 'mine'"
+        assert capsys.readouterr().err.count(note) == 1
+
+
+def test_a_replay_says_how_it_came_out(files, capsys):
+    main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
+    assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    assert captured.out.endswith("The result is identical to the recorded one.\n")
+    Path("out/curves.csv").unlink()
+    record = json.loads(Path("out/run.json").read_text())
+    record["depth_sha256"] = "0"
+    Path("out/run.json").write_text(json.dumps(record))
+    assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
+    captured = capsys.readouterr()
+    assert "ilf: warning: The set of files is incomplete: missing curves.csv." in captured.err
+    assert "ilf: warning: The depth differs from the recorded one by up to 0.0e+00 m, at 0 pixels" in captured.err
+    assert "identical to the recorded one" not in captured.out
+
+
+def test_a_replay_can_leave_out_the_cloud_that_cannot_be_written_here(files):
+    main(["complete", *files, "--intrinsics", CAMERA, "--out", "out", "--quiet", *QUICK])
+    assert main(["complete", "--replay", "out/run.json", "--no-cloud", "--out", "again", "--quiet"]) == 0
+    there, here = contents("out"), contents("again")
+    assert set(there) - set(here) == {"cloud.ply"}
+    assert all(here[name] == there[name] for name in here if name != "run.json")
+
+
+def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
+    mask = np.zeros((60, 80), np.uint8)
+    mask[40:52, 4:20] = 255
+    cv2.imwrite("mask.png", mask)
+    with_invalid_mask = ["complete", *files, "--no-cloud", "--quiet", *QUICK, "--invalid-mask", "mask.png"]
+    assert main([*with_invalid_mask, "--out", "out"]) == 0
+    frame = ilf.load_frame(*files).with_invalid_mask(mask > 0)
+    depth = np.load("out/depth.npy")
+    assert np.all(np.isfinite(depth[mask > 0]))
+    assert np.any(depth[mask > 0] != frame.measured[mask > 0])
+    assert np.all(np.isfinite(np.load("out/expected_error.npy")[mask > 0]))
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("out")
+    cv2.imwrite("small.png", mask[:9])
+    assert "the mask is 80 x 9" in fails(capsys, *with_invalid_mask[:-1], "small.png")
+    assert main(["blocks", *files, "--invalid-mask", "mask.png", "--out", "b.png", "--quiet"]) == 0
+    np.testing.assert_array_equal(read_labels("b.png"), ilf.extract_blocks(frame))
+
+
+def test_blocks_go_to_other_programs_and_come_back(files, capsys):
+    drawn = np.zeros((60, 80), np.int32)
+    drawn[10:30, 30:50] = 7
+    write_blocks("drawn.json", drawn, format="labelme", names={7: "chair"})
+    assert main(["blocks", *files, "--from", "drawn.json", "--out", "b.json", "--format", "coco-rle"]) == 0
+    shown = capsys.readouterr().out
+    assert re.search(r"^ *7 +400 .* chair$", shown, re.MULTILINE)
+    assert "1 block covers 8.3%" in shown
+    found = read_blocks("b.json", (60, 80))
+    np.testing.assert_array_equal(found.labels, drawn)
+    assert found.names == {7: "chair"}
+    assert json.loads(Path("b.json").read_text())["images"][0]["file_name"] == Path(files[0]).name
+
+    given = ["complete", *files, "--no-cloud", "--quiet", *QUICK, "--blocks", "b.json"]
+    assert main([*given, "--out", "given"]) == 0
+    np.testing.assert_array_equal(read_labels("given/blocks.png"), drawn)
+    assert main([*given, "--fill-gaps", "--blocks-granularity", "0.4", "--out", "filled"]) == 0
+    filled = read_labels("filled/blocks.png")
+    assert np.all(filled > 0)
+    np.testing.assert_array_equal(filled == 7, drawn == 7)
+    assert main(["complete", "--replay", "filled/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("filled")
+
+    assert "nothing is extracted" in fails(capsys, *given, "--blocks-granularity", "0.4", status=2)
+    assert "with --blocks" in fails(capsys, "complete", *files, "--fill-gaps", status=2)
+    stages = ["blocks", *files, "--from", "b.json", "--out", "c.png", "--stages", "stages"]
+    assert "leave out --stages" in fails(capsys, *stages, status=2)
+    write_blocks("none.json", drawn * 0)
+    assert "contains none" in fails(capsys, *given[:-1], "none.json")
+
+
+def test_drawn_borders_are_taken_told_and_replayed(files, capsys):
+    frame = ilf.load_frame(*files)
+    labels = np.where(np.arange(80) < 40, 1, 2) * np.ones((60, 1), np.int32)
+    drawn = np.zeros((60, 80), bool)
+    drawn[:, 39:41] = True
+    write_labels("labels.png", labels)
+    write_mask("mask.png", drawn)
+    flags = ["complete", *files, "--no-cloud", "--quiet", "--blocks", "labels.png", "--borders", "mask.png"]
+    assert main([*flags, "--out", "out"]) == 0
+    depth = np.load("out/depth.npy")
+    assert np.array_equal(depth, ilf.complete(frame, labels, drawn=drawn).depth, equal_nan=True)
+    assert main(["info", "out/run.json"]) == 0
+    assert re.search(r"^borders: +drawn.png$", capsys.readouterr().out, re.MULTILINE)
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("out")
+    cv2.imwrite("small.png", np.zeros((9, 80), np.uint8))
+    assert "the mask is 80 x 9" in fails(capsys, *flags[:-1], "small.png")
+    again = ["complete", "--replay", "out/run.json", "--borders", "mask.png"]
+    assert "leave out --borders" in fails(capsys, *again, status=2)
+
+
+def test_blocks_are_extracted_around_those_that_stay(files, capsys):
+    drawn = np.zeros((60, 80), np.uint8)
+    drawn[10:30, 30:50] = 7
+    drawn[40:50, 30:50] = 9
+    cv2.imwrite("drawn.png", drawn)
+    again = ["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--fill-gaps"]
+    assert main(again) == 0
+    labels = read_labels("b.png")
+    assert np.all(labels[drawn > 0] == drawn[drawn > 0])
+    assert np.all(labels > 0)
+    assert "4 blocks cover 100.0%" in capsys.readouterr().out
+    assert main([*again, "--keep", "9", "--quiet"]) == 0
+    labels = read_labels("b.png")
+    assert np.all((labels == 9) == (drawn == 9))
+    assert 7 not in labels
+    assert main(["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--keep", "7", "--quiet"]) == 0
+    np.testing.assert_array_equal(read_labels("b.png"), np.where(drawn == 7, 7, 0))
+    assert "there are no blocks 3." in fails(capsys, *again, "--keep", "9,3")
+    assert "with --from" in fails(capsys, "blocks", *files, "--out", "b.png", "--keep", "9", status=2)
+
+
+@pytest.mark.parametrize(("kind", "prefix"), [(ilf.Parameters, "--"), (ilf.BlockParameters, "--blocks-")])
+def test_every_declared_parameter_has_a_flag(kind, prefix):
+    for name, declaration in kind.declarations().items():
+        if declaration.kind is bool:
+            value = not declaration.default
+            flag = f"{prefix}{name.replace('_', '-')}"
+            words = [flag if value else flag.replace("--", "--no-", 1)]
+        else:
+            value = declaration.maximum if declaration.kind is not str else "mine"
+            value = declaration.choices[-1] if declaration.choices else declaration.kind(value)
+            words = [f"{prefix}{name.replace('_', '-')}", str(value)]
+        arguments = build_parser().parse_args(["complete", "a", "b", *words])
+        assert parsing.given_parameters(arguments, kind) == {name: value}
+    arguments = build_parser().parse_args(["complete", "a", "b", "--blocks-margin", "auto"])
+    assert parsing.given_parameters(arguments, ilf.BlockParameters) == {"margin": -1}
+
+
+@pytest.mark.parametrize(
+    ("flags", "sentence"),
+    [
+        (["--padding", "3"], "padding has no effect with filter edge-aware; it belongs to filter ideal."),
+        (
+            ["--preset", "paper", "--noise", "0.1"],
+            "noise has no effect with filter ideal; it belongs to filter edge-aware.",
+        ),
+        (
+            ["--blocks-detector", "canny", "--blocks-threshold", "0.5"],
+            "threshold has no effect with detector canny; it belongs to detector rgbd or hed.",
+        ),
+    ],
+)
+def test_a_flag_that_has_no_effect_is_refused(flags, sentence, files, capsys):
+    assert fails(capsys, "complete", *files, "--out", "out", *flags, status=2) == f"ilf: error: {sentence}\n"
+    assert not Path("out").exists()
+    if flags[0].startswith("--blocks"):
+        assert sentence in fails(capsys, "blocks", *files, "--out", "b.png", *flags, status=2)
+
+
+def test_the_filter_follows_the_flags_of_the_extraction(files):
+    """The same blocks, other edges: what the library gives with that extraction."""
+    labels, mask = np.ones((60, 80), np.int32), np.zeros((60, 80), np.uint8)
+    mask[20:40, 30:50] = 255  # across the jump
+    cv2.imwrite("mask.png", mask)
+    frame = ilf.load_frame(*files).with_invalid_mask(mask > 0)
+    own = ilf.BlockParameters(granularity=0.0, min_size=50.0, depth_jump=3.0)
+    flags = ["--blocks-granularity", "0", "--blocks-min-size", "50", "--blocks-depth-jump", "3"]
+    flags += ["--invalid-mask", "mask.png"]
+    assert main(["complete", *files, "--no-cloud", "--quiet", "--out", "out", *flags]) == 0
+    assert np.array_equal(read_labels("out/blocks.png"), labels)
+    expected = ilf.complete(frame, labels, extraction=own).depth
+    assert np.array_equal(np.load("out/depth.npy"), expected, equal_nan=True)
+    assert not np.array_equal(ilf.complete(frame, labels).depth, expected, equal_nan=True)
+
+
+@pytest.mark.parametrize("command", ["complete", "batch", "evaluate", "report", "blocks"])
+def test_help_is_a_page_and_help_all_has_everything(command, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    page = capsys.readouterr().out
+    assert page.count("\n") <= 50
+    assert "--out" in page or "--json" in page
+    assert "--blocks-granularity" in page
+    assert "--blocks-canny-sigma" not in page
+    assert page.endswith(f"All options: ilf {command} --help-all\n")
+    with pytest.raises(SystemExit) as stopped:
+        main([command, "--help-all"])
+    assert stopped.value.code == 0
+    every = capsys.readouterr().out
+    assert all(f"--blocks-{name.replace('_', '-')}" in every for name in ilf.BlockParameters.declarations())
+
+
+def test_full_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")
+    with pytest.raises(SystemExit) as stopped:
+        main(["complete", "--help-all"])
+    assert stopped.value.code == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "[m; 0 to 1; default 0.0005; in paper 0.005; in released-code 0.005]" in text
+    assert "[default staged; in released-code linear]" in text
+    assert "% of frame" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["complete", "in/rgb.png"], "depth image"),
+        (["complete", "in/none.png", "in/depth.png"], "no such file"),
+        (["complete", "in/depth.png", "in/rgb.png"], "depth"),
+        (["complete", "in/rgb.png", "in/depth.png", "--depth-units", "1"], "units"),
+        (["complete", "in/rgb.png", "in/depth.png", "--intrinsics", "kinekt"], "preset"),
+        (["complete", "in/rgb.png", "in/depth.png", "--out", "in"], "own file"),
+        (["complete", "in/rgb.png", "in/depth.png", "--blocks", "in/rgb.png"], "label map"),
+        (["complete", "in/rgb.png", "in/depth.png", "--blocks-margin", "40"], "no blocks"),
+        (["complete", "in/rgb.png", "in/depth.png", "--png-units", "0"], "positive"),
+        (["complete", "in/rgb.png", "in/depth.png", "--depth-formats", "png,jpg"], "'jpg'"),
+        (["complete", "--replay", "in/rgb.png"], "JSON"),
+        (["complete", "--replay", "none.json"], "no such file"),
+        (["blocks", "in/rgb.png", "in/depth.png", "--out", "missing/b.png"], "folder"),
+        (["blocks", "in/rgb.png", "in/depth.png", "--out", "in/depth.png"], "own file"),
+        (["blocks", "in/rgb.png", "in/depth.png", "--out", "b.jpg"], ".png"),
+        (["blocks", "in/rgb.png", "in/depth.png", "--out", "b.png", "--stages", "in/rgb.png"], "folder"),
+        (["complete", "in"], "meta.json"),
+        (["sample", "in/rgb.png"], "folder"),
+    ],
+)
+def test_errors_are_one_line(files, capsys, arguments, word):
+    assert word in fails(capsys, *arguments)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["complete"],
+        ["complete", "a", "b", "c"],
+        ["complete", "a", "b", "--s-criteria", "7"],
+        ["complete", "a", "b", "--max-iterations", "many"],
+        ["complete", "a", "b", "--mode", "magic"],
+        ["complete", "a", "b", "--stop"],
+        ["complete", "a", "b", "--no-cloud", "--axes", "camera"],
+        ["complete", "a", "b", "--no-cloud", "--cloud-format", "ply", "--mesh", "ply"],
+        ["complete", "a", "b", "--mesh", "stl"],
+        ["complete", "--replay", "run.json", "--normals"],
+        ["complete", "a", "b", "--blocks", "c.png", "--blocks-dilation", "2"],
+        ["complete", "--replay", "run.json", "--mode", "fill", "--png-units", "5"],
+        ["blocks", "a", "b"],
+        ["info"],
+        ["fly"],
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(files, capsys, arguments):
+    fails(capsys, *arguments, status=2)
+
+
+def test_interrupt_leaves_nothing_behind(files, capsys, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(complete.RunProgress, "update", interrupted)
+    assert "interrupted" in fails(capsys, "complete", *files, "--out", "out", status=130)
+    assert not Path("out").exists()
+
+
+def test_progress_goes_to_stderr(files, capsys):
+    assert main(["complete", *files, "--no-cloud", "--out", "out", "--progress", *QUICK]) == 0
+    captured = capsys.readouterr()
+    assert "0/2 blocks" in captured.err
+    assert "/2 blocks" not in captured.out
+
+
+def test_blocks_writes_the_label_map_and_its_stages(files, capsys):
+    assert main(["blocks", *files, "--out", "b.png", "--stages", "stages/of"]) == 0
+    labels = ilf.extract_blocks(ilf.load_frame(*files))
+    np.testing.assert_array_equal(read_labels("b.png"), labels)
+    names = ["1-strength", "2-edges", "3-dilated", "4-contracted", "5-blocks"]
+    assert sorted(contents("stages/of")) == [f"{name}.png" for name in names]
+    strength, edges, dilated = (cv2.imread(f"stages/of/{name}.png", cv2.IMREAD_UNCHANGED) for name in names[:3])
+    assert np.ptp(strength) > 200
+    assert np.count_nonzero(dilated) > np.count_nonzero(edges) > 0
+    assert np.all(dilated[edges > 0])
+    overlay = cv2.imread("stages/of/5-blocks.png")
+    assert np.all(overlay[:, 39] == 255)
+    assert len(np.unique(overlay[:, [10, 70]].reshape(-1, 3), axis=0)) == 2
+    assert "2 blocks cover 100.0%" in capsys.readouterr().out
+    assert main(["complete", *files, "--blocks", "b.png", "--no-cloud", "--out", "out", "--quiet", *QUICK]) == 0
+    assert read_record("out/run.json").blocks.edited
+
+
+def test_info_shows_frames_and_records(files, capsys):
+    assert main(["info", *files]) == 0
+    text = capsys.readouterr().out
+    assert "80 x 60, uint16" in text
+    assert "1000 units per metre (assumed" in text
+    assert "10.1%" in text
+    assert "1.500 to 2.837 m" in text
+    assert "intrinsics:   unknown" in text
+    assert main(["info", *files, "--depth-units", "1", "--intrinsics", "1,2,3,4"]) == 0
+    text = capsys.readouterr().out
+    assert "fx 1, fy 2, cx 3, cy 4" in text
+    assert "problem:      The median depth would be" in text
+    assert main(["info", files[0]]) == 0
+    assert capsys.readouterr().out == "colour:       in/rgb.png, 80 x 60\n"
+    main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--preset", "released-code"])
+    assert main(["info", "out/run.json"]) == 0
+    text = capsys.readouterr().out
+    assert "preset released-code with max_iterations 25" in text
+    assert "block  pixels" in text
+
+
+def document(capsys, *words):
+    """The one JSON document that a command prints."""
+    assert main([*map(str, words), "--json"]) == 0
+    return json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+
+
+def test_complete_prints_one_json_document(files, capsys):
+    how = ["complete", *files, "--no-cloud", "--out", "out", *QUICK, "--blocks-existence-rate", "0.95"]
+    found = document(capsys, *how)
+    run = ilf.Run.of(ilf.load_frame(*files), existence_rate=0.95, max_iterations=25)
+    completion = run.complete()
+    assert (found["frame"], found["width"], found["height"]) == (run.frame.name, 80, 60)
+    assert found["recovered"] == np.count_nonzero(completion.filled & run.frame.missing)
+    assert found["missing_before"] == found["missing_after"] + found["recovered"]
+    assert found["errors"] is None
+    assert found["parameters"] == run.parameters.to_dict()
+    assert set(found["files"]) == set(contents("out"))
+    outcomes = list(completion.outcomes.values())
+    assert [block["status"] for block in found["blocks"]] == [outcome.status for outcome in outcomes]
+    for block, outcome in zip(found["blocks"], outcomes, strict=True):
+        assert block["sigma_i_m"] == (None if np.isnan(outcome.sigma_i) else outcome.sigma_i)
+    assert set(found) == set(re.findall(r"\w+", COMPLETION_KEYS.partition(" blocks: ")[0])) - {
+        *("pixels", "against", "ground", "truth", "null", "without", "it"),
+    }
+
+
+def test_info_prints_one_json_document(files, capsys):
+    frame = ilf.load_frame(*files)
+    found = document(capsys, "info", *files, "--intrinsics", "1,2,3,4")["frame"]
+    assert (found["width"], found["height"], found["depth_type"]) == (80, 60, "uint16")
+    assert found["missing_share"] == pytest.approx(frame.missing_share)
+    assert found["max_m"] == pytest.approx(np.nanmax(frame.depth))
+    assert found["intrinsics"] == {"fx": 1.0, "fy": 2.0, "cx": 3.0, "cy": 4.0, "name": ""}
+    assert (found["plausibility_warnings"], found["problems"]) == ([], [])
+    main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
+    capsys.readouterr()
+    found = document(capsys, "info", "out")
+    assert list(found) == ["frame", "run"]
+    assert [block["label"] for block in found["run"]["blocks"]] == [1, 2]
+    assert found["run"]["preset"] == "best"
+    Path("out/depth.npy").unlink()
+    found = document(capsys, "info", "out/run.json")
+    assert found["run"]["problems"][0].startswith("The set of files is incomplete: missing depth.npy")
+    write_small_frame(Path("more/a"))
+    write_small_frame(Path("more/b"))
+    for folder in ("a", "b"):
+        Path(f"more/{folder}/meta.json").write_text(json.dumps({"depth_units_per_m": 1000}))
+    found = document(capsys, "info", "more")
+    assert (found["source"]["frames"], found["source"]["keys"]) == (2, ["a", "b"])
+
+
+def test_info_tells_of_colour_and_depth_of_different_sizes(files, capsys):
+    cv2.imwrite(files[1], np.full((20, 30), 2000, np.uint16))
+    assert main(["info", *files]) == 0
+    rows, columns, _ = cv2.imread(files[0]).shape
+    assert (
+        f"problem:      Colour is {columns} x {rows} but depth is 30 x 20. Both must have the same pixels"
+        in capsys.readouterr().out
+    )
+
+
+def test_info_shows_what_is_wrong_with_a_set(files, capsys):
+    main(["complete", *files, "--no-cloud", "--extrapolate", "--out", "out", "--quiet", *QUICK])
+    assert main(["info", "out"]) == 0
+    text = capsys.readouterr().out
+    assert "name:         in-completed" in text
+    assert "extrapolated: depth that was still missing after the run" in text
+    assert re.search(r"network:      edges \([0-9a-f]{12}\) for blocks and the filter\n", text)
+    assert "problem" not in text
+    Path("out/depth.npy").unlink()
+    assert main(["info", "out/run.json"]) == 0
+    assert "problem:      The set of files is incomplete: missing depth.npy." in capsys.readouterr().out
+    Path("out/run.json").unlink()
+    assert "an interrupted export" in fails(capsys, "info", "out")
+
+
+def test_sample_is_copied_and_nothing_else_overwritten(tmp_path, capsys):
+    folder = tmp_path / "here" / "room"
+    for _ in range(2):
+        assert main(["sample", str(folder)]) == 0
+    source = asset_path("samples/room")
+    assert contents(folder) == {path.name: path.read_bytes() for path in source.iterdir()}
+    assert ilf.load_frame(folder).intrinsics is not None
+    (folder / "meta.json").write_text("mine")
+    capsys.readouterr()
+    assert "meta.json" in fails(capsys, "sample", folder)
+    assert (folder / "meta.json").read_text() == "mine"
+    assert main(["sample", str(folder), "--force"]) == 0
+    assert contents(folder) == {path.name: path.read_bytes() for path in source.iterdir()}
+
+
+def test_missing_assets_are_said():
+    with pytest.raises(InputError, match="samples/none"):
+        asset_path("samples/none")
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["--version"])
+    assert stopped.value.code == 0
+    assert capsys.readouterr().out == f"ilf {ilf.__version__}\n"
+
+
+@pytest.mark.parametrize("words", [["--version"], ["--help"]])
+def test_version_and_help_import_neither_commands_nor_numpy(words):
+    program = (
+        "import sys\nfrom ilf.cli import main\ntry:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
+        "print('modules:', *sys.modules)"
+    )
+    ended = _child("-c", program, *words)
+    assert ended.returncode == 0, ended.stderr
+    modules = ended.stdout.decode().rpartition("modules:")[2].split()
+    assert "numpy" not in modules
+    ours = {name.removeprefix("ilf.") for name in modules if name.startswith("ilf.")}
+    assert {name for name in ours if not name.startswith("_runtime")} == {"cli", "cli.commands", "cli.usage", "errors"}
+
+
+def test_a_command_imports_no_other_command():
+    assert {path.stem for path in (ROOT / "ilf/cli").glob("*.py")} >= set(COMMANDS)
+    for path in (ROOT / "ilf/cli").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.level == 1:
+                names = {node.module} if node.module else {alias.name for alias in node.names}
+                assert not names & set(COMMANDS), path
+
+
+def test_help_names_all_commands_and_exit_statuses(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    for name, sentence in COMMANDS.items():
+        assert f" {name} {sentence}" in text
+    for status, sentence in EXIT_STATUSES.items():
+        assert f" {status} {sentence}" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["complet"], "There is no command 'complet'. Did you mean complete? See ilf --help."),
+        (["fly"], "There is no command 'fly'. Choose from complete, batch, "),
+        (["--verson"], "There is no option --verson. Did you mean --version? See ilf --help."),
+        (["project", "nwe"], "There is no action 'nwe'. Did you mean new? See ilf project --help."),
+        (
+            ["complete", "in", "--blocks-granularty", "0.3"],
+            "There is no option --blocks-granularty. Did you mean --blocks-granularity? See ilf complete --help.",
+        ),
+        (["blocks", "in", "--ot=b.png"], "There is no option --ot. Did you mean --out? See ilf blocks --help."),
+        (["complete", "in", "--mesh", "plyy"], "argument --mesh: 'plyy' is not a choice. Did you mean ply?"),
+        (["complete", "in", "--mesh", "stl"], "argument --mesh: 'stl' is not a choice. Choose from ply, obj, glb."),
+    ],
+)
+def test_a_misspelt_word_is_answered_by_the_nearest(arguments, sentence, capsys):
+    assert sentence in fails(capsys, *arguments, status=2)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_scripts_have_commands_options_and_choices(shell, capsys):
+    assert main(["completion", shell]) == 0
+    text = capsys.readouterr().out
+    words = [*COMMANDS, "blocks-granularity", "fill+denoise"]
+    assert not [word for word in words if word not in text]
+    if found := shutil.which(shell):
+        subprocess.run([found, "-n"], input=text, text=True, check=True)
+
+
+def test_reader_that_goes_away_is_no_error_message(files):
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    try:
+        ended = subprocess.run(
+            [sys.executable, "-c", "import sys, ilf.cli; sys.exit(ilf.cli.main())", "info", *files],
+            stdout=write_end,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    finally:
+        os.close(write_end)
+    assert ended.returncode == 1
+    assert ended.stderr == b""
+
+
+def _child(*arguments, **environment):
+    return subprocess.run(
+        [sys.executable, *arguments],
+        capture_output=True, check=False, env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+    )  # fmt: skip
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep this limit")
+@pytest.mark.parametrize("megabytes", [80, 300, 700])
+@pytest.mark.parametrize("module", ["ilf", "gui"])
+def test_too_little_address_space_is_one_line(module, megabytes):
+    limit = f"ulimit -v {1000 * megabytes}; exec {sys.executable} -m {module} --version"
+    ended = subprocess.run(["sh", "-c", limit], capture_output=True, text=True)
+    assert ended.returncode == 1
+    assert ended.stderr.count("\n") == 1
+    assert "MB of address space" in ended.stderr
+
+
+def test_system_errors_are_told_in_words(files, capsys, monkeypatch):
+    def too_large(arguments):
+        raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), "big.png")
+
+    monkeypatch.setattr("ilf.cli.info.run", too_large)
+    assert main(["info", *files]) == 1
+    said = capsys.readouterr().err
+    assert said == "ilf: error: big.png: the file would be larger than its drive or a limit (ulimit -f) allows\n"
+
+
+def test_python_runs_the_package_as_the_command():
+    ended = _child("-m", "ilf", "--version")
+    assert (ended.returncode, ended.stdout.decode().split()) == (0, ["ilf", ilf.__version__])
+    ended = _child("-m", "ilf", "info", "absent")
+    assert ended.returncode == 1
+    assert ended.stderr.startswith(b"ilf: error:")
+
+
+def test_a_terminal_that_cannot_show_a_name_is_no_error(files, tmp_path):
+    folder = tmp_path / "größe 深度"
+    ended = _child(
+        "-m", "ilf", "complete", *files, "--out", str(folder), "--max-iterations", "2", PYTHONIOENCODING="ascii"
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert b"Traceback" not in ended.stderr
+    assert rb"gr\xf6\xdfe \u6df1\u5ea6: depth.png" in ended.stdout
+    assert (folder / "depth.npy").is_file()
+
+
+def test_the_library_imports_nothing_that_only_some_of_the_work_needs():
+    ended = _child(
+        "-c",
+        "import sys, ilf.cli.commands, ilf.run.writing\n"
+        "print(*sorted({name.partition('.')[0] for name in sys.modules}))",
+    )
+    assert ended.returncode == 0, ended.stderr
+    heavy = {"PySide6", "pyqtgraph", "qtawesome", "open3d", "libusb_package", "matplotlib", "h5py", "onnx", "torch"}
+    assert not set(ended.stdout.decode().split()) & heavy
+
+
+def test_a_bare_installation_completes_a_frame_and_names_what_lacks_for_experiments(files, tmp_path):
+    program = """
+import sys
+for name in ("PySide6", "pyqtgraph", "qtawesome", "open3d", "libusb_package", "matplotlib", "h5py", "onnx", "torch"):
+    sys.modules[name] = None  # as where it is not installed
+from ilf.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+    how = ["complete", *files, "--intrinsics", "80,80,40,30", "--max-iterations", "2"]
+    written = tmp_path / "out"
+    ended = _child("-c", program, *how, "--out", str(written), "--cloud-format", "pcd", "--mesh", "glb", "--normals")
+    assert ended.returncode == 0, ended.stderr
+    assert {"depth.npy", "depth.png", "blocks.png", "curves.csv", "cloud.pcd", "mesh.glb", "run.json"} <= {
+        path.name for path in written.iterdir()
+    }
+    ended = _child("-c", program, "experiments", "run", "convergence", "--quick", "--out", str(tmp_path / "e"))
+    assert ended.returncode == 1
+    assert b"matplotlib" in ended.stderr
+    assert b"pip install 'ilf-studio[experiments]'" in ended.stderr
+    assert ended.stderr.count(b"\n") == 1
+
+
+def test_no_qt_is_loaded_by_any_command(files):
+    program = """
+import sys
+from ilf.cli import main
+arguments = sys.argv[1:]
+assert main(["complete", *arguments, "--intrinsics", "80,80,40,30", "--out", "out", "--max-iterations", "2"]) == 0
+assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
+assert main(["blocks", *arguments, "--out", "b.png", "--stages", "stages"]) == 0
+assert main(["info", *arguments]) == 0
+found = {name.split(".")[0] for name in sys.modules} & {"PySide6", "pyqtgraph", "qtpy", "qtawesome", "gui"}
+assert not found, found
+"""
+    subprocess.run([sys.executable, "-c", program, *files], check=True, stdout=subprocess.DEVNULL)
+
+
+def test_the_library_never_names_qt():
+    forbidden = {"PySide6", "PyQt6", "pyqtgraph", "qtpy", "qtawesome", "gui"}
+    for path in (ROOT / "ilf").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and node.level == 0:
+                names = [node.module]
+            assert not {name.split(".")[0] for name in names} & forbidden, path

@@ -1,0 +1,248 @@
+"""The command line where it evaluates: ground truth, `ilf evaluate`, presets from files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf._runtime.installation import asset_path
+from ilf.cli import main
+from ilf.cli.run_output import FinishedRun, completion_report, dominant_block
+from ilf.data.parameters import BlockParameters
+from ilf.evaluation.evaluation import Evaluation, evaluate_completion
+from ilf.evaluation.hold_out import HoldOutTest, compare_hidden, evaluate_hold_out
+from ilf.evaluation.sweep import Sweep, run_sweep
+from ilf.run.preset_files import UserPreset, save_preset, write_preset
+
+from ..small_frames import write_small_frame
+from .test_cli import QUICK, fails
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """Colour and depth file, and the truth in 0.2 mm, relative to the working directory."""
+    monkeypatch.chdir(tmp_path)
+    write_small_frame(tmp_path / "in")
+    rows, columns = np.mgrid[:60, :80]
+    ground_truth = np.where(columns < 40, 1500 + 4 * rows, 2600 + 3 * columns) + 10
+    cv2.imwrite("in/gt.png", (5 * ground_truth).astype(np.uint16))
+    return ["in/rgb.png", "in/depth.png"]
+
+
+GROUND_TRUTH = ["--ground-truth", "in/gt.png", "--ground-truth-units", "5000"]
+
+
+def figures(text: str, name: str) -> list[str]:
+    """The cells of a line of a table that begins so."""
+    return next(line.split() for line in text.splitlines() if line.startswith(name))
+
+
+def test_complete_tells_the_error_against_the_truth(files, capsys):
+    assert main(["complete", *files, *GROUND_TRUTH, "--no-cloud", "--out", "out", *QUICK]) == 0
+    text = capsys.readouterr().out
+    frame = ilf.load_frame(*files, ground_truth="in/gt.png", ground_truth_units=5000)
+    run = ilf.Run.of(frame, preset=ilf.preset(max_iterations=25))
+    evaluation = evaluate_completion(frame, run.complete())
+    assert f"over {evaluation.pixels} filled pixels: median error {1000 * evaluation.median:.2f} mm, MAE " in text
+    assert f", RMSE {1000 * evaluation.rmse:.2f} mm" in text
+    assert "RMSE [mm]" in text.splitlines()[0]
+    assert json.loads(Path("out/run.json").read_text())["inputs"]["ground_truth"]["units"] == 5000
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
+    assert Path("again/curves.csv").read_bytes() == Path("out/curves.csv").read_bytes()
+    assert main(["info", "out/run.json"]) == 0
+    assert "gt.png, 5000 units per metre" in capsys.readouterr().out
+
+
+@pytest.fixture(scope="module")
+def room():
+    """The bundled sample, its run and the completion."""
+    run = ilf.Run.of(ilf.load_frame(asset_path("samples/room")))
+    return run, run.complete()
+
+
+def test_the_first_report_of_the_sample_is_short_and_tells_where_the_error_comes_from(room):
+    run, completion = room
+    lines = completion_report(FinishedRun(run, completion, 1.0, Path("out"), ())).splitlines()
+    limited = [label for label, outcome in completion.outcomes.items() if outcome.message]
+    assert len(limited) > 5
+    remark = "Step limit reached in the last stage."
+    assert [line for line in lines if remark in line] == [
+        f"{len(limited)} blocks ({', '.join(map(str, limited))}): {remark}"
+    ]
+    block = run.blocks == 2  # the open door into the dark
+    ground_truth, filled = run.frame.ground_truth, completion.filled
+    squared = (completion.depth - ground_truth)[filled] ** 2
+    share = squared[block[filled]].sum() / squared.sum()
+    doubtful = ilf.unsupported(completion)[block & filled].mean()
+    why = f"{doubtful:.0%} of its filled pixels are unsupported by measurements"
+    assert f"Block 2 has {share:.0%} of the squared error; {why}." in lines
+
+
+def test_evaluate_names_the_block_that_most_of_the_error_is_in(capsys):
+    assert main(["evaluate", str(asset_path("samples/room")), "--preset", "paper", "--preset", "best"]) == 0
+    assert re.fullmatch(r"best: block 2 has \d\d% of the squared error\.", capsys.readouterr().out.splitlines()[-1])
+
+
+@pytest.mark.parametrize(
+    ("blocks", "found"),
+    [
+        ({}, None),
+        ({1: Evaluation(4, rmse=1.0)}, None),
+        ({1: Evaluation(4, rmse=1.0), 2: Evaluation(0)}, None),
+        ({1: Evaluation(4, rmse=0.0), 2: Evaluation(4, rmse=0.0)}, None),
+        ({1: Evaluation(4, rmse=1.0), 2: Evaluation(3, rmse=2.0)}, 2),
+        ({1: Evaluation(3, rmse=1.0), 2: Evaluation(4, rmse=2.0)}, None),
+        ({1: Evaluation(1, rmse=1.0), 2: Evaluation(2, rmse=1.0), 3: Evaluation(2, rmse=1.0)}, None),
+    ],
+)
+def test_the_block_that_has_most_of_the_error(blocks, found):
+    pixels = sum(one.pixels for one in blocks.values())
+    squared = sum(one.pixels * one.rmse**2 for one in blocks.values() if one.pixels)
+    whole = Evaluation(pixels, rmse=(squared / max(pixels, 1)) ** 0.5)
+    assert dominant_block(whole, blocks) == (None if found is None else (found, pytest.approx(0.75)))
+
+
+def test_info_tells_what_is_known_of_the_truth(files, capsys):
+    assert main(["info", *files, *GROUND_TRUTH]) == 0
+    text = capsys.readouterr().out
+    assert "gt.png, 5000 units per metre, known at 100.0% of all pixels and 100.0% of the missing ones" in text
+    Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "exact"}))
+    assert main(["info", "in"]) == 0
+    assert "5.03 times the measured depth: give 5000" in capsys.readouterr().out
+    assert "give 5000 as its units" in fails(capsys, "complete", "in", "--out", "out")
+    Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "filled by hand"}))
+    assert main(["info", "in"]) == 0
+    assert "none: according to meta.json, gt.png" in capsys.readouterr().out
+
+
+def test_evaluate_against_ground_truth_gives_the_librarys_figures(files, capsys):
+    assert main(["evaluate", *files, *GROUND_TRUTH, "--preset", "best", "--preset", "paper", "--by-block", *QUICK]) == 0
+    text = capsys.readouterr().out
+    frame = ilf.load_frame(*files, ground_truth="in/gt.png", ground_truth_units=5000)
+    for name in ("best", "paper"):
+        run = ilf.Run.of(frame, preset=ilf.preset(name, max_iterations=25))
+        evaluation = evaluate_completion(frame, run.complete())
+        assert figures(text, name)[1].rstrip("*") == f"{1000 * evaluation.rmse:.2f}"
+    assert "against ground truth, over 485 missing pixels" in text
+    assert "RMSE [mm], paper" in text
+    assert figures(text, "    1")[1] == "210"
+
+
+def test_evaluate_prints_one_json_document(files, capsys):
+    flags = [*GROUND_TRUTH, "--preset", "best", "--preset", "paper", *QUICK]
+    assert main(["evaluate", *files, *flags, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert (found["against"], found["pattern"], found["seeds"]) == ("ground truth", None, [])
+    frame = ilf.load_frame(*files, ground_truth="in/gt.png", ground_truth_units=5000)
+    for result, name in zip(found["results"], ("best", "paper"), strict=True):
+        evaluation = evaluate_completion(frame, ilf.Run.of(frame, preset=name, max_iterations=25).complete())
+        assert (result["name"], result["errors"]["rmse_m"]) == (name, evaluation.rmse)
+        assert [block["label"] for block in result["blocks"]] == [1, 2]
+    assert main(["evaluate", *files, "--hold-out", "random", "--seeds", "2", *QUICK, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert (found["against"], found["pattern"], found["seeds"]) == ("hold-out", "random", [0, 1])
+
+
+def test_evaluate_on_hold_out_is_the_default_without_ground_truth(files, capsys):
+    assert main(["evaluate", *files, "--seeds", "2", "--csv", "table.csv", "--progress", *QUICK]) == 0
+    captured = capsys.readouterr()
+    assert "2 hold-outs" in captured.out
+    assert "0 % |" in captured.err
+    run = ilf.Run.of(ilf.load_frame(*files), preset=ilf.preset(max_iterations=25))
+    result = evaluate_hold_out(run, HoldOutTest("areas", (0, 1)))
+    with open("table.csv", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["block"] for row in rows] == ["", "1", "2"]
+    assert float(rows[0]["rmse_m"]) == result.whole.rmse
+    assert float(rows[2]["mae_m"]) == result.blocks[2].mae
+
+
+def test_evaluate_takes_presets_from_files_each_with_its_extraction(files, capsys):
+    one_block = UserPreset("one block", ilf.preset("paper"), "paper", BlockParameters(granularity=0.0, use_depth=False))
+    write_preset("file.json", one_block)
+    hidden = ["--hold-out", "random", "--seeds", "1", "--by-block"]
+    assert main(["evaluate", *files, "--preset", "best", "--preset", "file.json", *hidden, *QUICK]) == 0
+    text = capsys.readouterr().out
+    assert text.count("block  pixels") == 2, "other blocks, another table"
+    frame = ilf.load_frame(*files)
+    runs = [
+        ilf.Run.of(frame, preset=preset.replace(max_iterations=25), extraction=extraction)
+        for extraction, preset in ((None, ilf.preset()), (one_block.extraction, one_block.parameters))
+    ]
+    expected = compare_hidden(runs, HoldOutTest("random", (0,)))[1].whole.rmse
+    assert figures(text, "one block")[2].rstrip("*") == f"{1000 * expected:.2f}"
+
+
+def test_evaluate_sweeps_one_parameter_or_two(files, capsys):
+    assert main(["evaluate", *files, *GROUND_TRUTH, "--sweep", "max-iterations=3,25"]) == 0
+    text = capsys.readouterr().out
+    run = ilf.Run.of(ilf.load_frame(*files, ground_truth="in/gt.png", ground_truth_units=5000))
+    for point in run_sweep(Sweep(run, {"max_iterations": [3, 25]})).points:
+        name = f"max_iterations {point.values['max_iterations']} "
+        assert figures(text, name)[2].rstrip("*") == f"{1000 * point.whole.rmse:.2f}"
+    grid = ["--sweep", "smoothness=1,3", "--sweep", "trend=on,off", "--hold-out", "random", "--seeds", "1"]
+    assert main(["evaluate", *files, *grid, *QUICK]) == 0
+    lines = capsys.readouterr().out.splitlines()[2:6]
+    points = [f"smoothness {value} x, trend {switch}" for value in (1, 3) for switch in ("on", "off")]
+    assert [line.split("  ")[0] for line in lines] == points
+
+
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        (["--sweep", "smoothnes=1"], "Did you mean smoothness"),
+        (["--sweep", "smoothness"], "a parameter and its values, such as smoothness=0.3,1,3"),
+        (["--sweep", "smoothness=much"], "'much' is not a number"),
+        (["--sweep", "trend=maybe"], "trend must be on or off, not 'maybe'"),
+        (["--sweep", "smoothness=1", "--preset", "best", "--preset", "paper"], "varies one --preset"),
+        (["--hold-out", "areas", *GROUND_TRUTH], "exclude each other"),
+        ([*GROUND_TRUTH, "--seeds", "2"], "add --hold-out"),
+        (["--preset", "bset"], "no preset 'bset', and no such file. Known: best"),
+        (["--padding", "2"], "padding has no effect"),
+    ],
+)
+def test_what_does_not_go_together_is_said_before_anything_runs(flags, message, files, capsys):
+    assert message in fails(capsys, "evaluate", *files, *flags, status=2)
+
+
+def test_what_cannot_be_evaluated_is_refused(files, capsys):
+    assert "padding has no effect" in fails(capsys, "evaluate", *files, "--sweep", "padding=2,3")
+    ground_truth = np.where(cv2.imread("in/depth.png", cv2.IMREAD_UNCHANGED) == 0, 0, 2000).astype(np.uint16)
+    cv2.imwrite("in/known.png", ground_truth)
+    error = fails(capsys, "evaluate", *files, "--ground-truth", "in/known.png")
+    assert "no ground truth where depth is missing in the blocks" in error
+
+
+def test_complete_takes_ones_own_presets_by_name_and_by_file(files, capsys):
+    own = UserPreset("quick", ilf.preset("paper", max_iterations=25), "paper", BlockParameters(granularity=0.9))
+    save_preset(own)
+    write_preset("file.json", own)
+    plain = ["--preset", "paper", "--max-iterations", "25", "--blocks-granularity", "0.9"]
+    for folder, flags in (("plain", plain), ("name", ["--preset", "quick"]), ("file", ["--preset", "file.json"])):
+        assert main(["complete", *files, "--no-cloud", "--quiet", "--out", folder, *flags]) == 0
+    assert Path("plain/run.json").read_bytes() == Path("name/run.json").read_bytes()
+    assert Path("plain/run.json").read_bytes() == Path("file/run.json").read_bytes()
+    Path("bad.json").write_text('{"kind": "ilf-studio preset", "schema": 9}')
+    assert "reads schema 1 only" in fails(capsys, "complete", *files, "--preset", "bad.json", "--out", "x")
+    assert "--ground-truth" in fails(
+        capsys, "complete", "--replay", "plain/run.json", "--ground-truth", "in/gt.png", status=2
+    )
+
+
+def test_presets_lists_built_in_ones_and_ones_own(capsys):
+    save_preset(UserPreset("soft", ilf.preset("best", smoothness=3)))
+    path = save_preset(UserPreset("damaged", ilf.preset()))
+    path.write_text("{")
+    assert main(["presets"]) == 0
+    captured = capsys.readouterr()
+    assert figures(captured.out, "paper")[1] == "built-in"
+    assert captured.out.count("soft  ") == 1
+    assert "your own, from best  smoothness 3.0" in captured.out
+    assert "damaged.json is not valid JSON" in captured.err

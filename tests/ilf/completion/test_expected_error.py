@@ -1,0 +1,290 @@
+"""The expected error: where it is, how it grows, and that it comes back from data made by its own law."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.completion.confidence.expected_error import (
+    _discs,
+    depth_error,
+    difficulty_samples,
+    error_summary,
+    expected_error,
+    summarised,
+    unsupported,
+)
+from ilf.completion.confidence.features import FEATURES, FLOOR, error_features, walk
+from ilf.completion.confidence.fitted import MODELS
+from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, gap_weight
+from ilf.data.parameters import Parameters
+from ilf.errors import InputError, ParameterError
+from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
+from ilf.lab.bench.calibration import Sample, calibrate, fit, main
+from ilf.lab.bench.methods import METHODS
+from ilf.run.run import complete
+
+from ..small_frames import QUICK, write_small_frame
+
+ROWS, COLUMNS = np.mgrid[:96, :128].astype(np.float32)
+PLANE = (2 + 0.002 * ROWS + 0.004 * COLUMNS).astype(np.float32)
+HOLE = (ROWS - 48) ** 2 + (COLUMNS - 64) ** 2 < 30**2
+COLOUR = np.zeros((*PLANE.shape, 3), np.uint8)
+
+
+def error_of(depth, hole=HOLE, completed=None):
+    frame = ilf.RGBDFrame(COLOUR, np.where(hole, np.nan, depth))
+    return depth_error(frame, depth if completed is None else completed)
+
+
+def test_there_is_one_wherever_depth_was_filled_and_nowhere_else():
+    completed = PLANE.copy()
+    completed[40:44, 60:70] = np.nan
+    completed[44:48, 60:70] = 0
+    error = error_of(PLANE, completed=completed)
+    assert error.dtype == np.float32
+    np.testing.assert_array_equal(np.isfinite(error), HOLE & (np.nan_to_num(completed) > 0))
+    assert (error[np.isfinite(error)] > 0).all()
+    assert not np.isfinite(error_of(PLANE, hole=np.zeros_like(HOLE))).any()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_it_grows_with_the_distance_to_known_depth(model):
+    frame = ilf.RGBDFrame(COLOUR, np.where(COLUMNS >= 32, np.nan, PLANE))
+    error = depth_error(frame, PLANE, model)
+    inner = error[48, 32:-1]
+    assert (np.diff(inner) > -1e-6 * inner[:-1]).all()
+    assert inner[-1] > 3 * inner[0]
+
+
+def test_flat_depth_is_trusted_and_rough_depth_is_not():
+    rng = np.random.default_rng(0)
+    flat, rough = np.full_like(PLANE, 2.0), (2 + rng.normal(0, 0.05, PLANE.shape)).astype(np.float32)
+    small, large = (error_of(depth, completed=np.where(HOLE, 2.0, depth)) for depth in (flat, rough))
+    assert np.nanmax(small) < 0.01
+    assert np.nanmedian(large) > 3 * np.nanmedian(small)
+
+
+def test_a_jump_away_from_the_known_depth_is_doubted():
+    near, far = (error_of(PLANE, completed=np.where(HOLE, PLANE + step, PLANE)) for step in (0.02, 0.5))
+    assert (far[HOLE] > near[HOLE]).all()
+
+
+def test_it_grows_with_depth_at_least_in_proportion_but_never_beyond_it():
+    near, far = error_of(PLANE), error_of(3 * PLANE)
+    assert (far[HOLE] > 2.99 * near[HOLE]).all()
+    wild = np.where(HOLE, np.random.default_rng(0).uniform(0.2, 40, PLANE.shape), PLANE).astype(np.float32)
+    error = error_of(PLANE, completed=wild)
+    assert (error[HOLE] <= wild[HOLE]).all()
+    assert (error[HOLE] >= 0.999 * FLOOR * wild[HOLE]).all()
+
+
+@pytest.mark.parametrize("shape", [(1, 9), (9, 1), (3, 3), (7, 33)])
+def test_a_single_known_pixel_gives_finite_errors_that_are_no_certainty(shape):
+    depth = np.full(shape, np.nan, np.float32)
+    depth[0, 0] = 2.0
+    frame = ilf.RGBDFrame(np.zeros((*shape, 3), np.uint8), depth)
+    error = depth_error(frame, np.full(shape, 2.0, np.float32))
+    assert np.isfinite(error).sum() == depth.size - 1
+    assert np.nanmin(error) > 2 * FLOOR * 2.0
+
+
+def test_each_block_of_a_completion_has_the_model_of_its_filter(tmp_path):
+    frame = ilf.load_frame(*write_small_frame(tmp_path))
+    labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
+    completion = complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
+    of_filter = {name: depth_error(frame, completion.depth, name) for name in MODELS}
+    np.testing.assert_array_equal(expected_error(completion), of_filter["ideal"])
+    second = replace(completion.results[2], parameters=Parameters(filter="edge-aware"))
+    mixed = replace(completion, results={**completion.results, 2: second})
+    expected = np.where(labels == 1, of_filter["ideal"], of_filter["edge-aware"])
+    np.testing.assert_array_equal(expected_error(mixed), expected)
+    np.testing.assert_array_equal(np.isfinite(expected), completion.filled)
+    extrapolations = replace(completion, extrapolated=completion.filled & (labels == 2))
+    np.testing.assert_array_equal(expected_error(extrapolations), expected)
+
+
+def test_figures_of_expected_errors_are_over_what_blocks_have_filled(tmp_path):
+    frame = ilf.load_frame(*write_small_frame(tmp_path))
+    labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
+    completion = complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
+    extrapolate = replace(completion, extrapolated=completion.filled & (labels == 2))
+    error = expected_error(extrapolate)
+    of_blocks = error[completion.filled & (labels == 1)].astype(np.float64)
+    figures = error_summary(error, extrapolate)
+    assert figures.rms == pytest.approx(np.sqrt(np.mean(of_blocks**2)))
+    assert (figures.median, figures.p90) == pytest.approx((np.median(of_blocks), np.quantile(of_blocks, 0.9)))
+    assert error_summary(error, completion).rms != figures.rms
+    assert np.isnan(summarised(np.full(3, np.nan, np.float32))).all()
+
+
+def test_what_does_not_fit_is_refused():
+    frame = ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, PLANE))
+    with pytest.raises(InputError, match="does not belong"):
+        depth_error(frame, PLANE[1:])
+    with pytest.raises(ParameterError, match="no error model 'wavelet'"):
+        depth_error(frame, PLANE, "wavelet")
+
+
+def test_walks_end_at_the_depth_that_they_come_upon_and_edges_turn_them_back():
+    depth = np.full((64, 96), np.nan, np.float32)
+    depth[:, :16], depth[:, -16:] = 1.0, 3.0
+    open_, wall = np.zeros((2, *depth.shape), np.float32)
+    wall[:, 64:72] = 1.0
+    free, parted = walk(depth, open_), walk(depth, wall)
+    middle = 32, 48
+    assert free.depth[middle] == pytest.approx(np.log(3) / 2, abs=0.01)
+    assert free.spread[middle] == pytest.approx(np.log(3) / 2, abs=0.01)
+    assert free.aside[middle] < 2
+    assert parted.depth[middle] == pytest.approx(0, abs=0.02)
+    assert parted.spread[middle] < 0.15
+    assert parted.aside[middle] > 30
+    assert parted.steps[middle] > 1.5 * free.steps[middle]
+    closed = np.zeros_like(open_)
+    closed[24:40, 40:56] = 1.0
+    assert walk(depth, closed).steps[middle] > 20 * free.steps[middle]
+
+
+def test_nothing_vouches_for_guesses_for_what_edges_close_in_and_for_what_lies_outside_all_measured_depth():
+    frame = ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, PLANE))
+    labels = np.where(np.hypot(ROWS - 48, COLUMNS - 64) < 16, 2, 1).astype(np.int32)
+    completion = complete(frame, np.ones(PLANE.shape, np.int32), Parameters(max_iterations=3))
+    assert not unsupported(completion).any()
+    some = HOLE & (COLUMNS > 64)
+    np.testing.assert_array_equal(unsupported(replace(completion, extrapolated=some)), some)
+    for factor in (0.5, 2.0):
+        depth = np.where(some, np.float32(factor) * completion.depth, completion.depth)
+        np.testing.assert_array_equal(unsupported(replace(completion, depth=depth)), some)
+    ring = np.abs(np.hypot(ROWS - 48, COLUMNS - 64) - 16) < 4
+    parted = replace(completion, results={1: replace(completion.results[1], drawn=ring.ravel())})
+    closed_in = unsupported(parted)
+    assert closed_in[labels == 2].mean() > 0.5
+    assert not closed_in[np.hypot(ROWS - 48, COLUMNS - 64) > 24].any()
+    with pytest.raises(InputError, match="does not belong"):
+        unsupported(replace(completion, depth=completion.depth[1:]))
+
+
+def test_a_frame_is_as_hard_as_its_own_hidden_depth_turns_out():
+    smooth = ilf.RGBDFrame(COLOUR, PLANE)
+    rough = ilf.RGBDFrame(COLOUR, PLANE + np.float32(0.3) * (np.sin(ROWS / 7) * np.sin(COLUMNS / 9)))
+    easy, hard = (difficulty_samples(frame) for frame in (smooth, rough))
+    assert easy[0].shape == (len(easy[1]), len(FEATURES))
+    assert 0.2 < len(easy[1]) / PLANE.size < 0.35
+    assert np.median(easy[1]) < np.median(hard[1])
+    again = difficulty_samples(ilf.RGBDFrame(COLOUR, PLANE))
+    np.testing.assert_array_equal(easy[1], again[1])
+    assert difficulty_samples(ilf.RGBDFrame(COLOUR, np.where(ROWS < 80, np.nan, PLANE))) is None
+
+
+def test_frames_with_sparse_depth_of_great_size_and_at_the_limits_of_depth_can_be_tested_too(monkeypatch):
+    monkeypatch.setattr("ilf.completion.confidence.expected_error._MIN_SAMPLES", 10)
+    sparse = np.random.default_rng(0).uniform(size=PLANE.shape) < 0.02
+    features, _ = difficulty_samples(ilf.RGBDFrame(COLOUR, np.where(sparse, PLANE, np.nan)))
+    assert 30 <= len(features) < 100
+    near = np.where(_discs(PLANE.shape) | (COLUMNS < 60), 0.11, 0.099)  # what is left is too near for a frame
+    assert difficulty_samples(ilf.RGBDFrame(COLOUR, near)) is not None
+    assert np.isfinite(depth_error(ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, near)), near)[HOLE]).all()
+    monkeypatch.setattr("ilf.completion.confidence.expected_error._MAX_SIDE", 32)
+    features, _ = difficulty_samples(ilf.RGBDFrame(COLOUR, PLANE))
+    assert 0.2 < len(features) / (24 * 32) < 0.35
+    monkeypatch.setattr("ilf.completion.confidence.expected_error._MAX_SAMPLES", 50)
+    assert 40 < len(difficulty_samples(ilf.RGBDFrame(COLOUR, PLANE))[0]) <= 50
+
+
+def law(**curves):
+    """A model of straight curves: feature -> slope."""
+    ends = np.array([-9.0, 9.0])
+    slopes = [curves.get(name.replace(" ", "_"), 0.0) for name in FEATURES]
+    return ErrorModel(-1.5, tuple(Curve(tuple(ends), tuple(slope * ends)) for slope in slopes))
+
+
+def sample_of(model, rng, name="a", difficulty_samples=None):
+    """Pixels of a rough plane with holes, whose errors are as a model says."""
+    rough = (PLANE + rng.normal(0, 0.01, PLANE.shape)).astype(np.float32)
+    hidden = rng.uniform(size=PLANE.shape) < 0.7
+    frame = ilf.RGBDFrame(COLOUR, np.where(hidden | HOLE, np.nan, rough))
+    filled = (rough + rng.normal(0, 0.03, PLANE.shape)).astype(np.float32)
+    features = error_features(frame, filled, np.zeros(PLANE.shape, np.float32))
+    shares = model.shares(features) * np.abs(rng.normal(size=len(features)))
+    ones = np.ones(len(features))
+    return Sample(name, "random", features, ones, shares, ones.astype(np.float32), difficulty_samples)
+
+
+def test_the_fit_finds_the_law_that_made_the_errors_and_calibrates_it():
+    rng = np.random.default_rng(0)
+    made_by = law(depth=0.1, gap=0.2, bend=0.3, small_jump=0.6, large_jump=0.7, slope=0.15)
+    samples = [sample_of(made_by, rng, name) for name in ("a", "b", "c")]
+    found = fit(samples)
+    (line,) = calibrate(samples, [found] * 3)
+    assert line.mean == pytest.approx(WITHIN, abs=0.015)
+    assert line.twice == pytest.approx(WITHIN_TWICE, abs=0.015)
+    ratio = found.shares(samples[0].features) / made_by.shares(samples[0].features)
+    assert np.quantile(np.abs(np.log(ratio)), 0.9) < 0.15
+    (none,) = calibrate(samples, [replace(law(), level=-9.0)] * 3)
+    assert none.mean < 0.1
+    assert none.calibrated == 0
+
+
+def test_what_frames_have_of_their_own_is_found_in_wide_gaps():
+    rng = np.random.default_rng(0)
+    plain = law(bend=0.3)
+    samples = []
+    for name, own in (("easy", -0.4), ("usual", 0.0), ("hard", 0.4)):
+        sample = sample_of(plain, rng, name)
+        shares = sample.shares * np.exp(own * gap_weight(sample.features))
+        there = sample.features, np.log(np.maximum(plain.shares(sample.features) * np.exp(own), FLOOR))
+        samples.append(replace(sample, shares=shares, difficulty_samples=there))
+    found = fit(samples)
+    assert found.own == pytest.approx(1.0, abs=0.25)
+    easy, usual, hard = (sample.expected(found)[gap_weight(sample.features) == 1].mean() for sample in samples)
+    assert easy < 0.75 * usual < 0.75 * 0.75 * hard
+    narrow = gap_weight(samples[0].features) == 0
+    np.testing.assert_array_equal(samples[0].expected(found)[narrow], found.shares(samples[0].features)[narrow])
+
+
+def test_calibration_command(tmp_path, capsys, monkeypatch):
+    fitted = tmp_path / "fitted.py"
+    monkeypatch.setattr("ilf.lab.bench.calibration.confidence.__file__", str(tmp_path / "__init__.py"))
+    for name in ("one", "other"):
+        write_small_frame(tmp_path / name)
+        (tmp_path / name / "meta.json").write_text(json.dumps({"name": name, "depth_units_per_m": 1000}))
+    one, other = str(tmp_path / "one"), str(tmp_path / "other")
+    arguments = ["--method", "linear", "--model", "ideal", "--fit", one, other, "--check", other, "--others", "--write"]
+    assert "linear" in METHODS
+    assert main(arguments) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("ErrorModel(")
+    assert [line.split(":")[0] for line in lines[1:]] == [
+        "fitted, random", "fitted, areas", "checked, random", "checked, areas",
+        "fitted to others, random", "fitted to others, areas",
+    ]  # fmt: skip
+    written = {}
+    exec(fitted.read_text().replace("from .model", "from ilf.completion.confidence.model"), written)
+    assert set(written["MODELS"]) == set(MODELS)
+    assert str(written["MODELS"]["ideal"]) == lines[0]
+    assert written["MODELS"]["edge-aware"] == MODELS["edge-aware"]
+    assert main(["--method", "linear", "--check", str(tmp_path / "none")]) == 1
+    assert "is not a folder" in capsys.readouterr().err
+    for name in ("one", "other"):
+        meta = {"name": name, "depth_units_per_m": 1000, "sensor": "the same"}
+        (tmp_path / name / "meta.json").write_text(json.dumps(meta))
+    assert main([*arguments[:7], "--others"]) == 1
+    assert "of one sensor" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shape", [(1000, 2), (2, 1000), (400, 1), (1, 400)])
+@pytest.mark.parametrize(
+    "parameters", [ilf.preset(), ilf.preset("paper"), ilf.preset("released-code", max_iterations=9)]
+)
+def test_frames_as_thin_as_a_line_come_out_without_a_warning(shape, parameters):
+    rng = np.random.default_rng(0)
+    depth = np.linspace(2, 3, shape[0] * shape[1]).reshape(shape)
+    depth[rng.random(shape) < 0.3] = np.nan
+    frame = ilf.RGBDFrame(rng.integers(0, 255, (*shape, 3), np.uint8), depth, ground_truth=np.full(shape, 2.5))
+    run = ilf.Run.of(frame, preset=parameters)
+    completion = run.complete()
+    assert np.isfinite(expected_error(completion)[completion.filled]).all()
+    assert evaluate_hold_out(run, HoldOutTest("random", (0,))).whole.pixels
+    assert difficulty_samples(frame) is None

@@ -1,0 +1,211 @@
+"""Suspicious places: each kind on a frame that has just that fault, and none where nothing matters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ilf import edge_strength, extract_blocks
+from ilf._runtime.installation import asset_path
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.errors import InputError
+from ilf.evaluation.quality.places import KINDS
+from ilf.evaluation.quality.ranking import find_places
+from ilf.lab.bench.frames import load_bench_frame
+from tests.bench.quality_checks.faults import make_faults
+
+HEIGHT, WIDTH = 90, 120
+
+
+def frame_of(depth: np.ndarray) -> RGBDFrame:
+    return RGBDFrame(np.full((*depth.shape, 3), 90, np.uint8), depth)
+
+
+def two_walls(step: float = 0.5) -> np.ndarray:
+    """A slanted wall that ends at column 60, and another one behind it."""
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
+    return 1.5 + 0.002 * rows + np.where(columns < 60, 0.0, step)
+
+
+def halves(column: int = 60) -> np.ndarray:
+    labels = np.ones((HEIGHT, WIDTH), np.int32)
+    labels[:, column:] = 2
+    return labels
+
+
+NOWHERE = np.zeros((HEIGHT, WIDTH), np.float32)
+
+
+def only_place(places):
+    assert len(places) == 1, [place.reason for place in places]
+    assert places[0].kind in KINDS
+    return places[0]
+
+
+def test_right_blocks_raise_no_suspicion():
+    depth = two_walls()
+    depth[20:60, 40:80] = np.nan
+    edge = NOWHERE.copy()
+    edge[:, 60] = 1
+    assert find_places(frame_of(depth), halves(), edge) == []
+
+
+def test_border_across_a_plane_does_no_harm():
+    depth = two_walls(step=0.0)
+    depth[20:60, 40:80] = np.nan
+    labels = halves()
+    labels[50:, 20:90] = 3
+    assert find_places(frame_of(depth), labels, NOWHERE) == []
+
+
+def test_depth_jumps_inside_a_block():
+    depth = two_walls()
+    depth[30:50, 62:90] = np.nan
+    place = only_place(find_places(frame_of(depth), np.ones_like(halves()), NOWHERE))
+    assert place.kind == "jump"
+    assert place.labels == (1,)
+    assert place.reason == "Depth jumps by 0.50 m inside Block 1."
+    assert abs(place.point[0] - 60) <= 2
+    assert place.box[0] == slice(0, HEIGHT)
+    assert place.box[1].start <= 59 < place.box[1].stop
+
+
+def test_moved_border_leaves_a_jump_beside_it():
+    depth = two_walls()
+    depth[30:50, 61:71] = np.nan
+    place = only_place(find_places(frame_of(depth), halves(75), NOWHERE))
+    assert place.labels == (1,)
+    assert abs(place.point[0] - 60) <= 8
+
+
+def test_two_surfaces_that_missing_depth_parts():
+    depth = two_walls()
+    depth[:, 52:68] = np.nan
+    edge = NOWHERE.copy()
+    edge[:, 60] = 1
+    place = only_place(find_places(frame_of(depth), np.ones_like(halves()), edge))
+    assert place.kind == "surfaces"
+    assert place.reason == "Block 1 contains two surfaces, at 1.59 m and 2.09 m."
+    assert 52 <= place.point[0] < 68
+
+
+def test_doubt_grows_where_no_edge_is_seen():
+    depth = two_walls()
+    depth[:, 52:68] = np.nan
+    edge = NOWHERE.copy()
+    edge[:, 60] = 1
+    seen, unseen = (find_places(frame_of(depth), np.ones_like(halves()), one)[0] for one in (edge, NOWHERE))
+    assert unseen.score < 0.5 * seen.score
+
+
+def test_one_plane_behind_a_gap_is_one_surface():
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
+    depth = 1 / (0.3 + 0.002 * columns + 0.001 * rows)  # a plane, steep enough to differ by metres
+    depth[:, 40:80] = np.nan
+    assert find_places(frame_of(depth), np.ones_like(halves()), NOWHERE) == []
+
+
+def test_border_beside_its_edge_in_missing_depth():
+    depth = two_walls()
+    depth[20:70, 30:100] = np.nan
+    edge = NOWHERE.copy()
+    edge[:, 60] = 1
+    labels = halves()
+    labels[30:60, 60:76] = 1
+    place = only_place(find_places(frame_of(depth), labels, edge))
+    assert place.kind == "border"
+    assert set(place.labels) == {1, 2}
+    assert "0.50 m apart" in place.reason
+    assert abs(place.point[0] - 76) <= 2
+
+
+def test_high_expected_error_counts_where_it_is_given():
+    depth = two_walls()
+    depth[20:60, 10:50] = np.nan
+    edge = NOWHERE.copy()
+    edge[:, 60] = 1
+    error = np.where(np.isnan(depth), np.float32(0.24), np.float32(np.nan))
+    assert find_places(frame_of(depth), halves(), edge) == []
+    place = only_place(find_places(frame_of(depth), halves(), edge, error))
+    assert (place.kind, place.labels) == ("error", (1,))
+    assert place.reason == "Expected error 240 mm over 1,600 px of Block 1."
+
+
+def test_islands_holes_and_slivers():
+    edge = NOWHERE.copy()
+    edge[:, 59:61] = 1
+    labels = halves()
+    labels[10:20, 20:30] = 2
+    labels[40:45, 90:100] = 0
+    labels[70:72, 80:110] = 3
+    found = {place.reason for place in find_places(frame_of(two_walls()), labels, edge)}
+    assert found == {
+        "An island of 100 px of Block 2 lies in Block 1, apart from the rest.",
+        "A hole of 50 px in Block 2 belongs to no block.",
+        "A sliver of 60 px of Block 3 lies along Block 2.",
+    }
+
+
+def test_block_inside_another_counts_if_nothing_parts_them():
+    labels = halves()
+    labels[30:40, 20:30] = 3
+    edge = NOWHERE.copy()
+    edge[:, 59:61] = 1
+    place = only_place(find_places(frame_of(two_walls()), labels, edge))
+    assert place.reason == "Block 3, 100 px, lies inside Block 1 without an edge between them."
+    edge[29:41, 19:31] = 1
+    assert find_places(frame_of(two_walls()), labels, edge) == []
+
+
+def test_worst_place_comes_first_and_scores_are_metres_times_pixels():
+    depth = two_walls()
+    depth[5:30, 61:80] = np.nan
+    depth[60:62, 61:63] = np.nan
+    labels = np.ones_like(halves())
+    labels[45:] = 2
+    places = find_places(frame_of(depth), labels, NOWHERE)
+    assert [place.labels for place in places] == [(1,), (2,)]
+    # half of the missing pixels in reach count, at half a metre
+    assert 0.5 * 25 * 19 * 0.3 < places[0].score < 0.5 * 25 * 19
+
+
+def test_shapes_must_fit():
+    frame = frame_of(two_walls())
+    with pytest.raises(InputError, match="label map has shape"):
+        find_places(frame, np.ones((3, 4), np.int32), NOWHERE)
+    with pytest.raises(InputError, match="edge strength has shape"):
+        find_places(frame, halves(), NOWHERE[1:])
+    with pytest.raises(InputError, match="expected error has shape"):
+        find_places(frame, halves(), NOWHERE, NOWHERE[1:])
+
+
+def test_block_without_known_depth_and_no_block_at_all():
+    depth = two_walls()
+    depth[:, 60:] = np.nan
+    assert find_places(frame_of(depth), halves(), NOWHERE) == []
+    assert find_places(frame_of(depth), np.zeros_like(halves()), NOWHERE) == []
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_faults_in_the_sample_come_first(seed):
+    source = load_bench_frame(asset_path("samples/room"))
+    ground_truth, frame = source.ground_truth, source.frame
+    assert ground_truth is not None
+    whole = RGBDFrame(frame.rgb, np.where(np.isfinite(ground_truth), ground_truth, frame.depth))
+    labels, faults = make_faults(
+        extract_blocks(whole, BlockParameters(min_size=0.1)),
+        whole.depth,
+        ~frame.known,
+        ["merge", "move", "swallow", "island", "merge", "move"],
+        np.random.default_rng(seed),
+    )
+    assert len(faults) >= 5
+    places = find_places(frame, labels, edge_strength(frame))
+    hit = {
+        number
+        for place in places[:20]
+        for number, fault in enumerate(faults)
+        if fault.zone[int(place.point[1]), int(place.point[0])]
+    }
+    assert len(hit) >= len(faults) - 2

@@ -1,0 +1,54 @@
+"""Tables as CSV: spreadsheets take no cell for a formula, and numbers stay numbers."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+from ilf.io.tables import csv_text, write_csv
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.mark.parametrize(
+    "text", ["=1+1", "+1+1", "-1+1", "@SUM(A1)", "\t=1+1", "\r=1+1", " =1+1", "-2+3;4", "＝1+1", "=cmd|' /C calc'!A0"]
+)
+def test_what_would_be_a_formula_stands_behind_an_apostrophe(text: str) -> None:
+    ((cell,),) = csv.reader(io.StringIO(csv_text([[text]]), newline=""))
+    assert cell.startswith("'")
+    assert cell.replace("'", "") == text.replace("'", "").replace("\r", "\n")
+
+
+@pytest.mark.parametrize("text", ["a;=1+1", "a\t=1+1", "a\n=1+1", "a\r@SUM(A1)"])
+def test_nor_is_one_behind_what_divides_cells_elsewhere(text: str) -> None:
+    ((cell,),) = csv.reader(io.StringIO(csv_text([[text]]), newline=""))
+    assert re.search(r"[;\t\r\n][=@]", cell) is None
+
+
+@pytest.mark.parametrize("name", ["x", "a-b", "1+1", "2025-01-01", "a=b, c@d", "it's", "a; b", "–", ""])
+def test_other_texts_stay_as_they_are(name: str) -> None:
+    ((cell, _),) = csv.reader(io.StringIO(csv_text([[name, 1]]), newline=""))
+    assert cell == name
+
+
+def test_numbers_stay_numbers() -> None:
+    assert csv_text([[-1, -0.25, "-1.50000", "+2", None, float("-inf"), True]]) == "-1,-0.25,-1.50000,+2,,-inf,True\n"
+
+
+def test_names_of_columns_are_texts_too() -> None:
+    assert csv_text([["=1+1", "x"], [1, 2]]) == "'=1+1,x\n1,2\n"
+
+
+def test_a_name_that_is_no_text_can_be_written(tmp_path: Path) -> None:
+    write_csv(tmp_path / "table.csv", [["name"], ["\udce9"]])
+    assert (tmp_path / "table.csv").read_text() == "name\n\\udce9\n"
+
+
+def test_there_is_no_other_way_of_writing_them() -> None:
+    sources = [path for room in ("ilf", "gui") for path in (ROOT / room).rglob("*.py")]
+    writers = [path.name for path in sources if re.search(r"csv\.(w|DictW)riter", path.read_text("utf-8"))]
+    assert writers == ["tables.py"]

@@ -1,0 +1,100 @@
+"""What simulated depth cameras make of a wall with a box before it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[3] / "assets" / "samples"))
+
+from scenekit import depth_cameras, gaps, sensing
+from scenekit.view import SKY, View, facing, jumps
+
+K = (290.0, 290.0, 159.5, 127.5)
+SHAPE = (256, 320)
+
+
+def view_of_box(flags: tuple[str, ...] = ()) -> View:
+    """A box at 1.5 m before a wall at 3 m; the box has the flags."""
+    box = np.zeros(SHAPE, bool)
+    box[80:200, 100:180] = True
+    depth = np.where(box, 1.5, 3.0).astype(np.float32)
+    normals = np.broadcast_to(np.array([0, 0, -1], np.float32), (*SHAPE, 3))
+    shade = np.where(box, 0.7, 0.4).astype(np.float32)
+    marked = {name: box & (name in flags) for name in ("black", "glossy", "transparent", "emitting")}
+    return View(depth, normals, facing(normals, K), shade, marked, np.roll(box, -10, axis=1) & ~box)
+
+
+def sensed(view: View, seed: int) -> np.ndarray:
+    rgb = np.repeat((255 * view.shade).astype(np.uint8)[..., None], 3, axis=2)
+    exact = np.where(view.depth < SKY, view.depth, np.nan)
+    rng = np.random.default_rng(seed)
+    return sensing.sense(exact, view.normals, rgb, view.flags, exact + 1, view.unlit, K, rng)
+
+
+def test_what_is_measured_is_near_the_truth_and_some_of_it_is_missing() -> None:
+    view = view_of_box()
+    for seed in range(12):
+        measured = sensed(view, seed)
+        assert measured.dtype == np.float32
+        known = np.isfinite(measured)
+        assert 0.5 < known.mean() < 1
+        off = np.abs(measured - view.depth)[known] / view.depth[known]
+        assert np.median(off) < 0.05
+    assert np.array_equal(sensed(view, 3), sensed(view, 3), equal_nan=True)
+    assert not np.array_equal(sensed(view, 3), sensed(view, 4), equal_nan=True)
+
+
+def test_sky_is_never_measured() -> None:
+    view = view_of_box()
+    view.depth[:60] = SKY
+    assert all(np.isnan(sensed(view, seed)[:50]).mean() > 0.97 for seed in range(8))
+
+
+def test_black_things_go_missing_more_often() -> None:
+    plain, black = view_of_box(), view_of_box(("black",))
+    box = black.flags["black"]
+    missing = [np.mean([np.isnan(sensed(view, seed))[box].mean() for seed in range(8)]) for view in (plain, black)]
+    assert missing[1] > missing[0] + 0.2
+
+
+def test_glass_is_lost_or_looked_through() -> None:
+    view = view_of_box(("transparent",))
+    box = view.flags["transparent"]
+    seen = [sensed(view, seed)[box] for seed in range(12)]
+    assert any(np.isnan(one).mean() > 0.9 for one in seen)
+    assert any(np.nanmedian(one) > 2 for one in seen if np.isfinite(one).any())
+
+
+def test_structured_light_steps_grow_with_the_square_of_the_depth() -> None:
+    view = view_of_box()
+    depth, _ = depth_cameras.structured_light(view, np.random.default_rng(5))
+    levels = np.unique(1 / depth)
+    steps = np.diff(levels)
+    assert np.allclose(steps / steps.min(), np.round(steps / steps.min()), atol=0.05)
+    assert levels.size < 200
+
+
+@pytest.mark.parametrize(("shift", "columns"), [(30.0, range(91, 100)), (-30.0, range(180, 189))])
+def test_the_second_camera_sees_less_beside_what_is_near(shift: float, columns: range) -> None:
+    hidden = gaps.hidden_from_second(view_of_box(), shift)
+    row = np.flatnonzero(hidden[140])
+    strip = range(10) if shift > 0 else range(310, 320)
+    assert row.tolist() == sorted([*strip, *columns])
+    assert hidden.any(axis=1).all()
+
+
+def test_causes_that_leave_too_little_are_let_be() -> None:
+    small, large = np.zeros(SHAPE, bool), np.zeros(SHAPE, bool)
+    small[:20], large[20:200] = True, True
+    assert all(np.array_equal(gaps.together([small, large], np.random.default_rng(k)), small) for k in range(8))
+
+
+def test_a_slope_is_no_jump() -> None:
+    depth = np.broadcast_to((1 / np.linspace(0.1, 1.0, SHAPE[0], dtype=np.float32))[:, None], SHAPE).copy()
+    assert not jumps(depth, 0.02)[1:-1].any()
+    depth[:, 200:] *= 1.1
+    assert np.flatnonzero(jumps(depth, 0.02)[100]).tolist() == [199, 200]

@@ -1,0 +1,105 @@
+"""Frames' states as parts and back."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ilf.project.decoding import decode, load_state
+from ilf.project.encoding import Encoder, frame_part
+from ilf.project.project import Project
+from ilf.project.project_json import decode_project, encode_project
+from ilf.project.sources import Places
+
+from ..project_states import assert_same, made_frame, rich_state, small_frame
+
+
+class Held:
+    """Parts in memory."""
+
+    def __init__(self, parts=()):
+        self.parts = dict(parts)
+
+    def names(self):
+        return self.parts.keys()
+
+    def read(self, name):
+        return self.parts[name]
+
+    def take(self, encoded, frame_id):
+        self.parts |= {frame_part(frame_id): encoded.frame, **encoded.arrays}
+        return self
+
+
+@pytest.fixture(scope="module")
+def state(tmp_path_factory):
+    return rich_state(small_frame(tmp_path_factory.mktemp("frame")))
+
+
+@pytest.mark.parametrize("origin", ["files", "program"])
+def test_a_state_comes_back_as_it_was(origin, state):
+    wanted = state if origin == "files" else rich_state(made_frame())
+    parts = Held().take(Encoder().encode(wanted), wanted.id)
+    found = load_state(wanted.id, parts)
+    assert found.problems == ()
+    assert_same(wanted, found.state)
+    assert found.names == parts.parts.keys() - {frame_part(wanted.id)}
+    assert found.state.runs[1].run.frame is found.state.frame, "what runs share, they share again"
+    assert found.state.runs[1].run.blocks is found.state.labels
+    assert found.state.runs[1].results[1] is found.state.results[1]
+
+
+def test_what_has_been_given_out_is_not_given_again(state):
+    encoder = Encoder()
+    first, second = encoder.encode(state), encoder.encode(state)
+    assert first.arrays.keys() == first.names == second.names
+    assert not second.arrays
+    encoder.forget(first.names)
+    assert encoder.encode(state).arrays == first.arrays
+    parts = Held().take(first, state.id)
+    other, found = Encoder(), load_state(state.id, parts)
+    other.learn(found.origins, found.names)
+    again = other.encode(found.state)
+    assert not again.arrays
+    assert again.frame == first.frame
+
+
+def test_results_are_kept_where_they_differ_from_what_was_measured(state):
+    encoded = Encoder().encode(state)
+    parts = Held().take(encoded, state.id)
+    other = np.nan_to_num(state.frame.measured, nan=1.0) + np.float32(0.001)
+    found = decode(state.id, parts, type(state.frame)(state.frame.rgb, other))
+    assert not found.state.results
+    assert "depth has changed since" in " ".join(found.problems)
+    assert found.state.notes.infos == state.notes.infos
+
+
+def test_the_state_that_is_tried_has_something_in_every_place(state):
+    """Who adds a field to what a project holds has to think of how it is kept."""
+    kept = state.runs
+    tried = [
+        (state,),
+        (state.notes,),
+        (state.looked,),
+        tuple(state.notes.infos.values()),
+        kept,
+        tuple(run.run for run in kept),
+        tuple(state.results.values()),
+    ]
+    for things in tried:
+        for field in dataclasses.fields(things[0]):
+            if field.name == "explained":  # told of the run alone, and not kept
+                continue
+            default = field.default
+            if field.default_factory is not dataclasses.MISSING:
+                default = field.default_factory()
+            if field.name in {"_composed", "_held"} or default is dataclasses.MISSING:
+                continue
+            values = [getattr(thing, field.name) for thing in things]
+            assert any(value is not default and not np.array_equal(value, default) for value in values), field.name
+
+
+def test_where_the_user_says_that_files_are_is_told_with_the_list(tmp_path):
+    given = {"/gone/rgb.png": tmp_path / "rgb.png", "ab12": tmp_path / "depth.png"}
+    held = Held({"project.json": encode_project(Project(), Places(given=given))})
+    assert decode_project(held).places.given == given

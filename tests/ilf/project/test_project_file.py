@@ -1,0 +1,442 @@
+"""Project files: saved, opened, moved, damaged."""
+
+import hashlib
+import io
+import json
+import os
+import shutil
+import stat
+import struct
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.errors import Cancelled, ExportError, FormatError, InputError
+from ilf.io.cameras import intrinsics_from
+from ilf.project.archive import Archive
+from ilf.project.encoding import frame_part
+from ilf.project.file import open_project, save_project
+from ilf.project.frame_state import BlockNotes, FrameState
+from ilf.project.packing import Npz, npz
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.project.result_packs import unpack_results
+from ilf.project.sources import ChangedSource, MissingSource, Places, source_part
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
+
+from ..project_states import assert_same, made_frame, rich_state, small_frame
+from ..small_frames import write_small_frame
+
+
+def listed(state, source=None):
+    """The frame of a state as a project lists it."""
+    return ProjectFrame(
+        state.id, state.frame.name, source, FrameSummary(Stage.RUN, "hm", (60, 80), 0.25, 3, 2, 1), True
+    )
+
+
+@pytest.fixture
+def work(tmp_path):
+    """A folder with a project of three frames: one from files, one that a program made, one that is untouched."""
+    folder = tmp_path / "work"
+    filed = rich_state(small_frame(folder / "frames" / "one"), "a1")
+    made = rich_state(made_frame(), "b2")
+    rgb, depth = map(str, write_small_frame(folder / "frames" / "two"))
+    options = ReadingOptions(depth_units=1000.0, intrinsics=intrinsics_from("80,80,39.5,29.5"))
+    project = Project(
+        (
+            listed(filed, FrameSource(filed.frame.inputs.rgb.path, filed.frame.inputs.depth.path)),
+            listed(made),
+            ProjectFrame("c3", "two", FrameSource(rgb, depth, options=options)),
+        ),
+        "b2",
+        ilf.preset("paper"),
+        True,
+        ilf.BlockParameters(granularity=0.3),
+        False,
+        {"panels": ["curves"], "zoom": 2.5},
+    )
+    notes = save_project(folder / "room.ilf", project, [filed, made])
+    assert notes == ()
+    return folder, project, filed, made
+
+
+def test_a_project_comes_back_as_it_was(work):
+    folder, project, filed, made = work
+    with open_project(folder / "room.ilf") as opened:
+        assert opened.problems == ()
+        assert opened.project == project
+        for wanted in (filed, made):
+            found = opened.state(wanted.id)
+            assert found.problems == ()
+            assert_same(wanted, found.state)
+        assert not opened.state("c3").state.labels.any()
+        with pytest.raises(InputError, match="no frame"):
+            opened.state("d4")
+
+
+def test_saving_after_one_edit_takes_the_rest_as_it_is_and_leaves_out_what_nobody_needs(work):
+    folder, project, filed, made = work
+    path = folder / "room.ilf"
+    changed = replace(made, results={}, runs=(), extrapolation=None, note="new")
+    with open_project(path) as opened:
+        before = {name: opened.parts.read(name) for name in opened.parts.names()}
+        save_project(path, project, [changed], base=[opened.parts], places=opened.places)
+        after = {name: opened.parts.read(name) for name in opened.parts.names()}
+        assert_same(changed, opened.state("b2").state)
+        assert_same(filed, opened.state("a1").state)
+    assert all(before[name] == content for name, content in after.items() if name in before and "b2" not in name)
+    assert {name for name in before if name not in after}, "results of the frame that has none any more"
+    without = replace(project, frames=project.frames[1:])
+    with open_project(path) as opened:
+        save_project(folder / "less.ilf", without, base=[opened.parts], places=opened.places)
+    with open_project(folder / "less.ilf") as less:
+        assert frame_part("a1") not in less.parts.names()
+        assert_same(changed, less.state("b2").state)
+
+
+def test_a_frame_can_be_saved_as_it_was_while_another_is_saved_as_it_is(work):
+    folder, project, filed, made = work
+    newer = replace(filed, note="newer"), replace(made, note="newer")
+    save_project(folder / "side.ilf", project, newer)
+    with open_project(folder / "room.ilf") as old, Archive(folder / "side.ilf") as side:
+        save_project(folder / "room.ilf", project, base=[old.parts], frames={"a1": side}, places=old.places)
+        assert [old.state(name).state.note for name in ("a1", "b2")] == ["newer", made.note]
+
+
+def test_it_moves_with_its_frames_and_can_be_saved_elsewhere(work, tmp_path):
+    folder, _, filed, _ = work
+    moved = tmp_path / "far" / "away"
+    shutil.move(folder, moved)
+    with open_project(moved / "room.ilf") as opened:
+        assert opened.project.frames[2].source.rgb == str(moved / "frames" / "two" / "rgb.png")
+        state = opened.state("a1").state
+        assert state.frame.inputs.rgb.path == str(moved / "frames" / "one" / "rgb.png")
+        assert_same(filed.labels, state.labels)
+        assert state.runs[0].run.frame.ground_truth is not None
+        (tmp_path / "copies").mkdir()
+        save_project(tmp_path / "copies" / "room.ilf", opened.project, base=[opened.parts], places=opened.places)
+    shutil.move(tmp_path / "far", tmp_path / "near")
+    shutil.move(tmp_path / "copies", tmp_path / "near" / "copies")
+    with open_project(tmp_path / "near" / "copies" / "room.ilf") as opened:
+        with pytest.raises(MissingSource):
+            opened.state("a1")
+        places = replace(opened.places, folders=(tmp_path / "near" / "away" / "frames",))
+        assert opened.state("a1", places).problems == ()
+
+
+def test_missing_and_changed_files_are_told_apart_and_can_be_given(work, tmp_path):
+    folder, project, filed, _ = work
+    source, elsewhere = folder / "frames" / "one" / "depth.png", tmp_path / "elsewhere.png"
+    shutil.copy(source, elsewhere)
+    with open_project(folder / "room.ilf") as opened:
+        source.write_bytes((folder / "frames" / "one" / "rgb.png").read_bytes())
+        with pytest.raises(ChangedSource) as changed:
+            opened.state("a1")
+        source.unlink()
+        with pytest.raises(MissingSource) as missing:
+            opened.state("a1")
+        assert changed.value.wanted == missing.value.wanted == filed.frame.inputs.depth
+        places = replace(opened.places, given={missing.value.wanted.sha256: elsewhere})
+        found = opened.state("a1", places)
+        assert found.problems == ()
+        assert found.state.frame.inputs.depth.path == str(elsewhere)
+        ground_truth = folder / "frames" / "one" / "truth.npy"
+        ground_truth.rename(tmp_path / "truth.npy")
+        found = opened.state("a1", places)
+        assert found.state.frame.ground_truth is None
+        assert "ground truth is not available" in found.problems[0]
+        save_project(folder / "room.ilf", project, [found.state], base=[opened.parts], places=places)
+        (tmp_path / "truth.npy").rename(ground_truth)
+        assert_same(filed.frame.ground_truth, opened.state("a1").state.frame.ground_truth)
+
+
+def test_embedded_files_need_nothing_else(work, tmp_path):
+    folder, project, filed, _ = work
+    with open_project(folder / "room.ilf") as opened:
+        save_project(tmp_path / "all.ilf", project, base=[opened.parts], places=opened.places, embed=True)
+    shutil.rmtree(folder)
+    with open_project(tmp_path / "all.ilf") as opened:
+        assert opened.read.embedded
+        assert_same(filed, opened.state("a1").state)
+        assert opened.state("c3").state.frame.shape == (60, 80)
+        save_project(tmp_path / "all.ilf", opened.project, base=[opened.parts], places=opened.places, embed=False)
+        assert_same(filed, opened.state("a1").state)  # what is nowhere else stays in
+
+
+def test_an_embedded_file_that_is_damaged_is_read_from_where_it_was(work):
+    folder, project, filed, _ = work
+    path = folder / "room.ilf"
+    with open_project(path) as opened:
+        save_project(path, project, base=[opened.parts], places=opened.places, embed=True)
+    with Archive(path) as archive:
+        place = path.read_bytes().index(archive.read(source_part(filed.frame.inputs.rgb.sha256, "rgb.png")))
+    content = bytearray(path.read_bytes())
+    content[place + 40] ^= 1
+    path.write_bytes(content)
+    with open_project(path) as opened:
+        assert_same(filed, opened.state("a1").state)
+        (folder / "frames" / "one" / "rgb.png").unlink()
+        with pytest.raises(MissingSource, match=r"rgb\.png: the file no longer exists"):
+            opened.state("a1")
+
+
+def test_saving_tells_how_many_parts_are_written(work):
+    folder, project, filed, made = work
+    told = []
+    save_project(folder / "room.ilf", project, [filed, made], on_part=lambda done, total: told.append((done, total)))
+    with Archive(folder / "room.ilf") as archive:
+        assert told == [(done, len(archive.names())) for done in range(len(archive.names()))]
+
+
+def test_what_is_on_disk_stays_whole_when_saving_fails(work, monkeypatch):
+    folder, project, _, _ = work
+    path = folder / "room.ilf"
+    path.chmod(0o640)
+    link = folder / "link.ilf"
+    link.symlink_to("room.ilf")
+    before = path.read_bytes()
+
+    def stop(done, total):
+        if done == total - 1:
+            raise Cancelled("stopped")
+
+    with open_project(path) as opened:
+        with pytest.raises(Cancelled):
+            save_project(path, project, base=[opened.parts], on_part=stop)
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space")))
+            with pytest.raises(ExportError, match="disk is full"):
+                save_project(path, project, base=[opened.parts])
+        assert path.read_bytes() == before
+        assert opened.state("b2").problems == ()
+        save_project(link, replace(project, present="a1"), base=[opened.parts], places=opened.places)
+        assert not opened.parts.replaced(), "it has been read anew"
+    assert link.is_symlink()
+    assert stat.S_IMODE(path.stat().st_mode) == 0o640
+    assert sorted(item.name for item in folder.iterdir()) == ["frames", "link.ilf", "room.ilf"]
+    with open_project(path) as opened:
+        assert opened.project.present == "a1"
+
+
+def rewritten(path, change):
+    """Write a zip again with the parts that `change` makes of its parts."""
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in change(parts).items():
+            archive.writestr(name, content)
+
+
+def state_json(path, frame_id):
+    with zipfile.ZipFile(path) as archive:
+        return json.loads(archive.read(frame_part(frame_id)))
+
+
+@pytest.mark.parametrize(
+    ("what", "lost"),
+    [
+        (lambda state: state["labels"], ("labels", "results", "extrapolation")),
+        (lambda state: state["packs"][0], ("results",)),
+        (lambda state: state["invalid_mask"], ("invalid_mask",)),
+        (lambda state: state["notes"]["drawn"], ("drawn",)),
+        (lambda state: state["notes"]["extracted"], ("extracted",)),
+        (lambda state: state["extrapolation"]["array"], ("extrapolation",)),
+    ],
+)
+def test_a_damaged_part_costs_that_part_only(work, what, lost):
+    folder, _, filed, _ = work
+    path = folder / "room.ilf"
+    name = what(state_json(path, "a1"))
+    rewritten(path, lambda parts: parts | {name: parts[name][:-9] + b"123456789"})
+    with open_project(path) as opened:
+        assert opened.problems == ()
+        found = opened.state("a1")
+    assert found.problems
+    state = found.state
+    assert_same(filed.notes.infos, state.notes.infos)
+    kept = {
+        "labels": np.array_equal(state.labels, filed.labels),
+        "results": bool(state.results),
+        "invalid_mask": state.frame.invalid_mask is not None,
+        "drawn": state.notes.drawn is not None,
+        "extracted": state.notes.extracted is not None,
+        "extrapolation": state.extrapolation is not None,
+    }
+    assert {name for name, there in kept.items() if not there} == set(lost)
+
+
+def test_a_damaged_list_is_made_of_the_frames_that_are_there_and_a_damaged_frame_is_opened_from_its_source(work):
+    folder, _, filed, _ = work
+    path = folder / "room.ilf"
+    rewritten(path, lambda parts: parts | {"project.json": parts["project.json"][:200]})
+    with open_project(path) as opened:
+        assert "list of frames and the common settings are lost" in opened.problems[0]
+        assert [frame.name for frame in opened.project.frames] == [filed.frame.name, "made"]
+        assert_same(filed.labels, opened.state("a1").state.labels)
+
+
+ONES = np.ones((60, 80), np.int32)
+
+
+@pytest.mark.parametrize(
+    ("notes", "stage"),
+    [
+        (BlockNotes(extracted=ONES), Stage.EXTRACTED),
+        (BlockNotes(extracted=ONES, propagated_from="one"), Stage.PROPAGATED),
+        (BlockNotes(extracted=2 * ONES, propagated_from="one"), Stage.EDITED),
+        (BlockNotes(extracted=2 * ONES), Stage.EDITED),
+        (BlockNotes(extracted=ONES, kept=frozenset({1})), Stage.EDITED),
+    ],
+)
+def test_a_list_that_is_lost_is_made_with_how_far_each_frame_has_come(notes, stage, tmp_path):
+    state = FrameState("a1", made_frame(), ONES, notes)
+    save_project(tmp_path / "room.ilf", Project((ProjectFrame("a1", "made", None),)), [state])
+    rewritten(tmp_path / "room.ilf", lambda parts: parts | {"project.json": b"{"})
+    with open_project(tmp_path / "room.ilf") as opened:
+        assert [frame.summary.stage for frame in opened.project.frames] == [stage]
+
+
+def test_a_damaged_frame_is_opened_from_its_source_and_saved_as_it_is(work):
+    folder, project, filed, _ = work
+    path = folder / "room.ilf"
+    with Archive(path) as archive:
+        place = path.read_bytes().index(archive.read(frame_part("a1")))
+    content = bytearray(path.read_bytes())
+    content[place + 3] ^= 1
+    path.write_bytes(content)
+    with open_project(path) as opened:
+        found = opened.state("a1")
+        assert "opened without" in found.problems[0]
+        assert_same(filed.frame.measured, found.state.frame.measured)
+        save_project(path, project, base=[opened.parts], places=opened.places)
+        assert opened.parts.read_raw(frame_part("a1")).checksum is not None, "it is not taken for a whole one"
+        assert opened.state("b2").problems == ()
+
+
+def test_members_are_found_without_the_directory(work):
+    folder, project, _, made = work
+    path = folder / "room.ilf"
+    path.write_bytes(path.read_bytes()[:-60])
+    with open_project(path) as opened:
+        assert "truncated" in opened.problems[0]
+        assert opened.project == project
+        assert_same(made, opened.state("b2").state)
+
+
+def with_schema(part, schema):
+    """A change of parts, for `rewritten`."""
+
+    def change(parts):
+        return parts | {part: json.dumps(json.loads(parts[part]) | {"schema": schema}).encode()}
+
+    return change
+
+
+@pytest.mark.parametrize("schema", [0, 2, None])
+def test_another_schema_is_neither_opened_nor_replaced(work, schema):
+    folder, project, _, _ = work
+    path = folder / "room.ilf"
+    rewritten(path, with_schema("project.json", schema))
+    content = path.read_bytes()
+    with pytest.raises(FormatError, match=r"room\.ilf has schema .* reads schema 1 only\. Open it with the version"):
+        open_project(path)
+    with pytest.raises(ExportError, match=r"is not replaced\. The project has schema"):
+        save_project(path, project)
+    assert path.read_bytes() == content
+
+
+def test_a_frame_of_another_schema_is_opened_from_its_source(work):
+    folder, _, filed, made = work
+    rewritten(folder / "room.ilf", with_schema(frame_part("a1"), 2))
+    with open_project(folder / "room.ilf") as opened:
+        found = opened.state("a1")
+        assert "has schema 2" in found.problems[0]
+        assert_same(filed.frame.measured, found.state.frame.measured)
+        assert_same(made, opened.state("b2").state)
+
+
+def test_work_that_lacks_something_is_told_of(work):
+    folder, project, _, _ = work
+    path = folder / "room.ilf"
+
+    def lacking(parts):
+        data, state = json.loads(parts["project.json"]), json.loads(parts[frame_part("a1")])
+        del data["parameters"]["correction"], data["given"], state["looked"], state["notes"]["reasons"]
+        return parts | {"project.json": json.dumps(data).encode(), frame_part("a1"): json.dumps(state).encode()}
+
+    rewritten(path, lacking)
+    with open_project(path) as opened:
+        assert len(opened.problems) == 2
+        assert opened.project.common == ilf.preset()
+        assert opened.project.frames == project.frames
+        told = " ".join(opened.state("a1").problems)
+        assert "'looked'" in told
+        assert "'reasons'" in told
+
+
+def test_what_is_no_project_is_refused(tmp_path):
+    for content in (b"", b"PK\3\4", b"hello" * 100):
+        (tmp_path / "no.ilf").write_bytes(content)
+        with pytest.raises(FormatError):
+            open_project(tmp_path / "no.ilf")
+    with pytest.raises(InputError, match="no such file"):
+        open_project(tmp_path / "none.ilf")
+    with zipfile.ZipFile(tmp_path / "other.zip", "w") as archive:
+        archive.writestr("../../evil.txt", b"x")
+    with pytest.raises(FormatError, match="not a project file"):
+        open_project(tmp_path / "other.zip")
+
+
+def test_what_claims_to_be_huge_is_not_unpacked(work, monkeypatch):
+    """An npz with a shape of terabytes, and a member that says it has gigabytes."""
+    folder, _, _, _ = work
+    path = folder / "room.ilf"
+    name = state_json(path, "b2")["frame"]["depth"]
+    huge = np.lib.format.magic(1, 0) + struct.pack("<H", 118)
+    huge += b"{'descr': '<f4', 'fortran_order': False, 'shape': (1000000, 1000000), }".ljust(117) + b"\n"
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr("depth.npy", huge)
+    forged = f"arrays/{hashlib.sha256(buffer.getvalue()).hexdigest()}.npz"
+
+    def forge(parts):
+        state = parts[frame_part("b2")].replace(name.encode(), forged.encode())
+        return parts | {frame_part("b2"): state, forged: buffer.getvalue(), "arrays/bomb.npz": bytes(10**6)}
+
+    rewritten(path, forge)
+    monkeypatch.setattr("ilf.project.archive.MAX_INFLATED", 10**6 - 1)
+    with open_project(path) as opened:
+        with pytest.raises(InputError, match="damaged"):
+            opened.state("b2")
+        with pytest.raises(FormatError, match="compression"):
+            opened.parts.read("arrays/bomb.npz")
+        assert opened.state("a1", Places(path)).problems == ()
+
+
+def test_a_small_part_does_not_unpack_to_gigabytes(monkeypatch):
+    """Bits and zeros take hardly any room as long as they are packed."""
+    measured = np.full((1000, 1000), 2.0, np.float32)
+    row = {"label": 1, "box": [0, 1000, 0, 1000], "outcome": {}, "parameters": 0, "edges": None, "network": None}
+    row |= {"correction": None, "notes": [], "drawn": False, "history": None}
+    head = {"results": [row] * 69, "parameters": [], "edges": []}
+    content = npz({"masks": np.zeros(69 * 125_000, np.uint8)}, {"results.json": json.dumps(head).encode()})
+    assert len(content) < 50_000
+    with pytest.raises(FormatError, match="more results than a part can"):
+        unpack_results("arrays/bomb.npz", content, measured)
+    monkeypatch.setattr("ilf.project.packing._MAX_UNPACKED_TOTAL", 2_500)
+    columns = Npz("arrays/bomb.npz", npz({"a": np.zeros(100), "b": np.zeros(100), "c": np.zeros(100)}))
+    assert [columns.array(name, np.float64, (100,)).sum() for name in "ab"] == [0, 0]
+    with pytest.raises(FormatError, match="too large"):
+        columns.array("c", np.float64, (100,))
+
+
+def test_how_a_frame_is_read_comes_back_as_it_was_given(tmp_path):
+    options = ReadingOptions(depth_units=1000.0, intrinsics=(80.0, 80.0, 39.5, 29.5))
+    source = FrameSource(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png"), options=options)
+    save_project(tmp_path / "room.ilf", Project((ProjectFrame("a1", "room", source),)))
+    with open_project(tmp_path / "room.ilf") as opened:
+        assert opened.project.frames[0].source == source

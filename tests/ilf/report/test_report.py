@@ -1,0 +1,318 @@
+"""Reports: one whole page whose numbers are those of the judgements, and which needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+import shlex
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import ilf
+from ilf._runtime.formatting import millimetres
+from ilf.cli import main
+from ilf.completion.confidence.expected_error import error_summary
+from ilf.errors import InputError
+from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion, run_to_end
+from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
+from ilf.project.file import save_project
+from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.project.run_history import StoredRun
+from ilf.report.chapters import replay_text
+from ilf.report.content import Subject, Unreadable
+from ilf.report.curves import _thinned
+from ilf.report.pictures import scale_bar
+from ilf.report.report import ReportOptions, report, report_steps, write_report
+from ilf.run.record_file import read_record
+from ilf.run.run import Run
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
+
+from ..small_frames import CAMERA, write_small_frame
+from ..small_runs import small_run
+
+NASTY = "<script>alert(\"1\")</script> & 'Möbel'"
+VOID = {"meta", "img", "br", "line", "circle", "polyline"}
+
+
+class Page(HTMLParser):
+    """What stands in a page; whatever is wrong with its tags fails."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.source = text
+        self.open: list[str] = []
+        self.tags: set[str] = set()
+        self.ids: list[str] = []
+        self.links: list[str] = []
+        self.images: list[str] = []
+        self.tables: list[list[list[str]]] = []
+        self.words: list[str] = []
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        assert len(values) == len(attrs), f"an attribute twice in <{tag}>"
+        self.tags.add(tag)
+        if tag not in VOID:
+            self.open.append(tag)
+        self.ids += [values["id"] or ""] if "id" in values else []
+        self.links += [values["href"] or ""] if "href" in values else []
+        self.images += [values["src"] or ""] if "src" in values else []
+        if tag == "table":
+            self.tables.append([])
+        elif tag == "tr":
+            self.tables[-1].append([])
+        elif tag in ("td", "th"):
+            self.tables[-1][-1].append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in VOID:
+            assert self.open.pop() == tag
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.handle_endtag(tag)
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] not in ("style", "script"):
+            self.words.append(data)
+        if self.open and {"td", "th"} & set(self.open):
+            self.tables[-1][-1][-1] += data
+
+    @property
+    def text(self) -> str:
+        return " ".join(self.words)
+
+    def table(self, *heading: str) -> list[list[str]]:
+        """The rows below these headings."""
+        found = [table for table in self.tables if table[0][: len(heading)] == list(heading)]
+        assert len(found) == 1
+        return found[0][1:]
+
+
+def alone(page: Page) -> None:
+    """The page refers to nothing outside itself, and all within it is there and can be read."""
+    assert len(set(page.ids)) == len(page.ids)
+    assert {link for link in page.links if link != "#"} <= {f"#{name}" for name in page.ids}
+    assert page.tags.isdisjoint({"script", "link", "iframe", "object", "form"})
+    assert "@import" not in page.source
+    assert "url(" not in page.source
+    for source in page.images:
+        kind, data = re.fullmatch(r"data:image/(png|jpeg);base64,(.*)", source).groups()
+        with Image.open(io.BytesIO(base64.b64decode(data, validate=True))) as image:
+            image.load()
+            assert image.format.lower() == kind
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """A quick run of a frame with a truth, one of whose blocks has a value of its own."""
+    made = small_run(tmp_path_factory.mktemp("frame"))
+    ground_truth = np.where(np.isfinite(made.frame.depth), made.frame.depth, np.float32(2.0)) + np.float32(0.01)
+    frame = replace(made.frame.with_ground_truth(ground_truth), name=NASTY)
+    return replace(made, frame=frame, own={1: made.parameters.replace(smoothness=3)})
+
+
+@pytest.fixture(scope="module")
+def subject(run: Run) -> Subject:
+    """The run with all that can be told of it."""
+    completion = run.complete()
+    kept = StoredRun(
+        3, NASTY, run, completion.results, 1.25, (200, 0, 0), NASTY, done=frozenset({1}), ground_truth_error=0.0123
+    )
+    return Subject(run, completion, {1: NASTY}, {1: (250, 240, 10)}, NASTY, (kept,))
+
+
+def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgements(run: Run, subject: Subject) -> None:
+    test = HoldOutTest("areas", (3, 5))
+    text = report([subject], ReportOptions(hidden=test))
+    page = Page(text)
+    alone(page)
+    assert "<script" not in text
+    assert page.text.count(NASTY) >= 5  # title, heading, note, block, kept run
+    # errors, together and seed by seed
+    expected = ilf.expected_error(subject.completion)
+    ground_truth = evaluate_completion(run.frame, subject.completion, expected=expected)
+    hidden = evaluate_hold_out(run, test)
+    errors = page.table("evaluation", "pixels", "RMSE [mm]")
+    evaluations = [ground_truth, hidden.whole, *hidden.by_seed]
+    assert [row[2:5] for row in errors] == [[millimetres(e) for e in (j.rmse, j.mae, j.median)] for j in evaluations]
+    assert [row[7] for row in errors] == [f"{evaluation.within:.1%}" for evaluation in evaluations]
+    assert "seeds 3, 5" in errors[1][0]
+    there = subject.completion.filled & np.isfinite(run.frame.ground_truth)
+    absolute = np.abs(subject.completion.depth - run.frame.ground_truth)[there]
+    assert errors[0][5] == millimetres(float(np.percentile(absolute, 95)))
+    # blocks
+    by_block = evaluate_blocks(run.frame, subject.completion, run.blocks)
+    blocks = page.table("no.", "block", "pixels")
+    assert [int(row[0]) for row in blocks] == sorted(subject.completion.results)
+    for row in blocks:
+        outcome = subject.completion.outcomes[int(row[0])]
+        assert row[5:7] == [outcome.status, str(outcome.iterations)]
+        assert row[7] == millimetres(outcome.sigma_i)
+        assert row[9] == millimetres(by_block[outcome.label].rmse)
+    # expected errors, each by its name
+    figures = error_summary(expected, subject.completion)
+    for name, figure in (("Expected error, RMS", figures.rms), ("Expected error, median", figures.median)):
+        assert page.words[page.words.index(name) + 1] == f"{millimetres(figure)} mm"
+    heads = [cell for table in page.tables for cell in table[0] if "expected error" in cell.lower() and "mm" in cell]
+    assert set(heads) == {"Expected error, RMS [mm]"}
+    # parameters, curves, kept runs, files
+    assert page.table("parameter", "name", "value") == [["Max. iterations", "max_iterations", "25"]]
+    assert page.table("no.", "block", "own parameters")[0][2] == "smoothness 3 x"
+    assert page.source.count("<polyline") == 2 * len(blocks)
+    assert page.table("no.", "run")[0][9:] == ["12.3", "–", NASTY]
+    assert {run.frame.inputs.rgb.sha256, run.frame.inputs.depth.sha256} <= set(page.words)
+
+
+def test_what_is_not_there_is_said(tmp_path: Path) -> None:
+    depth = np.tile(np.linspace(1, 2, 60, dtype=np.float32), (40, 1))
+    depth[10:20, 10:30] = np.nan
+    bare = ilf.RGBDFrame(np.zeros((40, 60, 3), np.uint8), depth, name="bare")
+    nothing = Run(bare, np.zeros((40, 60), np.int32))
+    many = Run(bare, (np.arange(40)[:, None] // 4 * 10 + np.arange(60) // 6 + 1).astype(np.int32))
+    subjects = [
+        Subject(nothing, nothing.complete()),
+        Subject(many, ilf.complete(bare, np.zeros((40, 60), np.int32))),
+        Unreadable("gone", "gone/depth.png is not there."),
+    ]
+    page = Page(report(subjects, ReportOptions("Three <frames>", HoldOutTest())))
+    alone(page)
+    for words in ("The frame has no blocks.", "10 px", "No block has been run.", "No block was iterated."):
+        assert words in page.text
+    assert page.text.count("gone/depth.png is not there.") == 2
+    assert len(page.table("no.", "block")) == 100
+    index = page.table("", "frame")
+    assert [row[1] for row in index] == ["bare", "bare", "gone"]
+    assert index[0][3:5] == ["8.3%", "8.3%"]
+    assert "truth [mm]" not in page.text  # none of them has one
+    assert page.links == ["#frame-1", "#frame-2", "#frame-3", *["#frames"] * 3]
+    with pytest.raises(InputError, match="no frame"):
+        report([])
+
+
+def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject: Subject) -> None:
+    results = {1: subject.completion.results[1]}
+    notes = BlockNotes({1: BlockInfo("Wall", (1, 2, 3))}, {1: {"smoothness": 9.0}}, extraction=run.extraction)
+    state = FrameState(
+        "a1", run.frame, run.blocks, notes, run.parameters, results, extrapolate=True, note="by the window"
+    )
+    page = Page(report([Subject.of_state(state, "ilf project replay all.ilf")]))
+    first, second = page.table("no.", "block", "pixels")
+    assert first[1] == "Wall"
+    assert first[5] == "values changed"  # it was run with another smoothness than is set now
+    assert second[5] == "not run"
+    assert "by the window" in page.text
+    assert "is extrapolated" not in page.text  # it is wished for, but has not been done
+    assert "ilf project replay all.ilf" in page.text
+
+
+def test_paths_that_are_no_text_are_told_as_far_as_they_are(run: Run, subject: Subject, tmp_path: Path) -> None:
+    odd = replace(run, frame=replace(run.frame, name="caf\udce9"))
+    options = ReportOptions()
+    content = run_to_end(report_steps([replace(subject, run=odd)], options))
+    write_report(tmp_path / "page.html", content, options)
+    assert "<h1>caf?</h1>" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_the_scale_bar_is_as_long_as_it_says() -> None:
+    depth = np.full((48, 64), 2.5, np.float32)
+    camera = ilf.CameraIntrinsics(50, 50, 31.5, 23.5)
+    bar = scale_bar(ilf.RGBDFrame(np.zeros((48, 64, 3), np.uint8), depth, camera), depth)
+    assert bar.text == "50 cm at 2.50 m depth"
+    assert bar.share * 64 * 2.5 / 50 == pytest.approx(0.5)
+
+
+def test_curves_of_many_iterations_keep_their_peaks() -> None:
+    points = [(float(i), 0.0) for i in range(5000)]
+    points[1234], points[4321] = (1234.0, 7.0), (4321.0, -7.0)
+    kept = _thinned(points)
+    assert len(kept) < 500
+    assert {points[0], points[1234], points[4321], points[-1]} <= set(kept)
+
+
+def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    frame = ilf.load_frame(*write_small_frame(tmp_path / "in"), intrinsics=CAMERA)
+    extraction = ilf.BlockParameters(min_size=2.0, use_depth=False)
+    made = Run.of(frame, preset=ilf.preset("paper", max_iterations=20, stop_when_steady=False), extraction=extraction)
+    _, command = replay_text(made)
+    assert main([*shlex.split(command)[1:], "--out", "out", "--quiet"]) == 0
+    ours, theirs = made.complete(), read_record("out/run.json")
+    assert theirs.blocks_outcome == tuple(ours.outcomes.values())
+    assert theirs.extraction == extraction
+    assert replay_text(replace(made, edited=True))[1] == "ilf complete --replay run.json"
+
+
+def test_the_command_line_reports_on_projects(
+    run: Run, subject: Subject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    frame = replace(run.frame, name="first")
+    notes = BlockNotes(own={1: {"smoothness": 3.0}})
+    state = FrameState("a1", frame, run.blocks, notes, run.parameters, subject.completion.results)
+    files = frame.inputs
+    options = ReadingOptions(depth_units=files.depth_units, intrinsics=files.intrinsics)
+    source = FrameSource(files.rgb.path, files.depth.path, options=options)
+    project = Project((
+        ProjectFrame("a1", "first", source, FrameSummary(Stage.RUN), has_state=True),
+        ProjectFrame("b2", "second", source, FrameSummary(Stage.EXTRACTED), has_state=False),
+    ))  # fmt: skip
+    save_project("work.ilf", project, [state])
+    assert main(["report", "work.ilf"]) == 0
+    page = Page(Path("first-report.html").read_text(encoding="utf-8"))
+    alone(page)
+    rows = page.table("no.", "block", "pixels")
+    assert [row[5] for row in rows] == ["completed"] * len(rows)
+    assert rows[0][7] == millimetres(subject.completion.outcomes[1].sigma_i)
+    assert "ilf project replay" in page.text
+    assert main(["report", "work.ilf", "--preset", "paper"]) == 2
+    assert "leave out --preset" in capsys.readouterr().err
+    # set since the frame was stored: its note, and the parameters of all frames
+    noted = replace(project.frames[0], summary=FrameSummary(Stage.RUN, note="set later"))
+    save_project("work.ilf", replace(project, frames=(noted,), common=ilf.preset("paper"), for_all=True), [state])
+    assert main(["report", "work.ilf", "--out", "again.html"]) == 0
+    page = Page(Path("again.html").read_text(encoding="utf-8"))
+    assert "set later" in page.text
+    assert "Filter: preset paper." in page.text
+    assert page.table("no.", "block", "pixels")[1][5] == "values changed"
+    save_project("empty.ilf", Project())
+    assert main(["report", "empty.ilf"]) == 1
+    assert "no frame with edits or results" in capsys.readouterr().err
+
+
+def test_the_command_line_reports_on_frames_and_records(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    files = [str(path) for path in write_small_frame(tmp_path / "in")]
+    assert main(["report", *files, "--max-iterations", "25", "--hold-out", "random", "--seeds", "1"]) == 0
+    page = Page(Path("in-report.html").read_text(encoding="utf-8"))
+    alone(page)
+    assert "(random; seed 0)" in page.text
+    assert main(["complete", *files, "--max-iterations", "25", "--out", "done", "--quiet"]) == 0
+    assert main(["report", "done", "done/run.json", "nowhere", "--out", "both.html"]) == 2  # a third is no folder
+    assert main(["report", "done", "nowhere.json", "--out", "both.html"]) == 0
+    assert "nowhere.json is not in the report" in capsys.readouterr().err
+    page = Page(Path("both.html").read_text(encoding="utf-8"))
+    assert len(page.table("", "frame")) == 2
+    assert f"ilf complete --replay {shlex.quote(str(tmp_path / 'done' / 'run.json'))}" in page.text
+    for wrong, words in (
+        (["done", "--smoothness", "3"], "leave out --smoothness"),
+        (["done", "--out", "page.pdf"], "must end in .html"),
+        (["done", "--seeds", "2"], "add --hold-out"),
+        ([], "Give a colour and a depth file"),
+    ):
+        assert main(["report", *wrong]) == 2
+        assert words in capsys.readouterr().err

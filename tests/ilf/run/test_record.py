@@ -1,0 +1,305 @@
+"""The run record: the same for the same run, with a word for all that it depends on, and checked when read."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import math
+import platform
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf._runtime.installation import asset_path
+from ilf._runtime.machine import library_versions
+from ilf.errors import FormatError
+from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, to_json
+from ilf.run.record_file import read_record
+
+from ..small_frames import QUICK
+from ..small_runs import OPTIONS, changed, small_run, with_drawn_border, with_invalid_mask, written
+
+
+def sha256(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_same_run_gives_same_record_without_times(tmp_path):
+    first = written(small_run(tmp_path), tmp_path / "out").read_bytes()
+    second = written(small_run(tmp_path), tmp_path / "other").read_bytes()
+    assert first == second
+    assert first.endswith(b"}\n")
+    assert b"seconds" not in first
+    assert str(tmp_path / "out").encode() not in first
+
+
+def test_record_reads_back(tmp_path):
+    special = ilf.preset(**QUICK, mode="fill+denoise")
+    run = with_drawn_border(with_invalid_mask(small_run(tmp_path)))
+    run = replace(run, own={2: special}, extrapolate=True)
+    path = written(run, tmp_path / "out")
+    assert json.loads(path.read_text())["block_parameters"] == {"2": {"mode": "fill+denoise"}}
+    record = read_record(path)
+    assert json.loads(path.read_text())["schema"] == SCHEMA == 1
+    assert record.own_parameters == {1: ilf.preset(**QUICK), 2: special}
+    assert record.export == OPTIONS
+    assert record.extraction == ilf.BlockParameters()
+    assert (record.name, record.inputs) == ("in", run.frame.inputs)
+    assert record.blocks.shape == (60, 80)
+    assert record.extrapolate
+    assert not record.blocks.edited
+    assert record.invalid_mask == RecordedMask(array_sha256(run.frame.invalid_mask), "invalid_mask.png")
+    assert record.drawn == RecordedMask(array_sha256(run.drawn), "drawn.png")
+    assert to_json(record) == path.read_bytes()
+
+
+def test_the_record_vouches_for_every_file_of_the_set(tmp_path):
+    record = read_record(written(with_drawn_border(with_invalid_mask(small_run(tmp_path))), tmp_path / "out"))
+    files = {path.name: sha256(path) for path in (tmp_path / "out").iterdir() if path.name != "run.json"}
+    assert record.outputs == files
+    assert {"meta.json", "invalid_mask.png", "drawn.png", "depth.npy", "cloud.xyz"} <= set(files)
+
+
+def test_the_record_vouches_for_what_was_read_and_not_for_what_is_there_now(tmp_path):
+    run = small_run(tmp_path)
+    rgb, depth = tmp_path / "in" / "rgb.png", tmp_path / "in" / "depth.png"
+    was = sha256(depth)
+    depth.write_bytes(rgb.read_bytes())
+    record = read_record(written(run, tmp_path / "out"))
+    assert record.inputs is not None
+    assert (record.inputs.depth.sha256, record.inputs.rgb.sha256) == (was, sha256(rgb))
+
+
+def test_the_record_vouches_for_the_networks(tmp_path):
+    run = small_run(tmp_path, own={1: ilf.preset("paper", **QUICK)})
+    record = make_record(run, run.complete(), OPTIONS)
+    bundled = sha256(asset_path("models/edges.onnx"))
+    assert record.networks.extraction == {"edges": bundled}
+    assert record.networks.filter == {"edges": bundled, "correction": sha256(asset_path("models/correction.onnx"))}
+    other = replace(run, parameters=ilf.preset("paper", **QUICK), network=None)
+    record = make_record(other, other.complete(), OPTIONS)
+    assert (record.networks.extraction, record.networks.filter) == ({}, {})
+
+
+def test_a_record_without_drawn_borders_has_no_file_of_them(tmp_path):
+    run = small_run(tmp_path)
+    path = written(replace(run, drawn=np.zeros(run.frame.shape, bool)), tmp_path / "out")
+    assert json.loads(path.read_text())["drawn"] is None
+    assert read_record(path).drawn is None
+    assert not (tmp_path / "out" / "drawn.png").exists()
+
+
+def test_what_is_not_a_number_becomes_null(tmp_path):
+    path = written(small_run(tmp_path, parameters=ilf.preset(min_known_pixels=5000)), tmp_path / "out")
+    outcomes = json.loads(path.read_text())["blocks_outcome"]
+    assert {outcome["status"] for outcome in outcomes} == {"not recoverable"}
+    assert {outcome["sigma_i"] for outcome in outcomes} == {None}
+    record = read_record(path)
+    assert all(math.isnan(outcome.sigma_i) for outcome in record.blocks_outcome)
+    assert to_json(record) == path.read_bytes()
+
+
+def test_hashes_of_arrays_do_not_depend_on_their_form():
+    depth = np.array([[1.5, np.nan], [2, 3]], np.float32)
+    other = depth.copy()
+    other.view(np.uint32)[0, 1] = 0xFFC0_0001  # another NaN
+    same = {array_sha256(array) for array in (depth, other, np.asfortranarray(depth), depth.astype(">f4"))}
+    assert len(same) == 1
+    assert array_sha256(depth + 1) not in same
+    assert array_sha256(np.array([[True]])) == array_sha256(np.array([[1]], np.int64))
+    assert array_sha256(np.array([1, 0])) != array_sha256(np.array([0, 1]))
+
+
+def test_what_a_record_does_not_know_is_passed_over_but_not_unknown_parameters(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    for keys in (
+        ["mood"],
+        ["own_parameters"],
+        ["blocks", "outline"],
+        ["export", "colour"],
+        ["blocks_outcome", 0, "defect_rate"],
+    ):
+        changed(path, *keys, "good")
+    read_record(path)
+    with pytest.raises(FormatError, match="There is no parameter 'prior'"):
+        read_record(changed(path, "parameters", "prior", "plane"))
+
+
+@pytest.mark.parametrize("schema", [0, 2, -1, "1", 1.0, True, None])
+def test_another_schema_is_refused_in_one_line(tmp_path, schema):
+    path = changed(changed(written(small_run(tmp_path), tmp_path / "out"), "schema", schema), "version", "9.8.7")
+    with pytest.raises(FormatError) as refused:
+        read_record(path)
+    assert str(refused.value) == (
+        f"{path}: The run record has schema {json.dumps(schema)}; ILF Studio {ilf.__version__} reads schema 1 only. "
+        "Open it with the version that wrote it (9.8.7)."
+    )
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        *((name,) for name in ("schema", "name", "processor", "networks", "invalid_mask", "drawn", "outside_view")),
+        *((name,) for name in ("guide", "pose", "depth_sha256", "outputs", "extrapolate")),
+        *(("export", name) for name in ("expected_error", "mesh", "normals", "drop_flying")),
+        *(("inputs", name) for name in ("ground_truth", "encoding", "invalid", "frame")),
+        ("blocks_outcome", 0, "outside"),
+        ("parameters", "correction"),
+        ("extraction", "detector"),
+    ],
+    ids=str,
+)
+def test_a_record_that_lacks_something_is_refused(tmp_path, keys):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    data = part = json.loads(path.read_text())
+    for key in keys[:-1]:
+        part = part[key]
+    del part[keys[-1]]
+    path.write_text(json.dumps(data))
+    with pytest.raises(FormatError, match=rf"run\.json.*{keys[-1]}"):
+        read_record(path)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        ("inputs", 5),
+        ("blocks", {}),
+        ("blocks_outcome", 0, {}),
+        ("program", "other"),
+        ("version", 3),
+        ("name", None),
+        ("versions", []),
+        ("versions", "numpy", 2),
+        ("processor", None),
+        ("inputs", "depth_units", True),
+        ("inputs", "depth_units", float("inf")),
+        ("inputs", "intrinsics", [1, 2, 3]),
+        ("inputs", "intrinsics", [10**400, 1, 1, 1]),
+        ("export", "depth_units", 10**400),
+        ("parameters", "smoothness", 10**400),
+        ("block_parameters", {"1": {"self": 1}}),
+        ("inputs", "rgb", "rgb.png"),
+        ("invalid_mask", {"sha256": "0", "file": "../mask.png"}),
+        ("invalid_mask", []),
+        ("drawn", {"file": "drawn.png"}),
+        ("extraction", []),
+        ("extraction", "dilation", 1.5),
+        ("networks", {}),
+        ("networks", "filter", {"edges": None}),
+        ("parameters", "mode", "magic"),
+        ("block_parameters", {"1": 5}),
+        ("blocks", "shape", [60]),
+        ("blocks", "edited", 1),
+        ("blocks", "file", "../in/depth.png"),
+        ("extrapolate", 1),
+        ("export", "depth_formats", "png"),
+        ("export", "depth_formats", [1]),
+        ("export", "cloud", "obj"),
+        ("export", "mesh", "stl"),
+        ("export", "normals", 1),
+        ("export", "labels", None),
+        ("blocks_outcome", {}),
+        ("blocks_outcome", 0, "status", "splendid"),
+        ("blocks_outcome", 0, "sigma_i", "0.1"),
+        ("depth_sha256", None),
+        ("outputs", {"../depth.npy": "0"}),
+        ("outputs", {"..": "0"}),
+        ("outputs", {"depth.npy": 0}),
+    ],
+    ids=lambda damage: str(damage)[:60],
+)
+def test_damaged_records_are_refused_by_name(tmp_path, damage):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), *damage)
+    with pytest.raises(FormatError, match=r"run\.json") as caught:
+        read_record(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"3", b"\xff\xfe", b"[" * 100_000])
+def test_files_that_are_no_record_are_refused(tmp_path, content):
+    path = tmp_path / "run.json"
+    path.write_bytes(content)
+    with pytest.raises(FormatError):
+        read_record(path)
+
+
+def test_a_record_may_hold_values_without_effect(tmp_path):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), "parameters", "padding", 3.0)
+    assert {own.padding for own in read_record(path).own_parameters.values()} == {3.0}
+
+
+def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
+    found = {"numpy": "2.1", "opencv-contrib-python": "4.9"}
+
+    def version(name):
+        if name not in found:
+            raise importlib.metadata.PackageNotFoundError(name)
+        return found[name]
+
+    monkeypatch.setattr(importlib.metadata, "version", version)
+    versions = library_versions()
+    assert versions.pop("python") == platform.python_version()
+    assert versions == {"numpy": "2.1", "scipy": None, "opencv": "4.9", "scikit-image": None, "numba": None}
+    # of two that put the same module into the same place, the later one is there
+    found |= {"opencv-python-headless": "5.0.0.93", "opencv-python": "4.14.0.94"}
+    for imported, version_there in (("4.14.0", "4.14.0.94"), ("5.0.0", "5.0.0.93")):
+        monkeypatch.setattr("cv2.__version__", imported)
+        assert library_versions()["opencv"] == version_there
+
+
+@pytest.mark.parametrize(
+    ("damage", "sentence"),
+    [
+        (("version", 3), "'version' in the run record must be str, not int."),
+        (("inputs", 5), "'inputs' in the run record must be object or null, not int."),
+        (("inputs", "depth_units", True), "'inputs.depth_units' in the run record must be float, not bool."),
+        (
+            ("inputs", "depth_units", float("inf")),
+            "'inputs.depth_units' in the run record must be a finite number, not inf.",
+        ),
+        (("blocks", "file", "../x"), "'blocks.file' in the run record must be a plain file name."),
+        (("outputs", {"../x": "0"}), "A name in 'outputs' in the run record must be a plain file name."),
+        (("versions", []), "'versions' in the run record must be object, not array."),
+        (("export", "mesh", "stl"), "'export' in the run record is not valid: There is no mesh format 'stl'."),
+        (
+            ("blocks_outcome", 0, "status", "x"),
+            "'blocks_outcome[0].status' in the run record is not valid: Invalid enum value 'x'.",
+        ),
+        (("blocks_outcome", 0, {}), "The run record has no 'blocks_outcome[0].label'."),
+        (
+            ("blocks_outcome", 0, "sigma_i", "x"),
+            "'blocks_outcome[0].sigma_i' in the run record must be float, not str.",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_value_is_said(tmp_path, damage, sentence):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), *damage)
+    with pytest.raises(FormatError) as caught:
+        read_record(path)
+    assert sentence in str(caught.value)
+
+
+def test_whole_numbers_pass_where_any_number_does(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    changed(path, "inputs", "depth_units", 500)
+    units = read_record(path).inputs.depth_units
+    assert (units, type(units)) == (500.0, float)
+
+
+def test_the_common_parameters_are_those_of_most_blocks(tmp_path):
+    run = small_run(tmp_path)
+    labels = run.blocks.copy()
+    labels[:10, :10] = 3
+    special = ilf.preset(**QUICK, mode="fill+denoise")
+    mixed = replace(run, blocks=labels, edited=True, own={1: special, 3: special})
+    record = make_record(mixed, mixed.complete(), OPTIONS)
+    assert record.parameters == special
+    assert record.own_parameters == {1: special, 2: run.parameters, 3: special}
+
+
+def test_people_can_read_a_record(tmp_path):
+    assert written(small_run(tmp_path), tmp_path / "out").read_text().startswith('{\n  "')

@@ -1,0 +1,310 @@
+"""Replay: the same bytes where all is as it was; and where it is not, a word on what differs and what that means."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf._runtime.installation import asset_path
+from ilf.errors import InputError
+from ilf.io.depth import read_depth_values, write_depth
+from ilf.io.labels import write_labels, write_mask
+from ilf.run.options import ExportOptions
+from ilf.run.record import array_sha256
+from ilf.run.record_file import read_record
+from ilf.run.replaying import Replay, file_problems, replay
+from ilf.run.run import Run
+from ilf.run.writing import write
+from ilf.segmentation.extraction import found_blocks
+
+from ..small_frames import QUICK
+from ..small_runs import OPTIONS, changed, contents, drawn, small_run, with_drawn_border, with_invalid_mask, written
+
+
+def replayed(path: Path, out: Path, *files: Path) -> Replay:
+    """Replay a record and write what comes out."""
+    again = replay(path, *files)
+    write(out, again.run, again.run.complete(), again.options)
+    return again
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        lambda run: run,
+        drawn,
+        with_invalid_mask,
+        with_drawn_border,
+        lambda run: replace(run, only=frozenset({2})),
+        lambda run: replace(run, extrapolate=True, only=frozenset({2})),
+        lambda run: replace(run, own={2: ilf.preset(**QUICK, mode="fill+denoise")}),
+        lambda run: replace(run, parameters=ilf.preset("released-code", **QUICK)),
+        lambda run: replace(run, extraction=None),
+    ],
+    ids=[
+        "plain",
+        "edited",
+        "invalid_mask",
+        "drawn border",
+        "some blocks",
+        "extrapolate",
+        "own parameters",
+        "released code",
+        "given",
+    ],
+)
+def test_replay_gives_the_same_bytes(tmp_path, how):
+    path = written(how(small_run(tmp_path)), tmp_path / "out")
+    again = replayed(path, tmp_path / "again")
+    assert again.differences == ()
+    assert again.verdict(again.run.complete()) == ()
+    assert contents(tmp_path / "again") == contents(tmp_path / "out")
+
+
+def test_replay_refuses_changed_inputs(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    depth = tmp_path / "in" / "depth.png"
+    depth.write_bytes(depth.read_bytes() + b"\0")
+    with pytest.raises(InputError, match=r"depth\.png is not the depth file of the recorded run"):
+        replay(path)
+
+
+def test_inputs_replaced_between_reading_and_writing_do_not_pass(tmp_path):
+    """The record vouches for what was read: what lies there by the time of the export is another file."""
+    run = small_run(tmp_path)
+    depth = tmp_path / "in" / "depth.png"
+    values = read_depth_values(depth)
+    write_depth(depth, values / 1000 + 0.2)
+    with pytest.raises(InputError, match="its content has changed"):
+        replay(written(run, tmp_path / "out"))
+
+
+def test_replay_finds_moved_inputs_when_told_or_beside_the_record(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    moved = [file.rename(tmp_path / file.name) for file in (tmp_path / "in" / "rgb.png", tmp_path / "in" / "depth.png")]
+    with pytest.raises(InputError, match=r"rgb\.png: there is no such file"):
+        replay(path)
+    replayed(path, tmp_path / "again", *moved)
+    assert contents(tmp_path / "again") == contents(tmp_path / "out")
+    with pytest.raises(InputError, match="not the colour file"):
+        replay(path, *moved[::-1])
+
+    record = tmp_path / "run.json"
+    record.write_bytes(path.read_bytes())
+    replayed(record, tmp_path / "beside")
+    assert contents(tmp_path / "beside") == contents(tmp_path / "out")
+
+
+def test_an_output_of_the_inputs_name_is_not_taken_for_it(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    (tmp_path / "in" / "depth.png").unlink()
+    assert (tmp_path / "out" / "depth.png").is_file()
+    with pytest.raises(InputError, match=r"in.depth\.png: there is no such file"):
+        replay(path)
+
+
+def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
+    run = drawn(small_run(tmp_path))
+    path = written(run, tmp_path / "out")
+    labels = tmp_path / "out" / "blocks.png"
+    others = run.blocks.copy()
+    others[0, 0] = 9
+    write_labels(labels, others)
+    with pytest.raises(InputError, match="edited by hand"):
+        replay(path)
+    labels.unlink()
+    with pytest.raises(InputError, match=r"blocks\.png"):
+        replay(path)
+
+
+@pytest.mark.parametrize(
+    ("how", "file", "what"),
+    [(with_invalid_mask, "invalid_mask.png", "invalid depth"), (with_drawn_border, "drawn.png", "drawn borders")],
+)
+def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
+    path = written(how(small_run(tmp_path)), tmp_path / "out")
+    mask = tmp_path / "out" / file
+    write_mask(mask, np.ones((60, 80), bool))
+    with pytest.raises(InputError, match=f"not the mask of {what} of the recorded run"):
+        replay(path)
+    mask.unlink()
+    with pytest.raises(InputError, match=rf"{what} of this run \({file}\) is not beside the record"):
+        replay(path)
+
+
+@pytest.mark.parametrize("change", ["invalid_mask", "ground_truth"])
+def test_names_that_no_file_can_have(tmp_path, change):
+    path = written(with_invalid_mask(small_run(tmp_path)), tmp_path / "out")
+    record = json.loads(path.read_text())
+    if change == "ground_truth":
+        record["inputs"]["ground_truth"] = {"path": "x" * 5000, "sha256": "0" * 64, "units": 1.0}
+    else:
+        record["invalid_mask"]["file"] = "x" * 5000
+    path.write_text(json.dumps(record))
+    if change == "ground_truth":
+        assert "there is no such file" in replay(path).differences[0]
+    else:
+        with pytest.raises(InputError, match="is not beside the record"):
+            replay(path)
+
+
+def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):
+    """Another version of a library may find other blocks: the written ones are used, and the user is told."""
+    run = small_run(tmp_path)
+    path = changed(written(run, tmp_path / "out"), "versions", "scipy", "0.1")
+
+    def one_block(frame, parameters):
+        return found_blocks(frame, parameters)._replace(blocks=np.ones(frame.shape, np.int32))
+
+    monkeypatch.setattr("ilf.run.replaying.found_blocks", one_block)
+    again = replayed(path, tmp_path / "again")
+    assert array_sha256(again.run.blocks) == array_sha256(run.blocks)
+    (note,) = again.run.notes
+    assert "scipy 0.1 (here" in note
+    (difference,) = again.differences
+    assert "The run was made with scipy 0.1 (here" in difference
+    (tmp_path / "out" / "blocks.png").unlink()
+    with pytest.raises(InputError, match=r"scipy 0\.1.*put the run's blocks\.png beside the record"):
+        replay(path)
+    with pytest.raises(InputError, match=r"put the run's blocks\.png beside the record"):
+        replay(written(run, tmp_path / "no-labels", replace(OPTIONS, labels=False)))
+
+
+def test_frames_that_came_from_no_file_have_a_record_but_no_replay(tmp_path):
+    run = small_run(tmp_path)
+    frame = ilf.RGBDFrame(run.frame.rgb, run.frame.depth)
+    path = written(replace(run, frame=frame), tmp_path / "bare", replace(OPTIONS, cloud=None))
+    assert json.loads(path.read_text())["inputs"] is None
+    assert not (tmp_path / "bare" / "meta.json").exists()
+    with pytest.raises(InputError, match="not read from files"):
+        replay(path)
+
+
+def test_a_network_that_is_as_it_was_hides_no_other(tmp_path):
+    path = written(Run.of(small_run(tmp_path).frame, preset=ilf.preset(**QUICK)), tmp_path / "out")
+    record = json.loads(path.read_text(encoding="utf-8"))
+    record["networks"]["filter"]["gone"] = "00"
+    path.write_text(json.dumps(record), encoding="utf-8")
+    (said,) = replay(path).differences
+    assert "'gone' used by the filter is not available" in said
+
+
+def test_a_network_that_was_replaced_is_said(tmp_path, monkeypatch):
+    """The same name, another file: the depth beside edges is another, and nobody may think it were the same run."""
+    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
+    own = tmp_path / "models" / "mine.onnx"
+    own.parent.mkdir()
+    own.write_bytes(asset_path("models/edges.onnx").read_bytes())
+    frame = small_run(tmp_path).frame
+    run = Run.of(frame, preset=ilf.preset(**QUICK, model="mine"), extraction=ilf.BlockParameters(model="mine"))
+    path = written(run, tmp_path / "out")
+    assert replay(path).differences == ()
+    own.write_bytes(own.read_bytes() + b"\x82\x01\x00")  # an empty field that no reader minds
+    blocks, filtering = replay(path).differences
+    assert "'mine' used by the extraction has changed" in blocks
+    assert "'mine' used by the filter has changed" in filtering
+    own.unlink()
+    again = replay(path)
+    assert len(again.differences) == 2
+    assert all("is not available" in difference for difference in again.differences)
+
+
+def test_another_processor_and_other_versions_are_said(tmp_path):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), "processor", "z80")
+    changed(path, "version", "0.1")
+    versions, processor = replay(path).differences
+    assert "ilf 0.1 (here" in versions
+    assert "another kind of processor (z80; here" in processor
+
+
+def test_files_that_are_gone_or_changed_are_said(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    (tmp_path / "out" / "curves.csv").unlink()
+    (tmp_path / "out" / "depth.png").write_bytes(b"")
+    gone, differing = file_problems(read_record(path), path.parent)
+    assert gone == "The set of files is incomplete: missing curves.csv."
+    assert differing.startswith("depth.png has changed since the run was written")
+    assert replay(path).differences == (gone, differing)
+
+
+def test_the_verdict_says_how_far_the_depth_is_off(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    again = replay(path)
+    completion = again.run.complete()
+    depth = completion.depth.copy()
+    depth[0, :7] += np.float32(4e-6)
+    (rounding,) = again.verdict(replace(completion, depth=depth))
+    assert "by up to 4." in rounding
+    assert "e-06 m, at 7 pixels: within rounding" in rounding
+    depth[0, 0] += np.float32(0.25)
+    (real,) = again.verdict(replace(completion, depth=depth))
+    assert "by up to 2.5e-01 m, at 7 pixels." in real
+    depth[0, 1:4] = np.nan
+    (missing,) = again.verdict(replace(completion, depth=depth))
+    assert "at 4 pixels; in addition, 3 pixels missing in only one of them." in missing
+
+
+def test_the_verdict_says_where_it_cannot_tell_how_far(tmp_path):
+    options = ExportOptions(("png",), cloud=None)
+    again = replay(written(small_run(tmp_path), tmp_path / "out", options))
+    completion = again.run.complete()
+    (verdict,) = again.verdict(replace(completion, depth=completion.depth + 1))
+    assert "not bit for bit the recorded one" in verdict
+    assert "The difference cannot be computed" in verdict
+
+
+def test_a_record_whose_blocks_are_not_in_its_label_map_is_refused(tmp_path):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), "blocks_outcome", 0, "label", 77)
+    with pytest.raises(InputError, match=r"\[77\]"):
+        replay(path)
+
+
+def test_every_network_is_looked_at(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    own = read_record(path).networks.filter["edges"]
+    changed(path, "networks", "filter", {"edges": own, "gone": "0"})
+    (difference,) = replay(path).differences
+    assert difference == (
+        "The edge network 'gone' used by the filter is not available: depth beside edges may differ by more than "
+        "rounding. Import the recorded one."
+    )
+
+
+@pytest.mark.parametrize(("recorded", "named"), [(None, "blocks.png"), ("mine.png", "mine.png")])
+def test_the_label_map_that_is_wanted_is_named(tmp_path, monkeypatch, recorded, named):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), "blocks", "file", recorded)
+    with pytest.raises(InputError) as edited:
+        replay(changed(path, "blocks", "edited", True))
+    assert f"their label map ({named}) is not beside" in str(edited.value)
+    changed(path, "blocks", "edited", False)
+    monkeypatch.setattr(
+        "ilf.run.replaying.found_blocks", lambda *_: found_blocks(*_)._replace(blocks=np.ones((60, 80), np.int32))
+    )
+    with pytest.raises(InputError) as extracted:
+        replay(path)
+    assert f"put the run's {named} beside the record" in str(extracted.value)
+
+
+def test_a_network_that_was_missing_and_is_here_now_is_said(tmp_path, monkeypatch):
+    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
+    frame = small_run(tmp_path).frame
+    run = Run.of(frame, preset=ilf.preset(**QUICK, model="mine"), extraction=ilf.BlockParameters(model="mine"))
+    path = written(run, tmp_path / "out")
+    assert replay(path).differences == ()
+    own = tmp_path / "models" / "mine.onnx"
+    own.parent.mkdir()
+    own.write_bytes(asset_path("models/edges.onnx").read_bytes())
+    (difference,) = replay(path).differences
+    assert "the edge network 'mine' was missing" in difference
+
+
+def test_the_network_of_the_guess_is_vouched_for(tmp_path):
+    paper = small_run(tmp_path, parameters=ilf.preset("paper", **QUICK), only=frozenset({2}))
+    assert read_record(written(paper, tmp_path / "out")).networks.filter == {}
+    extrapolate = read_record(written(replace(paper, extrapolate=True), tmp_path / "extrapolate"))
+    assert extrapolate.networks.filter == extrapolate.networks.extraction

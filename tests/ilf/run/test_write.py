@@ -1,0 +1,362 @@
+"""Writing a run: every chosen file or none, and never over the frame's own files."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf._runtime import staging
+from ilf._runtime.formatting import counted
+from ilf.cli import main
+from ilf.completion.confidence.expected_error import expected_error, unsupported
+from ilf.data.results import compose
+from ilf.errors import ExportError, InputError, ParameterError
+from ilf.io.depth import read_depth_values
+from ilf.io.images import read_colour
+from ilf.io.labels import read_labels
+from ilf.run import writing as module
+from ilf.run import writing as space_files
+from ilf.run.options import ExportOptions
+from ilf.run.writing import check_write, filenames, write
+from ilf.sources.frames import load_frame
+
+from ..small_runs import contents, drawn, small_run, with_invalid_mask
+from ..space_formats import read_pcd, read_ply
+
+ALL = ExportOptions(depth_formats=("png", "tiff", "npy"), cloud="xyz")
+BARE = replace(ALL, run_record=False)
+
+
+@pytest.fixture
+def run(tmp_path):
+    return small_run(tmp_path)
+
+
+@pytest.fixture
+def completion(run):
+    return run.complete()
+
+
+def test_all_chosen_files_are_written_and_hold_the_result(run, completion, tmp_path):
+    out = tmp_path / "deep" / "out"
+    found = write(out, run, completion, ALL)
+    assert [path.name for path in found.files] == list(filenames(run, ALL))
+    assert set(contents(out)) == set(filenames(run, ALL)) == {*ALL.filenames(), "meta.json"}
+    assert found.notes == ()
+    np.testing.assert_array_equal(np.load(out / "depth.npy"), completion.depth)
+    np.testing.assert_array_equal(read_depth_values(out / "depth.tiff"), completion.depth)
+    stored = read_depth_values(out / "depth.png") / 1000
+    np.testing.assert_allclose(stored, np.nan_to_num(completion.depth), atol=0.0005001)
+    np.testing.assert_array_equal(read_labels(out / "blocks.png"), run.blocks)
+    rows = (out / "curves.csv").read_text().splitlines()
+    assert len(rows) == 1 + sum(map(len, completion.history.values()))
+    assert json.loads((out / "run.json").read_text())["program"] == "ilf-studio"
+
+
+def test_only_chosen_files_are_written_and_others_left_alone(run, completion, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    options = ExportOptions((), expected_error=False, labels=True, curves=False, cloud=None, run_record=False)
+    write(tmp_path, run, completion, options)
+    assert {path.name for path in tmp_path.iterdir()} == {"in", "notes.txt", "blocks.png"}
+    nothing = replace(options, labels=False)
+    assert filenames(run, nothing) == ()
+    assert write(tmp_path / "empty", run, completion, nothing).files == ()
+
+
+@pytest.mark.parametrize(("formats", "units"), [(("png",), 2000.0), (("png", "npy"), 2000.0), (("tiff",), 1000.0)])
+def test_the_folder_opens_again_as_a_frame(run, completion, tmp_path, formats, units):
+    write(tmp_path / "out", run, completion, replace(ALL, depth_formats=formats, depth_units=units))
+    again = load_frame(tmp_path / "out")
+    np.testing.assert_array_equal(again.rgb, run.frame.rgb)
+    tolerance = 0 if formats != ("png",) else 0.5001 / units
+    np.testing.assert_allclose(again.depth, completion.depth, rtol=0, atol=tolerance)
+    assert again.intrinsics == dataclasses.replace(run.frame.intrinsics, name="")
+    assert again.name == "in-completed"
+
+
+def test_the_folder_opens_with_its_colour_beside_it(run, completion, tmp_path):
+    write(tmp_path / "out", run, completion, ALL)
+    colour = tmp_path / "in" / "rgb.png"
+    colour.rename(tmp_path / "out" / "rgb.png")
+    np.testing.assert_array_equal(load_frame(tmp_path / "out").rgb, run.frame.rgb)
+    (tmp_path / "out" / "rgb.png").unlink()
+    with pytest.raises(InputError, match=r"lists .*rgb\.png, which is missing"):
+        load_frame(tmp_path / "out")
+
+
+def test_a_half_written_folder_is_not_opened(run, completion, tmp_path):
+    write(tmp_path / "out", run, completion, ALL)
+    (tmp_path / "out" / "run.json").unlink()
+    with pytest.raises(InputError, match="an interrupted export"):
+        load_frame(tmp_path / "out")
+
+
+def test_lost_depth_is_noted_by_file(run, completion, tmp_path):
+    (note,) = write(tmp_path / "out", run, completion, replace(BARE, depth_units=50_000.0)).notes
+    assert note.startswith("depth.png: ")
+    assert "clipped" in note
+
+
+def test_units_coarser_than_the_inputs_are_noted(run, completion, tmp_path):
+    (note,) = write(tmp_path / "out", run, completion, replace(BARE, depth_units=100.0)).notes
+    assert note.startswith("depth.png: The PNG has steps of 10 mm, the input has 1 mm")
+    exact = replace(BARE, depth_formats=("npy",), depth_units=100.0)
+    assert write(tmp_path / "out", run, completion, exact).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("cloud", "kind"), [("ply", b"format binary_little_endian 1.0"), ("ply-ascii", b"format ascii 1.0")]
+)
+def test_a_ply_is_binary_or_text_as_asked_for(run, completion, tmp_path, cloud, kind):
+    written = write(tmp_path, run, completion, replace(ALL, cloud=cloud))
+    (path,) = (path for path in written.files if path.suffix == ".ply")
+    assert path.read_bytes().splitlines()[1] == kind
+
+
+@pytest.mark.parametrize("cloud", ["ply", "pcd"])
+def test_points_tell_all_that_is_known_of_them(run, completion, tmp_path, cloud):
+    options = replace(BARE, cloud=cloud, mesh="ply", cloud_unit="mm", normals=True)
+    out = tmp_path / "out"
+    write(out, run, completion, options)
+    rows = read_ply(out / "cloud.ply")[0] if cloud == "ply" else read_pcd(out / "cloud.pcd")
+    vertices, faces = read_ply(out / "mesh.ply")
+    known = np.isfinite(completion.depth)
+    assert len(rows) == np.count_nonzero(known)
+    np.testing.assert_array_equal(rows["z"], completion.depth[known] * np.float32(1000))
+    error = np.nan_to_num(expected_error(completion))
+    for found, pixels in ((rows, known), (vertices, _pixels_of(vertices, run, completion))):
+        np.testing.assert_array_equal(found["scalar_expected_error"], error[pixels] * np.float32(1000))
+        np.testing.assert_array_equal(found["quality"], found["scalar_expected_error"])
+        np.testing.assert_array_equal(found["scalar_filled"], completion.filled[pixels])
+        np.testing.assert_array_equal(found["scalar_block"], run.blocks[pixels])
+        np.testing.assert_array_equal(found["scalar_unsupported"], unsupported(completion)[pixels])
+        assert all(np.isfinite(found[name]).all() for name in found.dtype.names if name != "rgb")
+    np.testing.assert_array_equal(np.unique(faces), np.arange(len(vertices)))
+    write(out, run, completion, replace(options, cloud="ply", expected_error=False))
+    assert "scalar_filled" in read_ply(out / "cloud.ply")[0].dtype.names
+    assert not {"quality", "scalar_expected_error", "scalar_unsupported"} & {
+        *read_ply(out / "cloud.ply")[0].dtype.names
+    }
+
+
+def _pixels_of(vertices, run, completion):
+    """Which pixels (H, W) the vertices [mm] are seen at."""
+    camera, pixels = run.frame.intrinsics, np.zeros(run.frame.shape, bool)
+    rows = np.rint(vertices["y"] / vertices["z"] * camera.fy + camera.cy).astype(int)
+    columns = np.rint(vertices["x"] / vertices["z"] * camera.fx + camera.cx).astype(int)
+    pixels[rows, columns] = True
+    np.testing.assert_array_equal(completion.depth[rows, columns] * np.float32(1000), vertices["z"])
+    return pixels
+
+
+def test_points_in_mid_air_are_left_out_and_counted(run, completion, tmp_path):
+    depth = completion.depth.copy()
+    depth[20, 40] = 9.0
+    flying = replace(completion, depth=depth)
+    options = replace(BARE, cloud="ply", mesh="obj", drop_flying=True, depth_formats=("npy",))
+    (note,) = [note for note in write(tmp_path / "out", run, flying, options).notes if "flying" in note]
+    count = int(note.removeprefix("Left out of cloud and mesh: ").split()[0])
+    left = np.count_nonzero(np.isfinite(depth)) - count
+    rows, _ = read_ply(tmp_path / "out" / "cloud.ply")
+    assert len(rows) == left
+    assert rows["z"].max() < 9
+    assert np.load(tmp_path / "out" / "depth.npy")[20, 40] == 9
+    assert "\nf " in (tmp_path / "out" / "mesh.obj").read_text()
+
+
+def test_a_format_without_place_for_normals_is_noted(run, completion, tmp_path):
+    notes = write(tmp_path, run, completion, replace(BARE, normals=True)).notes
+    assert "cloud.xyz cannot store normals: select PLY or PCD." in notes
+
+
+def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
+    extrapolate = replace(with_invalid_mask(run), extrapolate=True, only=frozenset({2}))
+    found = write(tmp_path / "out", extrapolate, extrapolate.complete(), BARE)
+    depth = np.load(tmp_path / "out" / "depth.npy")
+    extrapolated, invalid_mask = (
+        read_colour(tmp_path / "out" / f"{name}.png")[..., 0] == 255 for name in ("extrapolated", "invalid_mask")
+    )
+    assert np.isfinite(depth).all()
+    np.testing.assert_array_equal(invalid_mask, extrapolate.frame.invalid_mask)
+    np.testing.assert_array_equal(extrapolated, ~extrapolate.frame.known & (extrapolate.blocks == 1))
+    assert f"{extrapolated.sum()} pixels" in found.remarks[0]
+    assert {"extrapolated.png", "invalid_mask.png"} <= set(filenames(extrapolate, BARE))
+    assert not {"extrapolated.png", "invalid_mask.png"} & set(filenames(run, BARE))
+
+
+def test_a_dense_run_without_a_gap_left_has_nothing_to_note(run, completion, tmp_path):
+    assert np.isfinite(completion.depth).all()
+    extrapolate = replace(run, extrapolate=True)
+    assert write(tmp_path / "out", extrapolate, extrapolate.complete(), BARE).remarks == ()
+    assert not read_colour(tmp_path / "out" / "extrapolated.png").any()
+
+
+def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, completion, tmp_path):
+    out = tmp_path / "out"
+    assert write(out, run, completion, replace(BARE, depth_units=1100.0)).notes == ()
+    expected = expected_error(completion)
+    np.testing.assert_array_equal(np.load(out / "expected_error.npy"), expected)
+    np.testing.assert_array_equal(read_depth_values(out / "expected_error.tiff"), expected)
+    stored = read_depth_values(out / "expected_error.png")
+    np.testing.assert_array_equal(stored > 0, completion.filled)
+    wanted = np.maximum(expected[completion.filled], 1 / 1100)
+    np.testing.assert_allclose(stored[completion.filled] / 1100, wanted, atol=0.00046)
+    np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, unsupported(completion))
+    outside = replace(completion, depth=np.where(completion.filled, 50, completion.depth).astype(np.float32))
+    count = np.count_nonzero(completion.filled)
+    assert write(out, run, outside, BARE).remarks == (
+        f"Unsupported by measurements: {counted(count, 'pixel')}, see unsupported.png.",
+    )
+    np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, completion.filled)
+    no_files = ExportOptions((), labels=False, curves=False, cloud=None)
+    assert filenames(run, no_files) == ("run.json",)
+
+
+def test_edited_blocks_without_label_map_are_noted(run, tmp_path):
+    edited = drawn(run)
+    (note,) = write(tmp_path / "out", edited, edited.complete(), replace(ALL, labels=False)).notes
+    assert "blocks.png" in note
+
+
+def test_failing_writer_leaves_the_folder_as_it_was(run, completion, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    write(out, run, completion, ALL)
+    before = contents(out)
+
+    def fails(path, *_, **__):
+        raise ExportError(f"Could not write {path}: the disk is full.")
+
+    monkeypatch.setattr(space_files, "write_cloud", fails)
+    other = replace(completion, depth=completion.depth + 1)
+    with pytest.raises(ExportError) as caught:
+        write(out, run, other, ALL)
+    assert str(caught.value) == f"Could not write {out / 'cloud.xyz'}: the disk is full."
+    assert contents(out) == before
+    with pytest.raises(ExportError):
+        write(tmp_path / "new" / "folder", run, completion, BARE)
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("failing", range(1, 22))
+def test_failing_move_takes_the_earlier_ones_back(run, completion, tmp_path, monkeypatch, failing):
+    """Ten files go aside and eleven go in: whichever move fails, the folder is as before."""
+    out = tmp_path / "out"
+    write(out, run, completion, ALL)
+    (out / "depth.tiff").unlink()
+    before = contents(out)
+    real_replace, real_move_in = os.replace, staging.move_into_place
+    moves = []
+
+    def fails_once(source, target):
+        moves.append(target)
+        if len(moves) == failing:
+            raise PermissionError(13, "in use by another program")
+        real_replace(source, target)
+
+    def move_into_place(*arguments):
+        monkeypatch.setattr(os, "replace", fails_once)
+        real_move_in(*arguments)
+
+    monkeypatch.setattr(module, "move_into_place", move_into_place)
+    with pytest.raises(ExportError, match="in use by another program"):
+        write(out, run, replace(completion, depth=completion.depth + 1), ALL)
+    assert contents(out) == before
+
+
+def test_cloud_without_intrinsics_writes_nothing(run, completion, tmp_path):
+    bare = replace(run, frame=ilf.RGBDFrame(run.frame.rgb, run.frame.depth))
+    for options, what in ((ALL, "point cloud"), (replace(ALL, cloud=None, mesh="glb"), "mesh")):
+        with pytest.raises(InputError, match=f"A {what} needs the camera's intrinsics"):
+            write(tmp_path / "out", bare, completion, options)
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_frames_own_files_are_never_overwritten(run, completion, tmp_path):
+    own = tmp_path / "in"
+    raw = (own / "depth.png").read_bytes()
+    with pytest.raises(ExportError, match="own file"):
+        write(own, run, completion, BARE)
+    assert (own / "depth.png").read_bytes() == raw
+    (own / "meta.json").write_text("{}")
+    with pytest.raises(ExportError, match=r"meta\.json is the frame's own file"):
+        write(own, run, completion, replace(BARE, depth_formats=("npy",)))
+    assert (own / "meta.json").read_text() == "{}"
+
+
+def test_a_meta_json_that_is_not_of_an_export_is_never_overwritten(run, completion, tmp_path):
+    folder = tmp_path / "frame"
+    folder.mkdir()
+    meta = '{"rgb": "../in/rgb.png", "depth": "../in/depth.png", "depth_units_per_m": 1000}'
+    (folder / "meta.json").write_text(meta)
+    frame = load_frame(folder)
+    with pytest.raises(ExportError, match=r"meta\.json describes a frame"):
+        write(folder, replace(run, frame=frame), completion, replace(BARE, cloud=None))
+    assert (folder / "meta.json").read_text() == meta
+    write(tmp_path / "out", run, completion, BARE)
+    write(tmp_path / "out", run, completion, BARE)
+
+
+def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "odd" / "depth.npy").mkdir(parents=True)
+    for folder in ("file", "file/below", "odd", "a" * 300):
+        with pytest.raises(ExportError):
+            write(tmp_path / folder, run, completion, BARE)
+    assert (tmp_path / "odd" / "depth.npy").is_dir()
+    assert len(list((tmp_path / "odd").iterdir())) == 1
+    write(tmp_path / "out", run, completion, BARE)
+    with pytest.raises(ExportError, match="already"):
+        check_write(tmp_path / "out", run, BARE, overwrite=False)
+
+
+def test_files_of_part_of_a_run_come_from_what_there_is(run, tmp_path):
+    write(tmp_path / "out", run, compose(run.frame, {}), ALL)
+    np.testing.assert_array_equal(np.load(tmp_path / "out" / "depth.npy"), run.frame.depth)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *({"depth_formats": ("jpg",)}, {"cloud": "obj"}, {"mesh": "stl"}, {"axes": "z"}, {"cloud_unit": "in"}),
+        *({"depth_units": units} for units in (0.0, -1000.0, float("nan"), float("inf"))),
+    ],
+)
+def test_unknown_choices_are_refused(wrong):
+    with pytest.raises(ParameterError):
+        ExportOptions(**wrong)
+
+
+def test_a_completion_saves_what_the_command_line_writes(run, tmp_path):
+    inputs = run.frame.inputs
+    frame = ilf.load_frame(inputs.rgb.path, inputs.depth.path, intrinsics=inputs.intrinsics)
+    written = ilf.complete(frame, max_iterations=25).save(tmp_path / "library")
+    camera = ",".join(map(str, inputs.intrinsics))
+    arguments = [inputs.rgb.path, inputs.depth.path, "--intrinsics", camera, "--max-iterations", "25", "--quiet"]
+    assert main(["complete", *arguments, "--out", str(tmp_path / "command")]) == 0
+    assert contents(tmp_path / "library") == contents(tmp_path / "command")
+    assert [path.name for path in written.files] == [*ExportOptions().filenames()[:-1], "meta.json", "run.json"]
+
+
+def test_what_is_saved_is_chosen_by_keyword(completion, tmp_path):
+    written = completion.save(tmp_path / "out", ExportOptions(curves=False), cloud=None, mesh="glb")
+    names = {path.name for path in written.files}
+    assert "mesh.glb" in names
+    assert not {"cloud.ply", "curves.csv"} & names
+    with pytest.raises(ParameterError, match=r"no parameter 'clouds'\. Did you mean cloud\?"):
+        completion.save(tmp_path / "out", clouds="pcd")
+
+
+def test_the_cloud_that_nobody_asked_for_is_left_out_without_a_camera(run, tmp_path):
+    blind = replace(run, frame=replace(run.frame, intrinsics=None)).complete()
+    written = blind.save(tmp_path / "out")
+    assert written.notes[0].startswith("No point cloud is written, because the camera's intrinsics are not known")
+    assert "cloud.ply" not in contents(tmp_path / "out")
+    with pytest.raises(InputError, match="needs the camera's intrinsics"):
+        blind.save(tmp_path / "other", cloud="ply")
+    assert not (tmp_path / "other").exists()

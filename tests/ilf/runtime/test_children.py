@@ -1,0 +1,65 @@
+"""Processes that the program starts of itself, where a packager has made one program of it and Python.
+
+Such a program is a script here, which is called as the program is, whatever its arguments.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ilf._runtime.sandbox import run_in_sandbox
+
+from ..batch_frames import write_frames
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="scripts that are programs")
+
+_PROGRAM = """#!{python} -P
+import multiprocessing
+import multiprocessing.spawn
+import sys
+
+sys.frozen, sys.executable = True, __file__
+sys.path[:0] = {path}
+multiprocessing.set_executable(__file__)
+
+
+def freeze_support():  # packagers put in their own, which knows of this child, too
+    if sys.argv[-2:-1] == ["-c"] and sys.argv[-1].startswith("from multiprocessing.resource_tracker import main"):
+        exec(sys.argv[-1])
+        sys.exit()
+    multiprocessing.spawn.freeze_support()
+
+
+multiprocessing.freeze_support = freeze_support
+if __name__ == "__main__":
+    from {room} import main
+
+    sys.exit(main())
+"""
+
+
+def _frozen(folder: Path, room: str) -> str:
+    program = folder / "program"
+    program.write_text(_PROGRAM.format(python=sys.executable, path=[path for path in sys.path if path], room=room))
+    program.chmod(0o700)
+    return str(program)
+
+
+@pytest.mark.parametrize("room", ["ilf.cli", "gui.app.start"])
+def test_a_frozen_program_tries_readers_in_a_child(tmp_path: Path, monkeypatch, room: str) -> None:
+    monkeypatch.setattr(sys, "executable", _frozen(tmp_path, room))
+    monkeypatch.setattr(sys, "frozen", True, raising=False)
+    assert run_in_sandbox(divmod, 7, 2, file="seven") == [3, 1]
+
+
+def test_a_frozen_program_shares_work_among_processes(tmp_path: Path) -> None:
+    words = ["batch", str(write_frames(tmp_path / "in", 1)), "--out", str(tmp_path / "out"), "--no-cloud"]
+    words += ["--max-iterations", "2", "--no-correction", "--blocks-detector", "canny"]
+    ended = subprocess.run([_frozen(tmp_path, "ilf.cli"), *words], capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert "1 frame: 1 completed" in ended.stdout

@@ -1,0 +1,212 @@
+"""Files that crash, exhaust or keep their reader: tried in a process of its own; the program says what is wrong."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import signal
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ilf._runtime.installation import asset_path
+from ilf._runtime.networks import network as onnx_network
+from ilf._runtime.networks.models import models_folder
+from ilf._runtime.sandbox import run_in_sandbox
+from ilf._runtime.temporary_files import remove_temporary_files
+from ilf.cli import main
+from ilf.errors import FormatError, InputError
+from ilf.segmentation.edges.detectors import EdgeNetwork
+from ilf.sources.nyu import read_split
+
+from ...bench.fuzz.forked import run_forked
+from ..small_frames import write_small_frame
+from ..small_runs import contents
+from ..tiny_onnx import message, node, number, write_network
+
+fork = pytest.mark.skipif(os.name != "posix", reason="forks")
+
+HOSTILE = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "hostile"
+
+
+def refuse() -> None:
+    raise InputError("Not this one.")
+
+
+def exhaust() -> int:
+    return len(bytearray(2**32))
+
+
+def crash() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+@pytest.fixture
+def forked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No interpreter is started for each trial."""
+    monkeypatch.setattr("ilf._runtime.sandbox.run_in_child", run_forked)
+
+
+def test_a_child_gives_what_the_function_gives() -> None:
+    assert run_in_sandbox(divmod, 7, 2, file="seven") == [3, 1]
+    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes longer than 0\.1 s"):
+        run_in_sandbox(time.sleep, 60, file="a.file", seconds=0.1)
+
+
+@fork
+@pytest.mark.usefixtures("forked")
+def test_a_child_raises_what_the_function_raises() -> None:
+    with pytest.raises(InputError, match=r"^Not this one\.$"):
+        run_in_sandbox(refuse, file="a.file")
+    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it fails .ZeroDivisionError"):
+        run_in_sandbox(divmod, 1, 0, file="a.file")
+
+
+@fork
+@pytest.mark.usefixtures("forked")
+def test_what_ends_a_child_is_told() -> None:
+    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it crashes .SIGSEGV"):
+        run_in_sandbox(crash, file="a.file")
+    if os.path.exists("/proc/self/statm"):
+        with pytest.raises(FormatError, match=r"a\.file is damaged: reading it needs more than 1 GiB"):
+            run_in_sandbox(exhaust, file="a.file", memory=2**30)
+
+
+def tensor(external: bytes) -> bytes:
+    """One of two numbers."""
+    return number(1, 2) + number(2, 1) + message(8, "w") + external
+
+
+def kill() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+OWN = [node("Sigmoid", ["image"], "all"), node("ReduceMean", ["all"], "strength", axes=[1])]
+NODE = node("Abs", ["image"], "strength")
+EXTERNAL = {
+    "entries": message(13, message(1, "location") + message(2, "../../../etc/passwd")),
+    "location only": number(14, 1),
+}
+
+
+@pytest.mark.parametrize("external", EXTERNAL.values(), ids=EXTERNAL)
+@pytest.mark.parametrize("place", ["initialiser", "attribute", "subgraph", "sparse", "function"])
+def test_weights_in_other_files_are_refused_wherever_they_are_named(external: bytes, place: str) -> None:
+    weights = tensor(external)
+    graph = {
+        "initialiser": message(1, NODE) + message(5, weights),
+        "attribute": message(1, NODE + message(5, message(1, "value") + message(5, weights))),
+        "subgraph": message(1, NODE + message(5, message(6, message(5, weights)))),
+        "sparse": message(15, message(2, weights)),
+        "function": message(1, NODE),
+    }[place]
+    function = message(25, message(7, node("Constant", [], "c") + message(5, message(5, weights))))
+    content = number(1, 8) + message(7, graph) + (function if place == "function" else b"")
+    with pytest.raises(FormatError, match=r"w\.onnx reads weights from other files"):
+        EdgeNetwork.read(np.frombuffer(content, np.uint8), Path("w.onnx"))
+
+
+def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = []
+    monkeypatch.setattr(onnx_network, "run_in_sandbox", lambda function, *arguments, file: tried.append(file))
+    for line in asset_path("models/SHA256SUMS").read_text().splitlines():
+        sha256, name = line.split()
+        assert hashlib.sha256(asset_path(f"models/{name}").read_bytes()).hexdigest() == sha256, f"SHA256SUMS: {name}"
+    EdgeNetwork.load(asset_path("models/edges.onnx"))
+    assert not tried
+    # other bytes, same network: a field that nobody knows at the end
+    other = np.frombuffer(asset_path("models/edges.onnx").read_bytes() + number(2**20, 7), np.uint8)
+    for _ in range(2):
+        EdgeNetwork.read(other, Path("own.onnx"))
+    assert tried == ["own.onnx"]
+    monkeypatch.setattr("ilf._runtime.networks.network._tested", set())
+    EdgeNetwork.read(other, Path("own.onnx"))
+    assert tried == ["own.onnx"], "later processes know it, too"
+
+
+def _look_and_end(path: Path, end: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look at a large image in another process, which comes to an end meanwhile."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
+        child = os.fork()
+    if child == 0:
+        network = EdgeNetwork.load(path)
+        network.strength(np.zeros((64, 64, 3), np.uint8))
+        monkeypatch.setattr(EdgeNetwork, "_results", lambda *_: end())
+        network.strength(np.zeros((200, 300, 3), np.uint8))
+        os._exit(0)
+    os.waitpid(child, 0)
+
+
+@fork
+@pytest.mark.usefixtures("forked")
+def test_a_network_that_crashes_with_larger_images_is_refused_at_the_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_network(tmp_path / "own.onnx", OWN)
+    _look_and_end(path, kill, monkeypatch)
+    with monkeypatch.context() as still_crashing:
+        looks = EdgeNetwork._results
+        still_crashing.setattr(
+            EdgeNetwork, "_results", lambda self, inputs: kill() if inputs[""].size > 10**5 else looks(self, inputs)
+        )
+        for _ in range(2):
+            with pytest.raises(FormatError, match=r"own\.onnx .* image of about 336 x 240 pixels, and fails again"):
+                EdgeNetwork.load(path)
+    # what was killed for another reason is no longer suspected
+    network = EdgeNetwork.load(path)
+    monkeypatch.setattr(onnx_network, "run_in_sandbox", None)
+    monkeypatch.setattr(onnx_network, "_networks", {})
+    assert EdgeNetwork.load(path) is not network
+
+
+@fork
+def test_a_program_that_ends_by_itself_while_a_network_looks_does_not_suspect_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_network(tmp_path / "own.onnx", OWN)
+
+    def end() -> None:
+        remove_temporary_files()
+        os._exit(0)
+
+    _look_and_end(path, end, monkeypatch)
+    monkeypatch.setattr(onnx_network, "run_in_sandbox", None)
+    EdgeNetwork.load(path)
+
+
+@pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"no files that crashed readers in {HOSTILE}")
+def test_files_that_crashed_readers_give_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    network = next(HOSTILE.glob("*.onnx"))
+    assert main(["models", "import", str(network)]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not models_folder().exists()
+    with pytest.raises(FormatError, match="is damaged: reading it"):
+        read_split(next(HOSTILE.glob("*.mat")))
+
+
+PLACES = [
+    "info FILE", "complete FILE", "complete FILE FILE", "complete RGB FILE --out OUT", "complete --replay FILE",
+    *(f"complete RGB DEPTH --out OUT {flag} FILE" for flag in (
+        "--guide", "--blocks", "--borders", "--invalid-mask", "--ground-truth", "--intrinsics", "--preset",
+    )),
+    "batch FILE --out OUT", "report FILE --out PAGE", "evaluate FILE", "blocks FILE --out OUT", "bench FILE",
+    "project info FILE", "rosbag FILE --out OUT", "nerfstudio FILE --out OUT",
+]  # fmt: skip
+"""Commands that take a file, and their options that do."""
+
+
+@pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"no files that crashed readers in {HOSTILE}")
+@pytest.mark.parametrize("words", PLACES)
+def test_such_files_in_any_place_give_one_line(words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rgb, depth = write_small_frame(tmp_path)
+    before = contents(tmp_path)
+    for file in (next(HOSTILE.glob("*.onnx")), next(HOSTILE.glob("*.mat"))):
+        meant = {"FILE": file, "RGB": rgb, "DEPTH": depth, "OUT": tmp_path / "out", "PAGE": tmp_path / "a.html"}
+        assert main([str(meant.get(word, word)) for word in words.split()]) == 1
+        assert capsys.readouterr().err.count("\n") == 1
+        assert contents(tmp_path) == before

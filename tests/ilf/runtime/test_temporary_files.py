@@ -1,0 +1,92 @@
+"""What killed writers of single files have left goes with the next who writes there; what others are writing stays."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ilf._runtime.files import atomic_path, write_bytes
+from ilf._runtime.temporary_files import unique_tag
+
+_DAY_S = 24 * 3600
+
+_KILLED = """
+import os, sys
+from ilf._runtime.files import atomic_path
+with atomic_path(sys.argv[1]) as temporary:
+    os.kill(os.getpid(), 9)
+"""
+
+
+def hidden(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir() if path.name.startswith(".ilf-")}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
+def test_what_a_killed_writer_has_left_goes_with_the_next(tmp_path: Path) -> None:
+    target = tmp_path / "notes.txt"
+    killed = subprocess.run([sys.executable, "-c", _KILLED, target])
+    assert killed.returncode == -signal.SIGKILL
+    assert len(hidden(tmp_path)) == 1
+    write_bytes(target, b"whole")
+    assert {path.name for path in tmp_path.iterdir()} == {"notes.txt"}
+
+
+def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path: Path) -> None:
+    ours = f".ilf-{unique_tag()}"
+    names = {
+        "of a living process": f"{ours}.json",
+        "of another computer": ours.replace("-", "-elsewhere.", 1),
+    }
+    for age in (0.9, 1.1):
+        folder = tmp_path / f"{age} days"
+        folder.mkdir()
+        for name in names.values():
+            (folder / name).touch()
+            written = (folder / name).stat().st_mtime - age * _DAY_S
+            os.utime(folder / name, (written, written))
+        write_bytes(folder / "notes.txt", b"whole")
+        assert hidden(folder) == (set(names.values()) if age < 1 else set())
+
+
+def test_temporary_files_of_other_users_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    left = tmp_path / f".ilf-{unique_tag()}".replace(f"-{os.getpid()}-", f"-{10**30}-")
+    left.touch()
+    monkeypatch.setattr(os, "geteuid", lambda: left.stat().st_uid + 1, raising=False)
+    write_bytes(tmp_path / "notes.txt", b"whole")
+    assert hidden(tmp_path) == {left.name}
+
+
+def test_a_number_that_no_process_can_have_is_of_a_dead_one(tmp_path: Path) -> None:
+    name = f".ilf-{unique_tag()}".replace(f"-{os.getpid()}-", f"-{10**30}-")
+    (tmp_path / name).touch()
+    write_bytes(tmp_path / "notes.txt", b"whole")
+    assert {path.name for path in tmp_path.iterdir()} == {"notes.txt"}
+
+
+def test_only_temporary_files_go(tmp_path: Path) -> None:
+    names = [".ilf-notes.txt", "ilf-0123456789abcdef", ".ilf-0123456789abcdefg", ".ilf-export-host-1-01234567"]
+    for name in names[:3]:
+        (tmp_path / name).touch()
+    (tmp_path / names[3]).mkdir()
+    for name in names:
+        os.utime(tmp_path / name, (0, 0))
+    write_bytes(tmp_path / "notes.txt", b"whole")
+    assert {path.name for path in tmp_path.iterdir()} == {*names, "notes.txt"}
+
+
+def test_two_that_write_at_once_do_not_hurt_each_other(tmp_path: Path) -> None:
+    with atomic_path(tmp_path / "first") as first:
+        writing = [
+            sys.executable,
+            "-c",
+            "import sys; from ilf._runtime.files import write_bytes as w; w(sys.argv[1], b'2')",
+        ]
+        subprocess.run([*writing, tmp_path / "second"], check=True)
+        first.write_bytes(b"1")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"first": b"1", "second": b"2"}

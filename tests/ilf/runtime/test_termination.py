@@ -1,0 +1,288 @@
+"""Commands and their processes end when they are asked to, and whoever reads their output may leave before that."""
+
+from __future__ import annotations
+
+import os
+import signal
+import stat
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from ilf._runtime.processes import process_pool, result_of, run_units
+from ilf._runtime.termination import Interrupted, error_log_path, log_error, terminating_on_signal
+from ilf.cli import info, main
+from ilf.errors import IlfError
+
+from ..batch_frames import write_frames
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+
+
+def test_a_process_that_ends_is_told_of() -> None:
+    with process_pool(1) as pool:
+        assert result_of(pool.submit(abs, -3)) == 3
+        with pytest.raises(IlfError, match="ended unexpectedly"):
+            result_of(pool.submit(sys.exit, 0))
+        with pytest.raises(ZeroDivisionError):
+            result_of(pool.submit(divmod, 1, 0))
+        with pytest.raises(IlfError, match="ended unexpectedly"):
+            result_of(pool.submit(os._exit, 0))
+
+
+def test_units_in_this_process_are_done_in_order() -> None:
+    done: list[int] = []
+    assert run_units(abs, [(-1,), (2,)], on_done=done.append) == [1, 2]
+    assert done == [0, 1]
+
+
+_BUSY = """
+import os, sys, threading, time
+from pathlib import Path
+from ilf._runtime.termination import terminating_on_signal
+from ilf._runtime.temporary_files import removed_on_exit
+from ilf._runtime.processes import process_pool
+
+half = Path(sys.argv[1])
+half.touch()
+with terminating_on_signal(), removed_on_exit(half), process_pool(1) as pool:
+    helper = pool.submit(os.getpid).result()
+    pool.submit(time.sleep, 600)
+    while True:
+        try:
+            print(helper, flush=True)
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            pass  # as if it did not hear
+"""
+
+
+@posix
+def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(tmp_path: Path) -> None:
+    half = tmp_path / "half"
+    with subprocess.Popen(
+        [sys.executable, "-c", _BUSY, half], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as command:
+        assert command.stdout is not None
+        helper = int(command.stdout.readline())
+        assert half.exists()
+        command.send_signal(signal.SIGTERM)
+        assert command.wait(60) == 128 + signal.SIGTERM
+        assert not half.exists()
+        while _runs(helper):
+            time.sleep(0.01)
+        assert command.stderr is not None
+        # and whoever tracks the semaphores that its processes share has none to warn of
+        assert command.stderr.read() == "ilf: error: ended by SIGTERM\n"
+
+
+_STARTING = """
+import os, signal
+from ilf._runtime.processes import process_pool
+
+if __name__ == "__main__":
+    with process_pool(1) as pool:
+        print(pool.submit(abs, -1).result())
+else:  # the other process is being started
+    os.kill(os.getpid(), signal.SIGINT)
+"""
+
+
+@posix
+def test_a_process_that_is_being_started_leaves_the_terminal_s_interrupt_to_who_starts_it(tmp_path: Path) -> None:
+    (tmp_path / "program.py").write_text(_STARTING)
+    ended = subprocess.run([sys.executable, tmp_path / "program.py"], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "1\n", "")
+
+
+_BATCH = """
+import sys, time
+from ilf.batch import batch
+from ilf.cli import main
+
+if __name__ == "__main__":
+    write = batch.write_manifest
+
+    def slowly(*arguments):  # as over ten thousand frames, or on a disk far away
+        print("ending", flush=True)
+        time.sleep(1)
+        return write(*arguments)
+
+    batch.write_manifest = slowly
+    sys.exit(main(["batch", *sys.argv[1:]]))
+"""
+
+
+@posix
+@pytest.mark.parametrize(("name", "line"), [("SIGINT", "interrupted"), ("SIGTERM", "ended by SIGTERM")])
+def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: Path, name: str, line: str) -> None:
+    out = tmp_path / "out"
+    words = [write_frames(tmp_path / "in", 40), "--out", out, "--no-cloud", "--jobs", "2", "--max-iterations", "2"]
+    with subprocess.Popen(
+        [sys.executable, "-c", _BATCH, *words, "--no-correction", "--blocks-detector", "canny"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as command:
+        while not list(out.glob("*/frame.json")):
+            assert command.poll() is None
+            time.sleep(0.01)
+        command.send_signal(signal.Signals[name])
+        told, wrong = command.communicate()
+    assert (command.returncode, wrong) == (128 + signal.Signals[name], f"ilf: error: {line}\n")
+    assert told.startswith("ending\n40 frames: ")
+    rows = (out / "manifest.csv").read_text().splitlines()[1:]
+    assert len(rows) == len(list(out.glob("*/frame.json"))) < 40
+
+
+_TRYING = """
+import sys
+from ilf._runtime.sandbox import run_in_sandbox
+reader = "import os, time; print(os.getpid(), file=open(%r, 'w'), flush=True); time.sleep(600)" % sys.argv[1]
+run_in_sandbox(exec, reader, file="a")
+"""
+
+
+@posix
+def test_a_reader_that_is_tried_ends_with_who_tries_it(tmp_path: Path) -> None:
+    note = tmp_path / "process"
+    with subprocess.Popen([sys.executable, "-c", _TRYING, note]) as trying:
+        while not (note.exists() and note.read_text()):
+            assert trying.poll() is None
+            time.sleep(0.01)
+        trying.kill()
+    while _runs(int(note.read_text())):
+        time.sleep(0.01)
+
+
+def _runs(process: int) -> bool:
+    """Whether it does; what has ended and was not asked for its status does not."""
+    state = subprocess.run(["ps", "-o", "stat=", "-p", str(process)], capture_output=True, text=True).stdout
+    return bool(state.strip()) and not state.startswith("Z")
+
+
+@posix
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_a_command_that_is_asked_to_end_says_so(
+    name: str, status: int, heard: object, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(info, "_print_section", lambda *_, **__: signal.raise_signal(signal.Signals[name]))
+    assert main(["info", str(Path(__file__).parents[3] / "assets" / "samples" / "room")]) == status
+    assert capsys.readouterr().err == f"ilf: error: {'interrupted' if status == 130 else f'ended by {name}'}\n"
+    assert signal.getsignal(signal.Signals[name]) is heard
+
+
+@posix
+def test_what_was_told_to_survive_its_terminal_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with terminating_on_signal():
+            signal.raise_signal(signal.SIGHUP)
+            with pytest.raises(Interrupted, match="SIGTERM"):
+                signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+_EARLY = """
+import os, signal, sys
+
+class AskedMeanwhile:
+    def find_spec(self, name, *_):
+        if name == "numpy":
+            os.kill(os.getpid(), signal.{name})
+            while True:
+                pass
+
+signal.signal(signal.{name}, signal.SIG_DFL)
+sys.meta_path.insert(0, AskedMeanwhile())
+from ilf.cli import main
+main(["info", "absent"])
+"""
+
+
+@posix
+@pytest.mark.parametrize(
+    ("name", "line"), [("SIGINT", "ilf: error: interrupted\n"), ("SIGTERM", "ilf: error: ended by SIGTERM\n")]
+)
+def test_a_command_ends_quietly_while_it_is_still_importing(name: str, line: str) -> None:
+    ended = subprocess.run([sys.executable, "-c", _EARLY.format(name=name)], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (128 + signal.Signals[name], "", line)
+
+
+@pytest.fixture
+def unread() -> int:
+    """A pipe that nobody reads."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    return writing
+
+
+def test_output_that_nobody_reads(unread: int, capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
+    with open(unread, "w") as stdout:
+        monkeypatch.setattr(sys, "stdout", stdout)
+        assert main(["presets"]) == 1
+    assert capsys.readouterr().err == ""
+
+
+def test_errors_that_nobody_reads(unread: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    with open(unread, "w") as stderr:
+        monkeypatch.setattr(sys, "stderr", stderr)
+        assert main(["info", "nothing"]) == 1
+        assert main(["presets"]) == 0
+
+
+def test_output_that_was_closed_before(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "stdout", None)
+    assert main(["presets"]) == 0
+    assert main(["info", "nothing"]) == 1
+    assert "nothing" in capsys.readouterr().err
+    sys.stdout.close()
+
+
+def test_errors_that_were_closed_before_do_not_go_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stderr", None)
+    assert main(["info", "nothing"]) == 1
+    assert capsys.readouterr().out == ""
+    sys.stderr.close()
+
+
+def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("nothing\nto divide by")
+
+    monkeypatch.setattr(info, "_input_sections", broken)
+    assert main(["info", str(Path(__file__).parents[3] / "assets" / "samples" / "room")]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "ZeroDivisionError: nothing to divide by" in line
+    assert line.endswith(str(error_log_path()))
+    assert "in broken" in error_log_path().read_text()
+
+
+def test_a_log_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("ILF_LOG", str(tmp_path / "file" / "faults.log"))
+    assert "could not be written" in log_error(ZeroDivisionError())
+    assert "Memory" in log_error(MemoryError())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="asks for permissions")
+@pytest.mark.parametrize("is_there", [False, True])
+def test_no_other_user_may_read_the_log(is_there: bool) -> None:
+    if is_there:
+        error_log_path().touch(0o644)
+    log_error(KeyError("new"))
+    assert stat.S_IMODE(error_log_path().stat().st_mode) == 0o600
+
+
+def test_a_large_log_begins_anew(tmp_path: Path) -> None:
+    error_log_path().write_text("x" * 2_000_000)
+    log_error(KeyError("new"))
+    assert error_log_path().stat().st_size < 10_000

@@ -1,0 +1,289 @@
+"""A user's own edge networks: HED against a direct computation, ONNX of other conventions, names, refusals."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import onnx
+import pytest
+from onnx import helper, numpy_helper
+
+from ilf._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
+from ilf.cli import main, parsing, usage
+from ilf.data.declarations import ParameterSet, declare
+from ilf.errors import ExportError, FormatError, InputError, ParameterError
+from ilf.segmentation.edges.detectors import load_model
+from ilf.segmentation.edges.importing import add_model
+
+from ..hed_files import caffe_strength, hed_weights, keras_strength, write_caffemodel, write_keras
+
+SIZES = [(32, 48), (64, 32)]
+"""OpenCV scales what is one pixel wide up wrongly; images are padded to 48 pixels at least before they get here."""
+GAINS = np.array([0.5, -0.2, 0.3], np.float32)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Of the user's networks; not there yet."""
+    path = tmp_path / "own" / "models"
+    monkeypatch.setenv("ILF_MODELS", str(path))
+    return path
+
+
+@pytest.fixture(autouse=True)
+def networks_are_tried_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a process for each; test_trial.py has them."""
+
+    def at_once(function: Callable[..., object], *arguments: object, file: str) -> object:
+        return function(*arguments)
+
+    monkeypatch.setattr("ilf._runtime.networks.network.run_in_sandbox", at_once)
+
+
+def picture(height: int, width: int) -> np.ndarray:
+    """RGB in [0, 1], (3, H, W)."""
+    return np.random.default_rng(height).random((3, height, width), np.float32)
+
+
+def strength_by(path: Path, rgb: np.ndarray) -> np.ndarray:
+    net = cv2.dnn.readNetFromONNX(str(path))
+    net.setInput(rgb[None])
+    return net.forward()[0, 0]
+
+
+def write_weighted_sum(
+    path: Path, *nodes: onnx.NodeProto, size: tuple[int | str, int | str] = ("h", "w"), gains: np.ndarray = GAINS
+) -> Path:
+    """A network whose "sum" is the channels' weighted sum; what `nodes` make of it, if any, comes out."""
+    first = helper.make_node("Conv", ["x", "gains"], ["sum"])
+    last = nodes[-1].output[0] if nodes else "sum"
+    graph = helper.make_graph(
+        [first, *nodes],
+        "sum",
+        [helper.make_tensor_value_info("x", 1, [1, 3, *size])],
+        [helper.make_tensor_value_info(last, 1, [1, 1, *size])],
+        [
+            numpy_helper.from_array(gains[None, :, None, None], "gains"),
+            numpy_helper.from_array(np.array([1, 1, 48, 48]), "baked"),
+        ],
+    )
+    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8), path)
+    return path
+
+
+SIGMOID = helper.make_node("Sigmoid", ["sum"], ["strength"])
+
+
+@dataclass(frozen=True)
+class Chosen(ParameterSet):
+    model: str = declare(BUNDLED, "Edge network", "h", "g", offers=model_names)
+
+
+@pytest.mark.parametrize("old", [True, False], ids=["fields of 2014", "fields of today"])
+@pytest.mark.parametrize("upsampling", [True, False], ids=["kernels in the file", "no kernels"])
+def test_hed_of_caffe_is_what_caffe_computes(tmp_path: Path, old: bool, upsampling: bool) -> None:
+    weights = hed_weights(upsampling)
+    path = add_model(write_caffemodel(tmp_path / "hed.caffemodel", weights, old))
+    for size in SIZES:
+        rgb = picture(*size)
+        expected = caffe_strength(rgb, weights)
+        assert np.ptp(expected) > 0.05
+        np.testing.assert_allclose(strength_by(path, rgb), expected, atol=2e-5)
+
+
+def test_hed_of_keras_is_what_keras_computes(tmp_path: Path) -> None:
+    weights = hed_weights(upsampling=False)
+    path = add_model(write_keras(tmp_path / "hed.h5", weights))
+    for size in SIZES:
+        rgb = picture(*size)
+        expected = keras_strength(rgb, weights)
+        assert np.ptp(expected) > 0.05
+        np.testing.assert_allclose(strength_by(path, rgb), expected, atol=2e-5)
+
+
+def test_an_imported_network_is_listed_and_found_by_name(tmp_path: Path, folder: Path) -> None:
+    assert model_names() == (BUNDLED,)
+    source = write_weighted_sum(tmp_path / "my net (2).onnx", SIGMOID)
+    path = add_model(source)
+    assert path == folder / "my-net-2.onnx"
+    assert path.read_bytes() == source.read_bytes(), "what is right as it is stays as it is"
+    add_model(source, "Another")
+    assert model_names() == (BUNDLED, "Another", "my-net-2")
+    assert load_model("my-net-2").path == path.resolve()
+    assert load_model(BUNDLED).path == model_path(BUNDLED).resolve()
+    remove_model("my-net-2")
+    assert model_names() == (BUNDLED, "Another")
+    with pytest.raises(InputError, match=r"no edge network 'my-net-2' .* only edges, Another"):
+        load_model("my-net-2")
+
+
+INPUT_VALUES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "rgb": lambda rgb: rgb,
+    "imagenet": lambda rgb: (rgb - [0.485, 0.456, 0.406]) / [0.229, 0.224, 0.225],
+    "caffe": lambda rgb: rgb[..., ::-1] * 255 - [104.00698793, 116.66876762, 122.67891434],
+}
+
+
+@pytest.mark.parametrize("inputs", INPUT_VALUES)
+@pytest.mark.parametrize("logits", [True, False])
+def test_other_conventions_are_adapted(tmp_path: Path, inputs: str, logits: bool) -> None:
+    gains = GAINS / 60 if inputs == "caffe" else GAINS * 4
+    source = write_weighted_sum(tmp_path / "net.onnx", *([] if logits else [SIGMOID]), gains=gains)
+    path = add_model(source, inputs=inputs, logits=logits)
+    rgb = picture(32, 48)
+    total = INPUT_VALUES[inputs](rgb.transpose(1, 2, 0).astype(float)) @ gains
+    np.testing.assert_allclose(strength_by(path, rgb), 1 / (1 + np.exp(-total)), atol=1e-5)
+
+
+def test_a_size_that_is_fixed_in_name_only_does_not_matter(tmp_path: Path) -> None:
+    add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID, size=(320, 480)))
+    assert load_model("net").strength(np.zeros((50, 70, 3), np.uint8)).shape == (50, 70)
+
+
+def half(path: Path) -> Path:
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    return path
+
+
+def without(name: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    weights = hed_weights(upsampling=False)
+    del weights[name]
+    return weights
+
+
+def with_two_inputs(path: Path) -> Path:
+    model = onnx.load(write_weighted_sum(path, helper.make_node("Add", ["sum", "y"], ["strength"])))
+    model.graph.input.append(helper.make_tensor_value_info("y", 1, [1, 1, "h", "w"]))
+    onnx.save(model, path)
+    return path
+
+
+def write_text(path: Path) -> Path:
+    path.write_text("not a network")
+    return path
+
+
+REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
+    "truncated Caffe": (
+        "a.caffemodel",
+        lambda p: half(write_caffemodel(p, hed_weights(False), True)),
+        "a.caffemodel is not an intact Caffe model .truncated.",
+    ),
+    "truncated Keras": ("a.h5", lambda p: half(write_keras(p, hed_weights(False))), "a.h5 is not a complete HDF5 file"),
+    "truncated ONNX": ("a.onnx", lambda p: half(write_weighted_sum(p, SIGMOID)), "a.onnx is not an intact ONNX"),
+    "text as Caffe": ("a.caffemodel", write_text, "a.caffemodel is not an intact Caffe model"),
+    "text as ONNX": ("a.onnx", write_text, "a.onnx is not an intact ONNX"),
+    "other format": ("a.pth", write_text, "an unknown format. Select a file of type .onnx, .caffemodel, .h5"),
+    "Caffe of another network": (
+        "a.caffemodel",
+        lambda p: write_caffemodel(p, without("score-dsn3"), False),
+        "no weights of HED: the layer score-dsn3 is missing",
+    ),
+    "Keras of another network": ("a.h5", lambda p: write_keras(p, without("conv4_2")), "the layer conv4_2 is missing"),
+    "other shape": (
+        "a.caffemodel",
+        lambda p: write_caffemodel(p, hed_weights(False) | {"conv2_1": hed_weights(False)["conv3_2"]}, False),
+        "the layer conv2_1 is 6 x 6 x 3 x 3, not any x 5 x 3 x 3",
+    ),
+    "two inputs": ("a.onnx", with_two_inputs, "takes 2 inputs .x, y., not one image"),
+    "fixed size": (
+        "a.onnx",
+        lambda p: write_weighted_sum(p, helper.make_node("Reshape", ["sum", "baked"], ["strength"]), size=(48, 48)),
+        "accepts only images of 48 x 48.* free height and width",
+    ),
+    "out of range": ("a.onnx", lambda p: write_weighted_sum(p, gains=GAINS * 9), "not within 0 to 1.* --logits"),
+    "three channels": (
+        "a.onnx",
+        lambda p: write_weighted_sum(p, helper.make_node("Sigmoid", ["x"], ["strength"])),
+        "is not an edge network",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_what_is_no_edge_network_is_refused_and_leaves_nothing(tmp_path: Path, folder: Path, kind: str) -> None:
+    name, write, message = REFUSED[kind]
+    write(tmp_path / name)
+    with pytest.raises(FormatError, match=message):
+        add_model(tmp_path / name)
+    assert not folder.exists()
+
+
+def test_options_that_do_not_fit_the_file_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="Import it without --logits"):
+        add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID), logits=True)
+    with pytest.raises(InputError, match=r"leave them out for hed\.h5"):
+        add_model(write_keras(tmp_path / "hed.h5", hed_weights(False)), inputs="imagenet")
+    with pytest.raises(InputError, match="one of rgb, imagenet, caffe, not 'bgr'"):
+        add_model(tmp_path / "net.onnx", inputs="bgr")
+
+
+def test_names_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
+    source = write_weighted_sum(tmp_path / "net.onnx", SIGMOID)
+    for name in ("", "../net", "a b", "x" * 101):
+        with pytest.raises(InputError, match="cannot be the name"):
+            add_model(source, name)
+    for name in (BUNDLED, DEPTH_EDGES):
+        for replace in (True, False):
+            with pytest.raises(InputError, match="name of a bundled"):
+                add_model(source, name, replace=replace)
+        with pytest.raises(InputError, match="cannot be removed"):
+            remove_model(name)
+    first = add_model(source).read_bytes()
+    write_weighted_sum(source, SIGMOID, gains=GAINS / 2)
+    with pytest.raises(InputError, match="'net' already"):
+        add_model(source)
+    assert model_path("net").read_bytes() == first
+    assert add_model(source, replace=True).read_bytes() == source.read_bytes() != first
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "file" / "models"))
+    with pytest.raises(ExportError, match="cannot be created"):
+        add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID))
+
+
+def test_only_conversions_need_the_onnx_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ready = write_weighted_sum(tmp_path / "ready.onnx", SIGMOID)
+    hed = write_keras(tmp_path / "hed.h5", hed_weights(False))
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    add_model(ready)
+    for refused in (lambda: add_model(hed), lambda: add_model(ready, "other", inputs="caffe")):
+        with pytest.raises(InputError, match=r"pip install 'ilf-studio\[models\]'"):
+            refused()
+
+
+def test_the_command_imports_lists_and_removes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = write_weighted_sum(tmp_path / "net.onnx", gains=GAINS * 9)
+    assert main(["models", "import", str(source)]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("ilf: error: net.onnx")
+    assert "--logits" in error
+    assert main(["models", "import", str(source), "--name", "mine", "--input", "imagenet", "--logits"]) == 0
+    assert capsys.readouterr().out == f"Imported mine: 0.0 MB, {models_folder() / 'mine.onnx'}\n"
+    assert main(["models", "list"]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert [row[0] for row in rows[1:3]] == [BUNDLED, "mine"]
+    assert rows[1][-1] == "bundled"
+    assert rows[3][0] == DEPTH_EDGES
+    assert main(["models", "remove", "mine"]) == 0
+    assert main(["models", "remove", "mine"]) == 1
+    assert "no edge network 'mine'" in capsys.readouterr().err
+
+
+def test_a_parameter_takes_the_name_of_a_network_that_may_be_missing_here() -> None:
+    assert Chosen.declarations()["model"].offers() == (BUNDLED,)
+    assert Chosen.from_dict(Chosen(model="elsewhere").to_dict()).model == "elsewhere"
+    for wrong in ("", "x" * 101, 3, None):
+        with pytest.raises(ParameterError, match="model must be a text of 1 to 100 characters"):
+            Chosen(model=wrong)
+    parser = usage.Parser()
+    parsing.add_parameters(parser, Chosen, "t")
+    assert parsing.given_parameters(parser.parse_args(["--model", "mine"]), Chosen) == {"model": "mine"}

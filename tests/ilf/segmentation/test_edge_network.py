@@ -1,0 +1,125 @@
+"""The edge network: any size of image, one message for any foreign file, and the network that ships."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from ilf._runtime.installation import asset_path
+from ilf._runtime.networks.models import BUNDLED
+from ilf.errors import FormatError, InputError
+from ilf.segmentation.edges.detectors import EdgeNetwork, load_model
+
+from ..tiny_onnx import node, write_network
+
+MEAN = node("ReduceMean", ["image"], "strength", axes=[1], keepdims=1)
+
+
+def noise(height: int, width: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, 256, (height, width, 3), np.uint8)
+
+
+@pytest.fixture
+def grey(tmp_path: Path) -> EdgeNetwork:
+    """A network whose strength is the mean of the channels, so that every pixel of the result is known."""
+    return EdgeNetwork.load(write_network(tmp_path / "grey.onnx", [MEAN]))
+
+
+@pytest.mark.parametrize("size", [(1, 1), (5, 40), (64, 80), (97, 33)])
+def test_padding_leaves_every_pixel_in_its_place(grey: EdgeNetwork, size: tuple[int, int]) -> None:
+    rgb = noise(*size)
+    strength = grey.strength(rgb)
+    assert strength.dtype == np.float32
+    np.testing.assert_allclose(strength, rgb.mean(axis=2) / 255, atol=1e-6)
+
+
+def test_scales_are_averaged_in_register(grey: EdgeNetwork) -> None:
+    rgb = np.repeat(np.linspace(0, 255, 120).astype(np.uint8)[None, :, None], 70, axis=0).repeat(3, axis=2)
+    strength = grey.strength(rgb, multiscale=True)
+    assert strength.shape == (70, 120)
+    np.testing.assert_allclose(strength, rgb[..., 0] / 255, atol=0.01)
+
+
+def test_threads_do_not_mix_their_images(grey: EdgeNetwork) -> None:
+    images = [noise(40 + k, 50, seed=k) for k in range(24)]
+    with ThreadPoolExecutor(4) as pool:
+        results = list(pool.map(grey.strength, images))
+    for rgb, strength in zip(images, results, strict=True):
+        np.testing.assert_allclose(strength, rgb.mean(axis=2) / 255, atol=1e-6)
+
+
+def test_a_file_is_read_once_until_it_changes(tmp_path: Path) -> None:
+    path = write_network(tmp_path / "one.onnx", [MEAN])
+    first = EdgeNetwork.load(path)
+    assert EdgeNetwork.load(str(path)) is first
+    largest = node("ReduceMax", ["image"], "strength", axes=[1], keepdims=1)
+    write_network(path, [largest, node("Abs", ["strength"], "same")], outputs={"same": 1})
+    assert EdgeNetwork.load(path) is not first
+
+
+FOREIGN: dict[str, Callable[[Path], object]] = {
+    "text": lambda path: path.write_text("not a network"),
+    "empty": lambda path: path.write_bytes(b""),
+    "two inputs": lambda path: write_network(
+        path,
+        [node("Add", ["image", "more"], "sum"), node("ReduceMean", ["sum"], "strength", axes=[1], keepdims=1)],
+        inputs={"image": 3, "more": 3},
+    ),
+    "three channels": lambda path: write_network(path, [node("Abs", ["image"], "strength")], outputs={"strength": 3}),
+    "half the size": lambda path: write_network(
+        path, [MEAN, node("MaxPool", ["strength"], "small", kernel_shape=[2, 2], strides=[2, 2])], outputs={"small": 1}
+    ),
+    "no sigmoid": lambda path: write_network(path, [MEAN, node("Neg", ["strength"], "low")], outputs={"low": 1}),
+}
+
+
+@pytest.mark.parametrize("kind", FOREIGN)
+def test_a_foreign_file_is_refused(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "foreign.onnx"
+    FOREIGN[kind](path)
+    with pytest.raises(FormatError, match=r"foreign\.onnx (is not an? .*edge network|cannot be read|is empty)"):
+        EdgeNetwork.load(path)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"no edge network at .*gone\.onnx"):
+        EdgeNetwork.load(tmp_path / "gone.onnx")
+
+
+@pytest.mark.parametrize("rgb", [np.zeros((4, 4), np.uint8), np.zeros((4, 4, 3), np.float32), noise(0, 5)])
+def test_what_is_no_rgb_image_is_refused(grey: EdgeNetwork, rgb: np.ndarray) -> None:
+    with pytest.raises(InputError, match="8-bit RGB"):
+        grey.strength(rgb)
+
+
+@pytest.mark.parametrize("multiscale", [False, True])
+def test_the_network_that_ships_finds_an_outline_and_nothing_else(multiscale: bool) -> None:
+    rgb = np.full((150, 210, 3), (200, 190, 180), np.uint8)
+    cv2.circle(rgb, (100, 75), 45, (40, 60, 110), cv2.FILLED)
+    rgb = np.clip(rgb + np.random.default_rng(0).normal(0, 3, rgb.shape), 0, 255).astype(np.uint8)
+    strength = EdgeNetwork.load(asset_path("models/edges.onnx")).strength(rgb, multiscale)
+    assert strength.shape == (150, 210)
+    y, x = np.mgrid[:150, :210]
+    distance = np.abs(np.hypot(x - 100, y - 75) - 45)
+    assert np.median(strength[distance < 0.7]) > 0.7
+    assert np.percentile(strength[distance > 8], 99) < 0.3
+
+
+def test_the_network_that_ships_is_small() -> None:
+    assert asset_path("models/edges.onnx").stat().st_size < 5e6
+
+
+def test_a_network_that_is_read_anew_after_a_large_image_says_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    network = load_model(BUNDLED)
+    image = np.random.default_rng(3).integers(0, 256, (40, 56, 3), np.uint8)
+    expected, net = network.strength(image), network._net
+    monkeypatch.setattr("ilf._runtime.networks.network._LARGE", 1)
+    network.strength(image)
+    assert network._net is not net
+    monkeypatch.undo()
+    assert np.array_equal(network.strength(image), expected)

@@ -1,0 +1,550 @@
+"""Reading frames: every format exactly, and every hostile file with one clear message."""
+
+import argparse
+import contextlib
+import hashlib
+import inspect
+import io
+import json
+import os
+import struct
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image, ImageCms
+
+import ilf
+from ilf._runtime.schema import Section
+from ilf.cli.parsing import add_options
+from ilf.data.frame import FrameInputs, InputFile
+from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
+from ilf.io.depth import read_depth_values
+from ilf.io.images import read_colour
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import frame_folder, load_frame
+from ilf.sources.reading_options import OPTIONS, ReadingOptions
+
+from ..small_frames import write_small_frame
+
+H, W = 24, 32
+RNG = np.random.default_rng(7)
+RGB = RNG.integers(0, 256, (H, W, 3), dtype=np.uint8)
+MILLIMETRES = RNG.integers(500, 9000, (H, W), dtype=np.uint16)
+MILLIMETRES[3:9, 4:12] = 0
+METRES = np.where(MILLIMETRES > 0, MILLIMETRES / 1000, np.nan).astype(np.float32)
+
+
+def npy(array, **options):
+    content = io.BytesIO()
+    np.save(content, array, **options)
+    return content.getvalue()
+
+
+def encoded(suffix, array):
+    return cv2.imencode(suffix, array)[1].tobytes()
+
+
+def pgm16(array):
+    return b"P5\n# a comment\n%d %d\n65535\n" % array.shape[::-1] + array.astype(">u2").tobytes()
+
+
+def pgm_text(array):
+    return b"P2\n%d %d\n65535\n" % array.shape[::-1] + " ".join(map(str, array.ravel().tolist())).encode() + b"\n"
+
+
+def tiff(mode_image, **options):
+    content = io.BytesIO()
+    mode_image.save(content, "TIFF", **options)
+    return content.getvalue()
+
+
+# file name -> content and the values that must come out, for every kind of depth file
+DEPTH_FILES = {
+    "u16.png": (encoded(".png", MILLIMETRES), MILLIMETRES),
+    "u16.tif": (encoded(".tif", MILLIMETRES), MILLIMETRES),
+    "big-endian.tiff": (tiff(Image.fromarray(MILLIMETRES.astype(">u2"))), MILLIMETRES),
+    "f32.tif": (encoded(".tif", METRES), METRES),
+    "binary.pgm": (pgm16(MILLIMETRES), MILLIMETRES),
+    "text.pgm": (pgm_text(MILLIMETRES), MILLIMETRES),
+    "u16.npy": (npy(MILLIMETRES), MILLIMETRES),
+    "i64.npy": (npy(MILLIMETRES.astype(">i8")), MILLIMETRES),
+    "f32.npy": (npy(METRES), METRES),
+    "f64-fortran.npy": (npy(np.asfortranarray(METRES, np.float64)), METRES),
+    "f16.npy": (npy(METRES.astype(np.float16)), METRES.astype(np.float16)),
+}
+COLOUR_FILES = {
+    "rgb.png": encoded(".png", RGB[..., ::-1]),
+    "rgb.tif": encoded(".tif", RGB[..., ::-1]),
+    "rgb.jpg": encoded(".jpg", RGB[..., ::-1]),
+}
+
+
+@pytest.fixture
+def save(tmp_path):
+    """Write `content` under a name that is not ASCII and return the path."""
+
+    def write(name, content):
+        folder = tmp_path / "größe 深度"
+        folder.mkdir(exist_ok=True)
+        (folder / name).write_bytes(content)
+        return folder / name
+
+    return write
+
+
+@pytest.fixture
+def colour(save):
+    return save("rgb.png", COLOUR_FILES["rgb.png"])
+
+
+@pytest.mark.parametrize("name", DEPTH_FILES)
+def test_every_depth_format_is_read_exactly(name, save, colour):
+    content, expected = DEPTH_FILES[name]
+    path = save(name, content)
+    np.testing.assert_array_equal(read_depth_values(path), expected)
+    frame = load_frame(colour, path)
+    np.testing.assert_array_equal(frame.known, MILLIMETRES > 0)
+    tolerance = 4e-3 if "f16" in name else 0
+    np.testing.assert_allclose(frame.depth, METRES, rtol=0, atol=tolerance)
+    np.testing.assert_array_equal(frame.rgb, RGB)
+
+
+@pytest.mark.parametrize("largest", [100, 255, 1023, 4095, 65535])
+def test_colour_is_scaled_from_the_largest_value_that_its_file_declares(save, largest):
+    values = np.rint(RGB.astype(float) * largest / 255).astype(">u2" if largest > 255 else np.uint8)
+    expected = values.astype(float) * 255 / largest
+    head = b"P6 # of\n# a camera\n%d %d\n%d\n" % (W, H, largest)
+    text = b"P3\n%d %d\n%d\n" % (W, H, largest) + "\n".join(map(str, values.ravel().tolist())).encode() + b"\n"
+    for name, content, most in (("binary.ppm", head + values.tobytes(), 0.501), ("text.ppm", text, 0.999)):
+        path = save(name, content)
+        assert np.abs(read_colour(path) - expected).max() <= most
+        depth = save("d.png", DEPTH_FILES["u16.png"][0])
+        assert load_frame(path, depth).notes == ()
+
+
+@pytest.mark.parametrize(("bits", "factor"), [(8, 256), (10, 64), (12, 16)])
+def test_colour_of_few_bits_in_16_is_doubted(save, bits, factor):
+    depth = save("d.png", DEPTH_FILES["u16.png"][0])
+    values = (RGB.astype(np.uint16) << 8) >> (16 - bits)
+    rgb = save("few.png", encoded(".png", values[..., ::-1]))
+    with pytest.warns(DepthWarning, match=rf"few\.png: Colour is nearly black.* {bits} bits .* by {factor}"):
+        frame = load_frame(rgb, depth)
+    assert frame.plausibility_warnings == frame.notes
+    assert len(frame.plausibility_warnings) == 1
+    assert load_frame(save("whole.png", encoded(".png", values * factor)), depth).notes == ()
+
+
+def test_sources_tell_how_to_read_the_frame_again(save, colour):
+    depth = save("depth.png", DEPTH_FILES["u16.png"][0])
+    frame = load_frame(colour, depth, depth_units=2000, intrinsics="500,500,16,12")
+    assert frame.sources == {
+        "rgb": str(colour), "depth": str(depth), "depth_units": 2000.0, "intrinsics": [500.0, 500.0, 16.0, 12.0],
+    }  # fmt: skip
+    assert frame.name == colour.parent.name
+    again = load_frame(**frame.sources)
+    np.testing.assert_array_equal(again.depth, frame.depth)
+    assert load_frame(colour, depth).sources["intrinsics"] is None
+    json.dumps(frame.sources)
+
+
+def test_relative_paths_become_absolute(save, colour, monkeypatch):
+    save("depth.png", DEPTH_FILES["u16.png"][0])
+    monkeypatch.chdir(colour.parent)
+    frame = load_frame("rgb.png", "depth.png")
+    assert Path(frame.sources["rgb"]) == colour
+    assert frame.name == colour.parent.name
+
+
+def test_preset_is_scaled_to_the_frame(save, colour):
+    frame = load_frame(colour, save("d.png", DEPTH_FILES["u16.png"][0]), intrinsics="nyu-kinect-v1")
+    assert frame.intrinsics.fx == pytest.approx(518.8579 / 20)
+
+
+def test_float_depth_that_is_not_positive_and_finite_is_missing(save, colour):
+    hostile = METRES.astype(np.float64)
+    hostile[0, :6] = [np.inf, -np.inf, np.nan, -1.0, 0.0, 1e300]
+    frame = load_frame(colour, save("d.npy", npy(hostile)))
+    assert not frame.known[0, :6].any()
+    np.testing.assert_array_equal(frame.depth[1:], METRES[1:])
+
+
+# --- colour
+
+
+def test_deep_grey_and_transparent_colour_become_rgb8(save):
+    deep = RGB.astype(np.uint16) * 257
+    for suffix in (".png", ".tif"):
+        np.testing.assert_array_equal(read_colour(save("deep" + suffix, encoded(suffix, deep[..., ::-1]))), RGB)
+    grey = RGB[..., 0]
+    expected = np.repeat(grey[..., None], 3, axis=2)
+    np.testing.assert_array_equal(read_colour(save("grey.png", encoded(".png", grey))), expected)
+    bgra = np.dstack([RGB[..., ::-1], np.full((H, W), 7, np.uint8)])
+    np.testing.assert_array_equal(read_colour(save("alpha.png", encoded(".png", bgra))), RGB)
+    np.testing.assert_array_equal(
+        read_colour(save("r.png", encoded(".png", np.array([[[128, 129, 65535]]], np.uint16)))), [[[255, 1, 0]]]
+    )
+
+
+@pytest.mark.parametrize("orientation", [1, 2, 3, 4, 5, 6, 7, 8])
+@pytest.mark.parametrize("fmt", ["PNG", "TIFF", "JPEG"])
+def test_orientation_tags_do_not_turn_the_image(fmt, orientation, save):
+    image = Image.fromarray(RGB)
+    content = io.BytesIO()
+    if fmt == "TIFF":
+        image.save(content, fmt, tiffinfo={274: orientation})
+    else:
+        exif = image.getexif()
+        exif[274] = orientation
+        image.save(content, fmt, exif=exif, **({"quality": 100, "subsampling": 0} if fmt == "JPEG" else {}))
+    found = read_colour(save("turned", content.getvalue()))
+    assert found.shape == RGB.shape
+    np.testing.assert_allclose(found.astype(int), RGB, atol=12 if fmt == "JPEG" else 0)
+
+
+@pytest.mark.parametrize("orientation", [2, 6, 7])
+def test_a_tiff_with_a_turned_depth_is_read_as_it_is_stored(orientation, save):
+    path = save("turned.tif", tiff(Image.fromarray(METRES), tiffinfo={274: orientation}))
+    np.testing.assert_array_equal(read_depth_values(path), METRES)
+
+
+@pytest.mark.parametrize("dtype", [np.uint16, np.int32, np.float32, np.float64])
+def test_tiff_of_every_kind_of_number(dtype, save):
+    values = MILLIMETRES.astype(dtype)
+    np.testing.assert_array_equal(read_depth_values(save("d.tif", encoded(".tif", values))), values)
+
+
+def test_looking_at_a_header_leaves_pillows_own_limit_as_it_is(save, monkeypatch):
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
+    np.testing.assert_array_equal(read_colour(save("rgb.png", COLOUR_FILES["rgb.png"])), RGB)
+    assert Image.MAX_IMAGE_PIXELS == 10
+
+
+def test_float_colour_is_refused(save):
+    with pytest.raises(FormatError, match=r"8 or 16 bits.*float32.*wrong order"):
+        read_colour(save("f.tif", encoded(".tif", METRES)))
+    lab = ImageCms.buildTransform(ImageCms.createProfile("sRGB"), ImageCms.createProfile("LAB"), "RGB", "LAB")
+    with pytest.raises(FormatError, match=r"CIELAB colour, not RGB. Export it as RGB"):
+        read_colour(save("lab.tif", tiff(ImageCms.applyTransform(Image.fromarray(RGB), lab))))
+
+
+# --- hostile depth
+
+PICKLED = npy(np.array([{}], object), allow_pickle=True)
+HOSTILE_DEPTH = {
+    "8-bit.png": (encoded(".png", RGB[..., 0]), "8-bit image.*raw 16-bit"),
+    "colour-map.png": (encoded(".png", RGB), "8-bit image.*3 channels.*swapped"),
+    "picture.jpg": (encoded(".jpg", RGB), "8-bit image"),
+    "8-bit.npy": (npy(RGB[..., 0]), "8-bit image"),
+    "8-bit.pgm": (b"P5\n4 4\n255\n" + bytes(16), "8-bit image"),
+    "three.png": (encoded(".png", np.dstack([MILLIMETRES] * 3)), r"shape \(24, 32, 3\).*one channel"),
+    "flat.npy": (npy(METRES.ravel()), "shape .*one channel"),
+    "volume.npy": (npy(METRES[None]), "shape .*one channel"),
+    "none.npy": (npy(np.zeros((0, 4), np.float32)), "truncated|shape"),
+    "complex.npy": (npy(METRES.astype(complex)), "real numbers"),
+    "bool.npy": (npy(METRES > 1), "real numbers"),
+    "text.npy": (npy(np.array([["a", "b"]])), "real numbers"),
+    "record.npy": (npy(np.zeros((2, 2), [("z", "f4")])), "real numbers"),
+    "pickled.npy": (PICKLED, "Python objects"),
+    "archive.npy": (b"PK\x03\x04" + bytes(50), "NPY cannot be read"),
+    "bare-pickle.npy": (b"\x80\x04K\x01.", "NPY cannot be read"),
+    "text.png": (b"depth = 1.5\n", "not a PNG, JPEG, TIFF or PGM"),
+    "wrong.npy": (encoded(".png", MILLIMETRES), "NPY cannot be read"),
+    "empty.png": (b"", "empty"),
+    "empty.npy": (b"", "empty"),
+    "big.tif": (b"II+\x00\x08\x00\x00\x00" + bytes(64), "BigTIFF"),
+    "bitmap.pbm": (b"P4\n8 8\n" + bytes(8), "not a PNG"),
+    "all-missing.png": (encoded(".png", np.zeros((H, W), np.uint16)), "no known pixel"),
+    "other-size.png": (encoded(".png", MILLIMETRES[:-1]), "32 x 24 .* 32 x 23.*same pixels"),
+    "absurd.npy": (npy(METRES * 1000), "median depth .*larger"),
+    "tiny.npy": (npy(METRES / 1000), "median depth .*smaller"),
+    "header-only.png": (
+        b"\x89PNG\r\n\x1a\n" + b"".join(
+            struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+            for kind, body in [(b"IHDR", struct.pack(">IIBBBBB", 20000, 20000, 16, 0, 0, 0, 0)), (b"IEND", b"")]
+        ), "20000 x 20000 pixels.*49 GB of memory, but only 8 GB are allowed.*ILF_MEMORY=49"),
+    "huge.pgm": (b"P5\n99999 99999\n65535\n", "GB of memory"),
+    "greedy.npy": (npy(METRES).replace(b"(24, 32), }      ", b"(99999, 99999), }"), "NPY cannot be read.*truncated"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HOSTILE_DEPTH)
+def test_hostile_depth_gets_one_clear_message_with_the_files_name(name, save, colour, capfd):
+    content, message = HOSTILE_DEPTH[name]
+    path = save(name, content)
+    with pytest.raises(InputError, match=message) as caught:
+        load_frame(colour, path)
+    text = str(caught.value)
+    assert str(path) in text
+    assert "\n" not in text
+    assert text.endswith((".", ")", "?"))
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", [*DEPTH_FILES, *COLOUR_FILES])
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.6, 0.9, 0.99])
+def test_truncated_files_of_every_format(name, share, save, capfd):
+    content = COLOUR_FILES.get(name) or DEPTH_FILES[name][0]
+    path = save(name, content[: max(1, int(share * len(content)))])
+    reader = read_colour if name in COLOUR_FILES else read_depth_values
+    with pytest.raises(FormatError, match=r"truncated|damaged|not a PNG") as caught:
+        reader(path)
+    assert str(path) in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_damaged_png_is_not_read_as_other_values(save):
+    content = bytearray(DEPTH_FILES["u16.png"][0])
+    content[len(content) // 2] ^= 1
+    with pytest.raises(FormatError, match="checksum"):
+        read_depth_values(save("d.png", bytes(content)))
+
+
+@pytest.mark.parametrize("reader", [read_colour, read_depth_values])
+def test_paths_that_are_no_files(reader, tmp_path):
+    for path, message in [
+        (tmp_path / "absent.png", "no such file"), (tmp_path, "is a folder"),
+        ("nul\0byte.png", "no such file|cannot be read"), ("x" * 5000 + ".png", "cannot be read|no such file"),
+    ]:  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            reader(path)
+
+
+def test_a_pipe_is_refused_instead_of_waited_for(tmp_path):
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("this system has no named pipes")
+    os.mkfifo(tmp_path / "pipe.png")
+    with pytest.raises(InputError, match="device or a pipe"):
+        read_depth_values(tmp_path / "pipe.png")
+
+
+def test_a_file_that_may_not_be_read(save, monkeypatch):
+    path = save("d.png", DEPTH_FILES["u16.png"][0])
+
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(np, "fromfile", refuse)
+    with pytest.raises(InputError, match=r"Permission denied.*permissions"):
+        read_depth_values(path)
+
+
+def test_absurdly_large_files_are_refused_unread(save):
+    path = save("d.png", b"x")
+    os.truncate(path, 2**31)
+    with pytest.raises(FormatError, match=r"2\.0 GiB"):
+        read_depth_values(path)
+
+
+@pytest.mark.parametrize("units", [0, -1000, float("nan"), float("inf"), "1000", True, None])
+def test_depth_units_must_be_positive(units, save, colour):
+    depth = save("d.png", DEPTH_FILES["u16.png"][0])
+    if units is None:
+        assert load_frame(colour, depth, depth_units=None).sources["depth_units"] == 1000
+        return
+    with pytest.raises(ParameterError, match=r"[Dd]epth units"):
+        load_frame(colour, depth, depth_units=units)
+
+
+# --- folders with meta.json
+
+META = {"name": "kitchen", "size": [W, H], "depth_units_per_m": 1000, "K": [30, 30.5, 16, 12]}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    def make(meta, names=("rgb.png", "depth.png")):
+        root = tmp_path / "frame"
+        root.mkdir()
+        if meta is not None:
+            (root / "meta.json").write_bytes(meta if isinstance(meta, bytes) else json.dumps(meta).encode())
+        contents = {"rgb": COLOUR_FILES["rgb.png"], "depth": DEPTH_FILES["u16.png"][0]}
+        for name in names:
+            (root / name).write_bytes(contents.get(name.split(".")[0], contents["depth"]))
+        return root
+
+    return make
+
+
+def test_folder_is_read_as_its_meta_says(folder):
+    root = folder({**META, "depth_units_per_m": 500})
+    frame = load_frame(root)
+    np.testing.assert_array_equal(frame.depth, METRES * 2)
+    assert (frame.name, frame.intrinsics.fy, frame.sources["depth_units"]) == ("kitchen", 30.5, 500)
+    assert frame.sources["depth"] == str(root / "depth.png")
+    changed = load_frame(root, depth_units=1000, intrinsics=[40, 40, 1, 1], name="other")
+    np.testing.assert_array_equal(changed.depth, METRES)
+    assert (changed.name, changed.intrinsics.fx) == ("other", 40)
+
+
+def test_two_files_beside_the_meta_that_speaks_of_them_are_read_as_it_says(folder):
+    root = folder({**META, "depth_units_per_m": 500, "size": [1, 1]})
+    frame = load_frame(root / "rgb.png", root / "depth.png")
+    np.testing.assert_array_equal(frame.depth, METRES * 2)
+    assert (frame.name, frame.intrinsics.fy) == ("kitchen", 30.5)
+    given = load_frame(root / "rgb.png", root / "depth.png", depth_units=1000, intrinsics=[40, 40, 1, 1])
+    np.testing.assert_array_equal(given.depth, METRES)
+    assert given.intrinsics.fx == 40
+
+
+@pytest.mark.parametrize("meta", [{**META, "depth": "other.png"}, {**META, "name": 7}, b"{not json"])
+def test_two_files_can_be_had_whatever_a_meta_beside_them_is(meta, folder):
+    root = folder(meta, ["rgb.png", "depth.png", "other.png"])
+    frame = load_frame(root / "rgb.png", root / "depth.png")
+    assert (frame.name, frame.intrinsics) == ("frame", None)
+
+
+def test_folder_without_k_size_and_name(folder):
+    frame = load_frame(folder({"depth_units_per_m": 1000, "K": None}))
+    assert frame.intrinsics is None
+    assert frame.name == "frame"
+
+
+def test_folder_with_truth_only_says_what_is_there(folder):
+    root = folder({**META, "depth_units_per_m": None, "gt_units_per_m": 10000}, ["rgb.jpg", "gt.png", "mask.png"])
+    with pytest.raises(InputError, match=r"no raw depth.*gt\.png, mask\.png, rgb\.jpg.*depth units 10000"):
+        load_frame(root)
+
+
+@pytest.mark.parametrize(
+    ("meta", "message"),
+    [
+        (None, r"no meta\.json"),
+        (b"", "empty"),
+        (b"{not json", "not valid JSON"),
+        (b"\xff\xfe\x00", "not valid JSON"),
+        (b"9" * 5000, "not valid JSON"),
+        ([1, 2], "JSON object"),
+        ({}, "no depth_units_per_m"),
+        ({**META, "depth_units_per_m": "1000"}, "number"),
+        ({**META, "depth_units_per_m": 0}, "positive"),
+        ({**META, "depth_units_per_m": True}, "number"),
+        ({**META, "depth_units_per_m": 10**400}, "positive"),
+        ({**META, "K": [1, 2, 3]}, "four numbers"),
+        ({**META, "K": "nyu-kinect-v1"}, "plain numbers"),
+        ({**META, "size": "640x480"}, "size"),
+        ({**META, "size": [W]}, "size"),
+        ({**META, "size": [H, W]}, "Correct its size"),
+        ({**META, "name": 7}, "name"),
+    ],
+    ids=lambda value: str(value)[:40],
+)
+def test_bad_meta_is_refused_by_name(meta, message, folder):
+    root = folder(meta)
+    with pytest.raises(InputError, match=message) as caught:
+        load_frame(root)
+    assert str(root) in str(caught.value)
+
+
+def test_folder_without_colour(folder):
+    with pytest.raises(InputError, match=r"no colour image.*depth\.png"):
+        frame_folder(folder(META, ["depth.png"]))
+
+
+def test_one_file_alone_is_no_frame(colour):
+    with pytest.raises(InputError, match=r"needs a depth image.*meta\.json"):
+        load_frame(colour)
+
+
+# --- fuzz
+
+
+@pytest.mark.parametrize("name", [*DEPTH_FILES, *COLOUR_FILES])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_garbled_files_raise_nothing_but_our_errors(name, data, tmp_path):
+    content = bytearray(COLOUR_FILES.get(name) or DEPTH_FILES[name][0])
+    for _ in range(data.draw(st.integers(0, 6))):
+        # most damage is done in headers
+        at = data.draw(st.one_of(st.integers(0, 160), st.integers(0, len(content) - 1))) % len(content)
+        content[at : at + 1] = data.draw(st.binary(min_size=0, max_size=4))
+    path = tmp_path / name
+    path.write_bytes(bytes(content[: data.draw(st.integers(0, len(content)))]))
+    for reader in (read_colour, read_depth_values):
+        with contextlib.suppress(IlfError):
+            reader(path)
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    magic=st.sampled_from(
+        [b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"II*\0", b"MM\0*", b"P5\n", b"P2 ", b"\x93NUMPY\x01\0"]
+    ),
+    body=st.binary(max_size=300),
+    suffix=st.sampled_from([".png", ".npy"]),
+)  # fmt: skip
+def test_garbage_raises_nothing_but_our_errors(magic, body, suffix, tmp_path):
+    path = tmp_path / ("garbage" + suffix)
+    path.write_bytes(magic + body)
+    with contextlib.suppress(IlfError):
+        read_depth_values(path)
+
+
+# --- real frames
+
+
+def test_every_real_frame_with_depth_loads():
+    root = Path(os.environ.get("ILF_TEST_DATA", Path(__file__).parents[3] / "../shared/data")) / "rgbd"
+    if not root.is_dir():
+        pytest.skip(f"no test data in {root}: set ILF_TEST_DATA to the folder that holds rgbd/")
+    folders = sorted(path.parent for path in root.glob("*/meta.json"))
+    assert folders
+    for path in folders:
+        if not (path / "depth.png").is_file():
+            with pytest.raises(InputError, match="no raw depth"):
+                load_frame(path)
+            continue
+        frame = load_frame(path)
+        meta = json.loads((path / "meta.json").read_text())
+        assert list(frame.shape) == meta["size"][::-1], path
+        assert frame.missing_share == pytest.approx(meta["hole_fraction"], abs=1e-6), path
+
+
+def test_the_hash_is_of_the_bytes_that_were_read(tmp_path):
+    colour, depth = write_small_frame(tmp_path)
+    read = {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in (colour, depth)}
+    frame = load_frame(colour, depth)
+    depth.write_bytes(b"another file")
+    assert frame.inputs == FrameInputs(
+        InputFile(str(colour), read[colour]), InputFile(str(depth), read[depth]), 1000.0, None
+    )
+
+
+EVERY_OPTION = ReadingOptions(
+    encoding="tum",
+    depth_units=5000.0,
+    invalid=65535.0,
+    min_confidence=2.0,
+    intrinsics="kinect-v2",
+    ground_truth="gt.png",
+    ground_truth_units=1000.0,
+    guide="guide.npy",
+    confidence="sure.png",
+)
+
+
+def test_every_reading_option_is_an_argument_of_load_frame() -> None:
+    assert EVERY_OPTION.given.keys() == OPTIONS.keys() < inspect.signature(load_frame).parameters.keys()
+    of_all = {name for name, option in OPTIONS.items() if not option.one_frame}
+    assert EVERY_OPTION.of_all_frames.given.keys() == of_all < inspect.signature(ilf.open_source).parameters.keys()
+
+
+def test_reading_options_come_back_from_json_and_from_arguments() -> None:
+    source = FrameSource("rgb.png", "depth.png", options=EVERY_OPTION)
+    assert FrameSource.from_json(Section("frame", json.loads(json.dumps(source.to_json())))) == source
+    parser = argparse.ArgumentParser()
+    add_options(parser, OPTIONS)
+    options = replace(EVERY_OPTION, encoding=None, confidence=None)
+    assert ReadingOptions.from_arguments(vars(parser.parse_args(options.to_arguments()))) == options
+
+
+def test_options_given_go_before_those_of_the_files() -> None:
+    stated = ReadingOptions(depth_units=1000.0, invalid=0.0, ground_truth="gt.png", ground_truth_units=1000.0)
+    chosen = ReadingOptions(encoding="tum", ground_truth="other.npy").or_else(stated)
+    assert chosen == ReadingOptions(encoding="tum", invalid=0.0, ground_truth="other.npy")
+    assert ReadingOptions(ground_truth_units=1.0).or_else(stated) == replace(stated, ground_truth_units=1.0)

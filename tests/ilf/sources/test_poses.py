@@ -1,0 +1,70 @@
+"""Where the camera was, from files beside the frames."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ilf.data.frame import RGBDFrame
+from ilf.sources.frames import load_frame
+from ilf.sources.poses import camera_pose, motion_between
+
+from ..small_frames import write_small_frame
+
+TURN = np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]], float)
+QUARTER = "1 2 3 0 0 0.70710678 0.70710678"
+"""The same as a line of a trajectory: a quarter around z."""
+
+
+def write_matrix(path: Path, pose: np.ndarray = TURN) -> None:
+    path.parent.mkdir(exist_ok=True)
+    np.savetxt(path, pose)
+
+
+def test_poses_are_found_where_data_sets_have_them(tmp_path: Path) -> None:
+    depth = tmp_path / "depth"
+    assert camera_pose(depth / "000012.png") is None
+    write_matrix(tmp_path / "pose" / "000012.txt")
+    assert np.allclose(camera_pose(depth / "000012.png"), TURN)
+    write_matrix(depth / "frame-000003.pose.txt")
+    assert np.allclose(camera_pose(depth / "frame-000003.depth.png"), TURN)
+    (tmp_path / "groundtruth.txt").write_text(f"# time tx ty tz qx qy qz qw\n10.00 0 0 0 0 0 0 1\n10.03 {QUARTER}\n")
+    assert np.allclose(camera_pose(depth / "10.025.png"), TURN)
+    assert camera_pose(depth / "10.1.png") is None  # nobody knows so long after
+    assert camera_pose(depth / "frame-7.png") is None
+
+
+@pytest.mark.parametrize(
+    "text", ["", "nothing", "1 2\n3 4\n", "-inf " * 4, "2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n", "1e200 0 0 0\n" * 4]
+)
+def test_what_is_no_pose_is_none(tmp_path: Path, text: str) -> None:
+    (tmp_path / "pose").mkdir()
+    (tmp_path / "pose" / "1.txt").write_text(text)
+    assert camera_pose(tmp_path / "depth" / "1.png") is None
+    (tmp_path / "groundtruth.txt").write_text(text)
+    assert camera_pose(tmp_path / "depth" / "2.png") is None
+    assert camera_pose(tmp_path / "depth" / f"{'2' * 300}.png") is None
+
+
+def test_lines_of_a_trajectory_that_are_no_poses_do_not_count(tmp_path: Path) -> None:
+    lines = f"nan 9 9 9 0 0 0 1\n10.00 {QUARTER}\n10.01 9 9 9 inf 0 0 1\n20.0 1 2 3 0 0 1e300 1e300\n"
+    (tmp_path / "groundtruth.txt").write_text(lines)
+    for time in ("10.01", "20.0"):
+        assert np.allclose(camera_pose(tmp_path / "depth" / f"{time}.png"), TURN)
+
+
+def test_motion_between_frames(tmp_path: Path) -> None:
+    frames = []
+    for number in (1, 2):
+        (tmp_path / str(number)).mkdir()
+        rgb, depth = write_small_frame(tmp_path / str(number))
+        frames.append(load_frame(rgb, depth))
+    before, after = frames
+    assert motion_between(before, after) is None
+    write_matrix(tmp_path / "1" / "pose.txt", np.eye(4))
+    assert motion_between(before, after) is None
+    write_matrix(tmp_path / "2" / "pose.txt")
+    assert np.allclose(motion_between(before, after), np.linalg.inv(TURN))
+    assert motion_between(before, RGBDFrame(after.rgb, after.depth)) is None

@@ -1,0 +1,152 @@
+"""Folders of raw pairs with a calibration of one's own: registered by it, in the library and on the command line."""
+
+from __future__ import annotations
+
+import errno
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf import RGBDFrame
+from ilf.batch.frame_record import LoadedFrame
+from ilf.batch.task import with_temporal_median
+from ilf.cli import main
+from ilf.errors import DepthWarning, FormatError, InputError
+from ilf.sources.opening import is_recording
+from ilf.sources.registration import register
+
+from ..two_cameras import calibration, write_pair
+
+
+@pytest.mark.parametrize("colour", ["colour.png", "color.png", "rgb.png"])
+def test_a_pair_is_registered_by_its_calibration(tmp_path: Path, colour: str) -> None:
+    pair = write_pair(tmp_path / "desk", colour, "depth.png")
+    source = ilf.open_source(tmp_path / "desk")
+    assert source.keys == ("1",)
+    assert not source.is_registered
+    frame, wanted = source.read("1"), register(pair)
+    np.testing.assert_array_equal(frame.rgb, wanted.rgb)
+    np.testing.assert_allclose(frame.depth, wanted.depth, atol=6e-5)
+    assert frame.intrinsics == wanted.intrinsics
+    as_it_is = source.read("1", registered=False)
+    assert as_it_is.depth_camera == pair.depth_camera
+    assert as_it_is.colour_camera == pair.colour_camera
+
+
+def test_what_is_doubted_of_a_pair_is_told(tmp_path: Path) -> None:
+    write_pair(tmp_path / "desk", "rgb.png", "depth.png")
+    path = str(tmp_path / "desk/depth.png")
+    values = cv2.imread(path, cv2.IMREAD_UNCHANGED)
+    values[: len(values) // 4] = 65535
+    cv2.imwrite(path, values)
+    source = ilf.open_source(tmp_path / "desk")
+    with pytest.warns(DepthWarning, match="65535 fills"):
+        assert "65535 fills" in source.read("1").plausibility_warnings[0]
+    with pytest.warns(DepthWarning, match="65535 fills"):
+        source.read("1", registered=False)
+
+
+def test_folders_of_pairs_go_by_their_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("a", "b"):
+        write_pair(tmp_path, f"colour/{name}.png", f"depth/{name}.png")
+    (tmp_path / "depth" / "a.png").replace(tmp_path / "depth" / "c.png")
+    source = ilf.open_source(tmp_path)
+    assert source.keys == ("b",)
+    assert source.notes == ("2 images left out: no matching image of the same name.",)
+    with pytest.raises(InputError, match="no frame 'a'"):
+        source.read("a")
+    assert main(["info", str(tmp_path), "--frame", "b"]) == 0
+    assert "10000" in capsys.readouterr().out
+
+
+def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path: Path) -> None:
+    write_pair(tmp_path / "desk", "colour.png", "depth.png")
+    frame = ilf.load_frame(tmp_path / "desk", frame="1")
+    run = ilf.Run(frame, np.zeros(frame.shape, np.int32))
+    run.complete().save(tmp_path / "done")
+    assert ilf.replay(tmp_path / "done" / "run.json").differences == ()
+    stated = json.loads((tmp_path / "desk" / "calibration.json").read_text())
+    stated["depth_to_colour"][0][3] += 0.01
+    (tmp_path / "desk" / "calibration.json").write_text(json.dumps(stated))
+    with pytest.raises(InputError, match="is different"):
+        ilf.replay(tmp_path / "done" / "run.json")
+
+
+def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_pair(tmp_path / "desk", f"colour/{name}.png", f"depth/{name}.png")
+    frame, other = (ilf.load_frame(tmp_path / "desk", frame=name) for name in ("a", "b"))
+    known = frame.outside_view.copy()
+    known[:36] = False  # a neighbour knows what lies in the lower half
+    knowing = RGBDFrame(other.rgb, np.where(known, 1.5, other.depth))
+    steady, _ = with_temporal_median(LoadedFrame(frame, (knowing,), "", {}), tmp_path / "out")
+    np.testing.assert_array_equal(steady.outside_view, frame.outside_view & ~known)
+    run = ilf.Run(steady, np.zeros(frame.shape, np.int32))
+    run.complete().save(tmp_path / "out")
+    again = ilf.replay(tmp_path / "out" / "run.json").run.frame
+    np.testing.assert_array_equal(again.outside_view, steady.outside_view)
+    np.testing.assert_array_equal(again.depth, steady.depth)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda c: c.pop("colour"), "lacks 'colour'"),
+        (lambda c: c["depth"].update(size=[64]), "size"),
+        (lambda c: c["depth"].update(size=[64, "56"]), "'size' in the depth must be int"),
+        (lambda c: c["colour"].update(K=[1, 2]), "calibration.json"),
+        (lambda c: c["colour"].update(distortion=[0.1]), "coefficients"),
+        (lambda c: c.update(depth_to_colour=[[1]]), "'depth_to_colour' must be a 4 x 4 matrix"),
+        (lambda c: c.update(depth_to_colour=[[10**400] * 4] * 4), "'depth_to_colour' must be a 4 x 4 matrix"),
+        (lambda c: c.update(depth_encoding="yards", depth_units_per_m=None), "calibration.json"),
+        (lambda c: c.update(depth_encoding="mm"), "Both a depth encoding"),
+    ],
+)
+def test_a_calibration_that_is_none_is_told(tmp_path: Path, change: Callable[[dict], object], told: str) -> None:
+    stated = calibration(write_pair(tmp_path, "colour.png", "depth.png"))
+    change(stated)
+    (tmp_path / "calibration.json").write_text(json.dumps(stated))
+    with pytest.raises(FormatError, match=told):
+        ilf.open_source(tmp_path)
+
+
+def test_cameras_that_are_too_far_apart_are_told(tmp_path: Path) -> None:
+    stated = calibration(write_pair(tmp_path, "colour.png", "depth.png"))
+    stated["depth_to_colour"][0][3] = -1e200
+    (tmp_path / "calibration.json").write_text(json.dumps(stated))
+    with pytest.raises(InputError, match=r"cannot be 1e\+200 m apart"):
+        ilf.load_frame(tmp_path, frame="1")
+
+
+def test_without_a_pair_it_says_what_to_put_there(tmp_path: Path) -> None:
+    write_pair(tmp_path, "colour.png", "depth.png")
+    (tmp_path / "depth.png").unlink()
+    with pytest.raises(InputError, match=r"put colour\.\* and depth\.\* beside"):
+        ilf.open_source(tmp_path)
+
+
+def test_frame_folders_and_calibrations_of_others_are_what_they_were(tmp_path: Path) -> None:
+    write_pair(tmp_path / "frame", "rgb.png", "depth.png")
+    (tmp_path / "frame" / "meta.json").write_text("{}")
+    assert not is_recording(tmp_path / "frame")
+    write_pair(tmp_path / "other", "rgb.png", "depth.png")
+    assert is_recording(tmp_path / "other")
+    (tmp_path / "other" / "calibration.json").write_text('{"fx": 1}')
+    assert not is_recording(tmp_path / "other")
+
+
+def test_a_calibration_that_nobody_may_read_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_pair(tmp_path, "colour.png", "depth.png")
+
+    def refused(*_: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", refused)
+    monkeypatch.setattr("numpy.fromfile", refused)
+    with pytest.raises(InputError, match=r"calibration\.json: cannot be read \(Permission denied\)"):
+        ilf.open_source(tmp_path)

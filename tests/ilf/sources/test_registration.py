@@ -1,0 +1,233 @@
+"""Registration of raw pairs: exact depth of a wall with a board before it says what is right."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ilf import CameraIntrinsics
+from ilf.errors import InputError
+from ilf.sources.registration import Camera, RawPair, register
+
+from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen
+
+PLAIN = Camera(COLOUR.intrinsics, COLOUR.size)
+
+
+def exact(frame):
+    height, width = frame.shape
+    view = Camera(frame.intrinsics, (width, height))
+    return rays(view), seen(rays(view), np.eye(4)).reshape(frame.shape)
+
+
+def places(points, pair):
+    """Where points of the colour camera lie in the depth image, (N, 2)."""
+    back = np.linalg.inv(pair.depth_to_colour)
+    own = points @ back[:3, :3].T + back[:3, 3]
+    camera = pair.depth_camera
+    found, _ = cv2.projectPoints(own, np.zeros(3), np.zeros(3), camera.matrix, camera.coefficients)
+    return found[:, 0]
+
+
+def seen_by_depth(points, pair):
+    """Whether the depth camera sees points of the colour camera: in its image, and behind nothing."""
+    back = np.linalg.inv(pair.depth_to_colour)
+    own = points @ back[:3, :3].T + back[:3, 3]
+    first = seen(own / own[:, 2:], pair.depth_to_colour)
+    return inside(places(points, pair), pair.depth_camera) & (np.abs(first - own[:, 2]) < 1e-3)
+
+
+def inside(where, camera):
+    return ((where >= -0.5) & (where < np.array(camera.size) - 0.5)).all(axis=1)
+
+
+def steep(depth):
+    """Pixels with something much nearer or farther beside them."""
+    found = np.zeros(depth.shape, bool)
+    for axis in (0, 1):
+        jump = np.abs(np.diff(depth, axis=axis)) > 0.3
+        first, second = [slice(None)] * 2, [slice(None)] * 2
+        first[axis], second[axis] = slice(None, -1), slice(1, None)
+        found[tuple(first)] |= jump
+        found[tuple(second)] |= jump
+    return found
+
+
+@pytest.mark.parametrize("colour", [COLOUR, PLAIN], ids=["bent", "straight"])
+@pytest.mark.parametrize("depth", [DEPTH, Camera(DEPTH.intrinsics, DEPTH.size)], ids=["bent", "straight"])
+def test_depth_comes_to_the_pixels_that_show_it(colour, depth):
+    pair = made_pair(colour, depth)
+    frame = register(pair)
+    views, ground_truth = exact(frame)
+    off = np.abs(frame.depth - ground_truth)
+    near_edge = steep(ground_truth) | steep(np.roll(ground_truth, 2, 1)) | steep(np.roll(ground_truth, -2, 1))
+    evaluated = frame.known & ~near_edge
+    # a depth pixel is 4 cm wide on the wall, which leans back by a tenth
+    assert evaluated.mean() > 0.6
+    assert off[evaluated].max() < 0.01
+    visible = seen_by_depth(views * ground_truth.reshape(-1, 1), pair).reshape(frame.shape)
+    assert frame.known[visible].mean() > 0.995, "no false holes"
+
+
+def test_nothing_behind_is_seen_through_a_nearer_surface():
+    frame = register(made_pair())
+    _, ground_truth = exact(frame)
+    board = (ground_truth == BOARD_M) & ~steep(ground_truth)
+    assert (np.abs(frame.depth[board] - BOARD_M) < 0.01).all()
+
+
+def test_a_shadow_of_parallax_is_missing_but_in_view():
+    pair = made_pair(PLAIN, PLAIN, motion(x=-0.1, turn=0.0))
+    frame = register(pair)
+    row = frame.depth[36]
+    board = np.flatnonzero(np.abs(row - BOARD_M) < 0.01)
+    shadow = np.flatnonzero(np.isnan(row[board[-1] :]))[:1] + board[-1]
+    assert shadow.size, "beside the board there is wall that the depth camera could not see"
+    assert frame.outside_view is not None
+    assert not frame.outside_view[36, shadow[0]]
+    assert frame.missing[36, shadow[0]]
+
+
+def test_what_lies_outside_the_depth_image_is_marked():
+    pair = made_pair()
+    frame = register(pair)
+    views, ground_truth = exact(frame)
+    assert frame.outside_view is not None
+    assert not frame.known[frame.outside_view].any()
+    nearest, farthest = np.quantile(frame.depth[frame.known], (0.01, 0.99))
+    reached = np.zeros(frame.shape, bool)
+    for depth in 1 / np.linspace(1 / nearest, 1 / farthest, 16):
+        reached |= inside(places(views * depth, pair), pair.depth_camera).reshape(frame.shape)
+    assert (frame.outside_view == ~reached & ~frame.known).mean() > 0.99, "samples and pixels differ along the border"
+    beyond = ~inside(places(views * ground_truth.reshape(-1, 1), pair), pair.depth_camera).reshape(frame.shape)
+    assert frame.outside_view[beyond].mean() > 0.7, "others would be seen at other depths that the frame has"
+
+
+def test_pixels_that_the_depth_camera_cannot_use_lie_outside_its_view():
+    plain = made_pair()
+    lit = np.ones(DEPTH.shape, bool)
+    lit[:, :20] = False
+    pair = RawPair(plain.rgb, np.where(lit, plain.depth, np.nan), COLOUR, DEPTH, plain.depth_to_colour, depth_view=lit)
+    without, with_view = (register(one).outside_share for one in (plain, pair))
+    assert with_view > without + 0.15
+
+
+def test_colour_has_no_invented_pixels_and_its_intrinsics_fit():
+    frame = register(made_pair())
+    assert frame.intrinsics.fx > COLOUR.intrinsics.fx, "what the lens cut off at the corners is cut off everywhere"
+    # colour says how far to the right of the bent image a pixel comes from
+    views, _ = exact(frame)
+    source, _ = cv2.projectPoints(views, np.zeros(3), np.zeros(3), COLOUR.matrix, COLOUR.coefficients)
+    columns = source[:, 0, 0].reshape(frame.shape)
+    assert columns.min() > -0.01
+    assert columns.max() < COLOUR.size[0] - 0.99
+    assert np.abs(frame.rgb[..., 0] - 255 * columns / COLOUR.size[0]).max() < 3
+
+
+def test_colour_without_distortion_stays_as_it_is():
+    pair = made_pair(PLAIN)
+    frame = register(pair)
+    assert frame.rgb is pair.rgb
+    assert frame.intrinsics == PLAIN.intrinsics
+    assert frame.name == "board"
+
+
+def test_one_camera_for_both_changes_nothing():
+    pair = made_pair(PLAIN, PLAIN, np.eye(4))
+    frame = register(pair)
+    np.testing.assert_array_equal(frame.depth, pair.depth)
+    assert frame.outside_view is None
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    scale=st.floats(0.4, 3.0),
+    x=st.floats(-0.1, 0.1),
+    turn=st.floats(-0.1, 0.1),
+    k1=st.floats(-0.15, 0.15),
+)
+def test_a_closed_wall_stays_closed_whatever_the_cameras(scale, x, turn, k1):
+    fine = CameraIntrinsics(40 * scale, 40 * scale, 20 * scale, 15 * scale)
+    colour = Camera(fine, (round(40 * scale), round(30 * scale)), (k1, 0.0, 0.0, 0.0))
+    depth = Camera(CameraIntrinsics(40.0, 40.0, 19.5, 14.5), (40, 30), (-k1, 0.01, 0.0, 0.0))
+    to_colour = motion(x, turn)
+    frame = register(RawPair(np.zeros((*colour.shape, 3), np.uint8), np.full((30, 40), 2.0), colour, depth, to_colour))
+    assert not frame.missing.any(), "what is in view has depth"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"depth": np.full((4, 5), 2.0)}, "5 x 4"),
+        ({"rgb": np.zeros((4, 5, 3), np.uint8)}, "Colour is 5 x 4"),
+        ({"depth_to_colour": np.diag([2.0, 2.0, 2.0, 1.0])}, "without scale or reflection"),
+        ({"depth_to_colour": np.diag([-1.0, 1.0, 1.0, 1.0])}, "without scale or reflection"),
+        ({"depth_to_colour": np.eye(3)}, "4 x 4"),
+        ({"depth_to_colour": np.full((4, 4), np.nan)}, "finite"),
+        ({"depth_view": np.ones((3, 3), bool)}, "depth camera's view"),
+    ],
+)
+def test_pairs_that_make_no_sense_are_refused(change, message):
+    pair = made_pair()
+    values = {
+        "rgb": pair.rgb,
+        "depth": pair.depth,
+        "colour_camera": COLOUR,
+        "depth_camera": DEPTH,
+        "depth_to_colour": pair.depth_to_colour,
+    }
+    with pytest.raises(InputError, match=message):
+        RawPair(**(values | change))
+
+
+def test_pairs_that_cannot_be_registered_are_told_why():
+    pair = made_pair()
+    nothing = RawPair(pair.rgb, np.zeros(DEPTH.shape), COLOUR, DEPTH, np.eye(4))
+    with pytest.raises(InputError, match="no known pixel"):
+        register(nothing)
+    away = np.eye(4)
+    away[:3, 3] = 0.0, 0.0, -50.0
+    with pytest.raises(InputError, match="do not match"):
+        register(RawPair(pair.rgb, pair.depth, COLOUR, DEPTH, away))
+    bent = Camera(COLOUR.intrinsics, COLOUR.size, (-3.0, 0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="cannot be inverted"):
+        register(RawPair(pair.rgb, pair.depth, bent, DEPTH, np.eye(4)))
+
+
+@pytest.mark.parametrize("distortion", [(1.0, 2.0, 3.0), (np.nan, 0.0, 0.0, 0.0), (1e9, 0.0, 0.0, 0.0)])
+def test_distortions_that_are_none_are_refused(distortion):
+    with pytest.raises(InputError, match="distortion"):
+        Camera(COLOUR.intrinsics, COLOUR.size, distortion)
+
+
+def test_cameras_that_are_none_take_neither_memory_nor_the_process():
+    pair = made_pair()
+    huge = Camera(CameraIntrinsics(1e6, 1e6, 48.0, 36.0), COLOUR.size)
+    narrow = Camera(CameraIntrinsics(1e5, 1e5, 32.0, 28.0), DEPTH.size, DEPTH.distortion)
+    tiny = Camera(CameraIntrinsics(1e-3, 1e-3, 32.0, 28.0), DEPTH.size, DEPTH.distortion)
+    for colour, depth in ((huge, DEPTH), (COLOUR, narrow), (COLOUR, tiny), (huge, tiny)):
+        try:
+            frame = register(RawPair(pair.rgb, pair.depth, colour, depth, pair.depth_to_colour))
+        except InputError:
+            continue
+        assert frame.known.any()
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    k=st.lists(st.floats(-100, 100), min_size=8, max_size=8),
+    focal=st.floats(1.0, 1000.0),
+    is_colour=st.booleans(),
+)
+def test_whatever_the_distortion_there_is_a_frame_or_a_word(k, focal, is_colour):
+    bent = Camera(CameraIntrinsics(focal, focal, 16.0, 12.0), (32, 24), tuple(k))
+    plain = Camera(CameraIntrinsics(30.0, 30.0, 15.5, 11.5), (32, 24))
+    colour, depth = (bent, plain) if is_colour else (plain, bent)
+    pair = RawPair(np.zeros((24, 32, 3), np.uint8), np.full((24, 32), 2.0), colour, depth, motion())
+    try:
+        frame = register(pair)
+    except InputError:
+        return
+    assert frame.known.any()
+    assert frame.depth[frame.known].min() > 0
