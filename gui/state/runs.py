@@ -66,7 +66,7 @@ class WorkspaceRuns(QObject):
 
     def watch(self, session: Session, run: Run) -> Watch:
         """Return the observer that stores key frames of a run; key frames of frames run long ago are dropped."""
-        others = [one for one in self._with_key_frames if one is not session and one in self._frames.sessions]
+        others = [one for one in self._with_key_frames if one is not session]
         for one in others[: 1 - _MAX_WATCHED]:
             one.key_frames.clear()
         self._with_key_frames = WeakKeyDictionary(dict.fromkeys([*others[1 - _MAX_WATCHED :], session]))

@@ -177,7 +177,7 @@ class Parameters(ParameterSet):
         minimum=0.0, maximum=10.0, step=0.05, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     block_local_edges: bool = declare(
-        True, "Use only this block's depth at wide gaps", "Around wide gaps, edges fade only towards the block's own "
+        True, "Block's own depth at wide gaps", "Around wide gaps, edges fade only towards the block's own "
         "known depth: depth of other blocks is used only where no edge lies in between.", _SOFT,
         source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip

@@ -158,6 +158,10 @@ class ReadingOptions:
     )
     confidence: str | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
 
+    def __post_init__(self) -> None:
+        if isinstance(self.intrinsics, np.ndarray) and self.intrinsics.shape == (3, 3):  # options can be compared
+            object.__setattr__(self, "intrinsics", tuple(self.intrinsics.astype(float).ravel().tolist()))
+
     @property
     def given(self) -> dict[str, Any]:
         """The options that are given, by name."""

@@ -57,7 +57,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     assert not actions["cloud_raw"].isEnabled()
     why = {by: action.toolTip() for by, action in cloud._colours._choices.items() if not action.isEnabled()}
     assert set(why) == {ColourBy.EXPECTED, ColourBy.ERROR, ColourBy.DIFFERENCE, ColourBy.FILLED}
-    assert "ground_truth" in why[ColourBy.ERROR]
+    assert "ground truth" in why[ColourBy.ERROR]
 
     run_all(opened)
     completion = session.completion()

@@ -232,7 +232,7 @@ def test_frames_that_were_saved_since_are_not_called_changed(
         former.workspace.parameters.set_keeps_handmade(not former.workspace.parameters.keeps_handmade)
     stored: list[object] = []
     former.recorder.flush(stored.append)
-    qtbot.waitUntil(lambda: bool(stored) and former.store.is_written, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(stored) and former.recorder.store.is_written, timeout=WAIT_MS)
     shutil.copytree(os.environ["ILF_AUTOSAVE"], folder)  # as a sudden end leaves it
     former.close()
     if not file_is_there:

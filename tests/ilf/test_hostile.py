@@ -124,7 +124,7 @@ def test_depth_that_cannot_be_is_refused(value: float) -> None:
     depth[:4, :4] = value
     with pytest.raises(InputError, match="m is impossible"):
         ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth)
-    with pytest.raises(InputError, match="ground_truth"):
+    with pytest.raises(InputError, match="ground truth"):
         ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0), ground_truth=depth)
 
 

@@ -62,7 +62,15 @@ def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(view
     cell = views.cells["depth-in"]
     before = cell.grab().toImage()
     items = len(cell.view.scene().items())
-    for content in ("colour", "run-1", "ground_truth", "difference:truth:run-1", "error", "expected-error", "strength"):
+    for content in (
+        "colour",
+        "run-1",
+        "ground_truth",
+        "difference:ground_truth:run-1",
+        "error",
+        "expected-error",
+        "strength",
+    ):
         views.set_content("depth-in", content)
     for content in (
         "creases",

@@ -12,10 +12,10 @@ import gui
 from gui.widgets.basics import PlainLabel, literal_text
 
 RICH = {
-    "app/about.py",
+    "features/about.py",
     "features/edit_summary.py",
     "features/experiments/window.py",
-    "features/extraction.py",
+    "features/extraction/panel.py",
     "features/inspect/profile_panel.py",
     "features/status.py",
 }

@@ -293,7 +293,7 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
     line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
     words = line.label.text()
     assert "RMSE against ground truth 100 → " in words
-    assert words.index("ground_truth") < words.index("expected error") < words.index("hold-out")
+    assert words.index("ground truth") < words.index("expected error") < words.index("hold-out")
 
 
 def test_looking_at_the_state_before_is_said(line: EditSummaryLine) -> None:

@@ -5,16 +5,23 @@ import importlib
 import pkgutil
 import types
 
+import numpy as np
 import pytest
 
 import ilf
 from ilf.data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
+from ilf.io.cameras import intrinsics_from
+from ilf.sources.reading_options import ReadingOptions
 
 BUILT_UP = {"ilf.lab.bench.runner._Part", "ilf.lab.experiments.real._Part"}
 """Those that are filled step by step, and seen by nobody else meanwhile."""
 
 OWNED = {"ilf.project.frame_state.BlockNotes", "ilf.project.run_history.StoredRun"}
 """Those that one owner works on, and gives copies of."""
+
+
+COMPARABLE = {"ilf.sources.reading_options.ReadingOptions"}
+"""Those that turn arrays into tuples."""
 
 
 def library_modules() -> list[types.ModuleType]:
@@ -45,7 +52,13 @@ def kinds_of(name):
             yield str(field.type)
 
 
-@pytest.mark.parametrize("name", sorted(CLASSES.keys() - BUILT_UP))
+def test_reading_options_with_a_camera_matrix_can_be_compared():
+    camera = np.diag([500.0, 500.0, 1.0])
+    assert ReadingOptions(intrinsics=camera) == ReadingOptions(intrinsics=camera.copy())
+    assert intrinsics_from(ReadingOptions(intrinsics=camera).intrinsics) == intrinsics_from(camera)
+
+
+@pytest.mark.parametrize("name", sorted(CLASSES.keys() - BUILT_UP - COMPARABLE))
 def test_what_holds_arrays_has_no_comparison_that_asks_them_for_one_truth(name):
     if any("ndarray" in kind and "Callable" not in kind for kind in kinds_of(name)):
         assert not CLASSES[name].__dataclass_params__.eq

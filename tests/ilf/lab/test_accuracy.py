@@ -46,7 +46,7 @@ NOISE = 0.002
 
 def sample() -> Task:
     """The bundled room: its own holes against its exact depth."""
-    return make_task(load_bench_frame(asset_path("samples/room")), "ground_truth")
+    return make_task(load_bench_frame(asset_path("samples/room")), "ground-truth")
 
 
 def sphere() -> Task:

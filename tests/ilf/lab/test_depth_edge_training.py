@@ -38,7 +38,9 @@ def test_a_mirrored_picture_has_the_lines_of_what_it_shows(tmp_path: Path) -> No
     mirrored = read_picture(write_picture(tmp_path, 0)).mirrored
     disc = np.asarray(mirrored.part == 3, np.int32)
     np.testing.assert_array_equal(mirrored.lines[..., 0] > 0, mark(different_labels(disc)))
-    np.testing.assert_array_equal(mirrored.lines[..., 1] > 0, mark(different_labels(mirrored.part)) & ~mark(different_labels(disc)))
+    np.testing.assert_array_equal(
+        mirrored.lines[..., 1] > 0, mark(different_labels(mirrored.part)) & ~mark(different_labels(disc))
+    )
     np.testing.assert_array_equal(mirrored.mirrored.lines, read_picture(tmp_path / "000000.npz").lines)
 
 

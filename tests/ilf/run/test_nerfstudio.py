@@ -107,7 +107,7 @@ def test_results_become_a_data_set_of_nerfstudio(framed, tmp_path, capsys):
     written(tmp_path / "results" / "c", replace(framed, pose=None))
     assert main(["nerfstudio", str(tmp_path / "results"), "--out", str(tmp_path / "data")]) == 0
     told = capsys.readouterr()
-    assert "transforms.json, and 6 files" in told.out
+    assert "transforms.json and the 6 files" in told.out
     assert "Left out, without a known pose: 1 result (c)." in told.err
     data = json.loads((tmp_path / "data" / "transforms.json").read_text())
     assert data["depth_unit_scale_factor"] == 0.001

@@ -22,14 +22,14 @@ from ilf.segmentation.edges.detectors import EdgeNetwork
 _PEAKS = """
 import resource, sys
 import cv2, numpy as np
-from ilf._runtime.networks.cancellable import ASKED, with_cancellation_checks
+from ilf._runtime.networks.cancellable import CHECK_INPUT, with_cancellation_checks
 cv2.setNumThreads(1)
 content = np.fromfile(sys.argv[1], np.uint8)
 for is_asking in (False, True):
     net = cv2.dnn.readNetFromONNX(with_cancellation_checks(content) if is_asking else content)
     net.setInput(np.zeros((1, 3, 480, 640), np.float32), "image")
     if is_asking:
-        net.setInput(np.zeros(1, np.float32), ASKED)
+        net.setInput(np.zeros(1, np.float32), CHECK_INPUT)
     net.forward()
     del net
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)

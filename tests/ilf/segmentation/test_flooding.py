@@ -77,7 +77,7 @@ def test_it_stops_when_nobody_wants_more(monkeypatch: pytest.MonkeyPatch) -> Non
 
     original = flooding.check_cancelled
     monkeypatch.setattr(flooding, "check_cancelled", ask)
-    monkeypatch.setattr(flooding, "_AT_ONCE", 50)
+    monkeypatch.setattr(flooding, "_PIXELS_PER_CHECK", 50)
     with cancelled_by(wish), pytest.raises(Cancelled):
         flood(heights, markers, mask)
     assert len(asked) == 3

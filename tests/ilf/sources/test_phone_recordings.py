@@ -265,7 +265,7 @@ DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "cut header": (lambda f: write_sens(f / "a.sens", sens()[:100]), "ends within its header"),
     "endless .sens": (lambda f: write_sens(f / "a.sens", sens(count=2**60)), "ends within frame 3"),
     "huge .sens": (lambda f: write_sens(f / "a.sens", _with_size(100_000)), "100000 x 100000 pixels"),
-    "other .sens": (lambda f: write_sens(f / "a.sens", _with_size(20)), "has not the 960 bytes"),
+    "other .sens": (lambda f: write_sens(f / "a.sens", _with_size(20)), "does not have the 960 bytes"),
     "no .mat": (lambda f: write_sens(f / "a.mat", b"x" * 500), "HDF5"),
 }
 

@@ -96,9 +96,9 @@ def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (lambda c: c.pop("colour"), "lacks 'colour'"),
+        (lambda c: c.pop("colour"), "has no 'colour'"),
         (lambda c: c["depth"].update(size=[64]), "size"),
-        (lambda c: c["depth"].update(size=[64, "56"]), "'size' in the depth must be int"),
+        (lambda c: c["depth"].update(size=[64, "56"]), r"'size\[1\]' in the depth must be int, not str"),
         (lambda c: c["colour"].update(K=[1, 2]), "calibration.json"),
         (lambda c: c["colour"].update(distortion=[0.1]), "coefficients"),
         (lambda c: c.update(depth_to_colour=[[1]]), "'depth_to_colour' must be a 4 x 4 matrix"),
