@@ -63,7 +63,7 @@ def test_reading_from_a_source_warns_of_what_it_doubts(tmp_path, save):
             DepthWarning, match=r"depth000000\.png: .*most likely replica, with a median of 2\.\d\d m"
         ) as told:
             source.read(source.keys[0], registered)
-        assert [Path(warning.filename).name for warning in told] == ["test_sources.py"], "where it was called"
+        assert [Path(warning.filename).name for warning in told] == ["test_source.py"], "where it was called"
 
 
 def test_listing_decodes_nothing(tmp_path, save):
