@@ -536,7 +536,7 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
     dialog = opened.project.closing.dialog
     assert dialog is not None
     assert "A sweep of two-planes is in progress: it is stopped" in dialog.also.text()
-    assert dialog.discard_button.text() == "&Go on"
+    assert dialog.discard_button.text() == "&Continue"
     dialog.reject()
     assert sweep.worker.busy
     opened.documents.discard_silently = True
