@@ -1,8 +1,8 @@
 """Make the pictures of the window and of the tour: `python assets/docs/make_pictures.py`.
 
-Does in the real window, with mouse and commands, what `tour.md` tells, on the bundled sample, and saves what is seen.
-The figures that the tour quotes are read from the window meanwhile; if one is not to be found in the text, it says so
-and ends with an error, so that text and program cannot part.
+Performs the steps of `tour.md` in the real window, with mouse and commands, on the bundled sample, and saves pictures.
+The figures that the tour quotes are read from the window; if the text lacks one, the script prints it and exits with
+status 1, so text and program stay consistent.
 """
 
 from __future__ import annotations
@@ -23,13 +23,15 @@ from PySide6.QtWidgets import QApplication, QTabWidget, QWidget
 
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.features.accuracy.feature import AccuracyPart
-from gui.features.accuracy.hold_out import HiddenTestDialog
-from gui.features.context import Part
-from gui.features.sweep.feature import SweepPart
+from gui.features.accuracy.feature import AccuracyFeature
+from gui.features.accuracy.hold_out import HoldOutDialog
+from gui.features.blocks.feature import BlocksFeature
+from gui.features.extraction.feature import ExtractionFeature
+from gui.features.sweep.feature import SweepFeature
+from gui.features.views import ErrorFeature
 from ilf._runtime.installation import asset_path
-from ilf.evaluation.evaluation import judge_blocks, judge_completion
-from ilf.evaluation.hold_out import judge_hidden
+from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
+from ilf.evaluation.hold_out import evaluate_hold_out
 
 HERE = Path(__file__).parent
 IMAGES = HERE / "images"
@@ -59,7 +61,7 @@ class Tour:
     """The window, what is done in it, and the figures that it shows."""
 
     def __init__(self) -> None:
-        self.window = MainWindow(remembers=False)
+        self.window = MainWindow(persistent=False)
         self.window.documents.discard_silently = True
         self.window.resize(*SIZE)
         self.window.show()
@@ -71,13 +73,13 @@ class Tour:
         deadline = time.perf_counter() + _PATIENCE_S
         while not reached():
             if time.perf_counter() > deadline:
-                raise TimeoutError("the window has not come to what the tour tells")
+                raise TimeoutError("the window has not reached the state of the tour")
             pause(20)
         pause(150)
 
     def settle(self) -> None:
-        """Wait until nothing goes on."""
-        runs, errors = self.window.runs, self.window.errors
+        """Wait until no work is in progress."""
+        runs, errors = self.window.runs, self.window.feature(ErrorFeature)
         pause(300)
         self.wait(lambda: runs.free and not runs.resolving and not errors.busy)
         pause(1500)
@@ -96,10 +98,6 @@ class Tour:
             self.window.actions_[name].trigger()
             pause(50)
 
-    def part(self, kind: type[Part]) -> Part:
-        """A part of the window."""
-        return next(part for part in self.window.parts if isinstance(part, kind))
-
     def place(self, slot: str, x: float, y: float) -> tuple[QWidget, QPoint]:
         """Where a pixel is in a view."""
         view = self.window.views.cells[slot].view
@@ -117,19 +115,19 @@ class Tour:
         pause(100)
 
     def save(self, path: Path, widget: QWidget | None = None) -> None:
-        """Save what is seen."""
+        """Save a picture of the window or of a widget."""
         self.window.toasts.clear()
         self.window.refresh.now()
         pixmap: QPixmap = self.window.picture() if widget is None else widget.grab()
         pixmap.save(str(path), quality=_QUALITY if path.suffix == ".jpg" else -1)
 
     def errors(self) -> tuple[float, float]:
-        """RMSE [mm] against the truth, of the frame and of the block, over filled pixels."""
+        """RMSE [mm] against the ground truth, of the frame and of the block, over filled pixels."""
         session = self.window.workspace.session
         completion = session.completion()
         assert completion is not None
-        whole = judge_completion(session.frame, completion)
-        block = judge_blocks(session.frame, completion, session.labels)[BLOCK]
+        whole = evaluate_completion(session.frame, completion)
+        block = evaluate_blocks(session.frame, completion, session.labels)[BLOCK]
         assert whole is not None
         assert block is not None
         return 1000 * whole.rmse, 1000 * block.rmse
@@ -142,7 +140,7 @@ def main() -> int:
     PICTURES.mkdir(exist_ok=True)
     show_window(app)
     tour = Tour()
-    tell(tour)
+    run_tour(tour)
     tour.window.close()
     text = (HERE / "tour.md").read_text(encoding="utf-8")
     wrong = [f"{what}: {figure}" for what, figure in tour.figures.items() if figure not in text]
@@ -152,7 +150,7 @@ def main() -> int:
 
 
 def show_window(app: QApplication) -> None:
-    """What window.md shows."""
+    """Make the pictures of window.md."""
     theme.apply_theme(app, "dark")
     dark = Tour()
     dark.open()
@@ -161,13 +159,13 @@ def show_window(app: QApplication) -> None:
     dark.settle()
     dark.drag("colour", *SHADE, release=False)
     dark.save(IMAGES / "correct-dark.png")
-    dark.do("give_up")
+    dark.do("cancel_stroke")
     dark.window.close()
     theme.apply_theme(app, "light")
     light = Tour()
     light.open()
     light.window.views.set_layout("grid-extraction")
-    panel = light.window.extraction_panel
+    panel = light.window.feature(ExtractionFeature).panel
     for tabs in light.window.findChildren(QTabWidget):
         tabs.setCurrentIndex(max(tabs.indexOf(panel), 0))
     light.do("stage_contracted")
@@ -179,8 +177,8 @@ def show_window(app: QApplication) -> None:
     light.window.close()
 
 
-def tell(tour: Tour) -> None:
-    """What the tour tells, one stop after the other."""
+def run_tour(tour: Tour) -> None:
+    """Perform the steps of the tour."""
     window, workspace = tour.window, tour.window.workspace
     tour.open()
     session = workspace.session
@@ -190,7 +188,7 @@ def tell(tour: Tour) -> None:
     # which block
     window.panels.reveal("Accuracy")
     workspace.blocks.select([BLOCK])
-    window.blocks.view.sortByColumn(_column(window, "Error"), Qt.SortOrder.DescendingOrder)
+    window.feature(BlocksFeature).table.view.sortByColumn(_column(window, "Error"), Qt.SortOrder.DescendingOrder)
     tour.settle()
     tour.save(PICTURES / "1-which.jpg")
 
@@ -207,8 +205,7 @@ def tell(tour: Tour) -> None:
     # what helps
     workspace.blocks.select([BLOCK])
     window.panels.reveal("Parameters")
-    sweep = tour.part(SweepPart)
-    assert isinstance(sweep, SweepPart)
+    sweep = window.feature(SweepFeature)
     sweep.open("edge_scale")
     sweep.window_.criterion.blocks.setCurrentIndex(1)
     sweep.window_.resize(1000, 640)
@@ -216,7 +213,7 @@ def tell(tour: Tour) -> None:
     sweep.window_.start_button.click()
     tour.wait(lambda: not sweep.worker.busy)
     tour.save(PICTURES / "3-sweep.jpg", sweep.window_)
-    sweep.window_.take_button.click()
+    sweep.window_.apply_button.click()
     sweep.window_.close()
     tour.settle()
     taken = session.parameters_of(BLOCK, session.common).edge_scale
@@ -227,7 +224,7 @@ def tell(tour: Tour) -> None:
     tour.save(PICTURES / "4-better.jpg")
 
     # side by side with the run before
-    workspace.runs.compare([session.kept_runs[0]])
+    workspace.runs.compare([session.run_history[0]])
     tour.do("compare_two")
     tour.settle()
     workspace.blocks.select([BLOCK])
@@ -235,36 +232,35 @@ def tell(tour: Tour) -> None:
     tour.settle()
     tour.save(PICTURES / "5-compare.jpg")
 
-    # on hidden depth, as where there is no truth
+    # on hold-out, as for frames without ground truth
     tour.do("layout_tune")
     tour.settle()
     tour.do("fit")
     workspace.blocks.select([BLOCK])
-    accuracy = tour.part(AccuracyPart)
-    assert isinstance(accuracy, AccuracyPart)
-    tour.do("test_hidden")
-    dialog = window.findChild(HiddenTestDialog)
+    accuracy = window.feature(AccuracyFeature)
+    tour.do("hold_out_test")
+    dialog = window.findChild(HoldOutDialog)
     assert dialog is not None
     dialog.accept()
     tour.wait(lambda: accuracy.hidden.outcome is not None)
     tour.settle()
-    tour.save(PICTURES / "6-hidden.jpg")
+    tour.save(PICTURES / "6-hold-out.jpg")
     outcome = accuracy.hidden.outcome
     assert outcome is not None
     everywhere = replace(session.run(session.common), own={}, parameters=session.common.replace(edge_scale=taken))
-    completion = judge_completion(session.frame, everywhere.complete())
+    completion = evaluate_completion(session.frame, everywhere.complete())
     assert completion is not None
     tour.figures |= {
         "frame, all blocks": f"({1000 * completion.rmse:.0f} mm)",
-        "hidden, all blocks": f"({1000 * judge_hidden(everywhere, outcome.test).whole.rmse:.0f} mm instead of",
-        "hidden, frame": f"{1000 * outcome.tested[0].whole.rmse:.0f} mm).",
+        "hold-out, all blocks": f"({1000 * evaluate_hold_out(everywhere, outcome.test).whole.rmse:.0f} mm instead of",
+        "hold-out, frame": f"{1000 * outcome.tested[0].whole.rmse:.0f} mm).",
     }
     for tested in outcome.tested:
-        tour.figures[f"hidden, {tested.candidate.name}"] = f"{1000 * tested.blocks[BLOCK].rmse:.1f} mm"
+        tour.figures[f"hold-out, {tested.candidate.name}"] = f"{1000 * tested.blocks[BLOCK].rmse:.1f} mm"
 
 
 def _column(window: MainWindow, title: str) -> int:
-    model = window.blocks.view.model()
+    model = window.feature(BlocksFeature).table.view.model()
     titles = [
         str(model.headerData(column, Qt.Orientation.Horizontal, Qt.ItemDataRole.DisplayRole))
         for column in range(model.columnCount())

@@ -37,7 +37,7 @@ GIVEN = (
         "propagate_copied",
         "propagate_auto",
         "stop_propagation",
-        "looked_at",
+        "mark_checked",
     ),
     *(
         "share_parameters",
