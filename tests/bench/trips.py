@@ -91,6 +91,8 @@ def in_window(recorder: Recorder, trip: str) -> None:
     import numpy as np
     from PySide6.QtWidgets import QApplication
 
+    from gui.features.filter.feature import FilterFeature
+    from gui.features.views import ErrorFeature
     from ilf.segmentation.editing.painting import brush_stroke, paint
 
     from .responsive import new_window, open_frame
@@ -105,14 +107,14 @@ def in_window(recorder: Recorder, trip: str) -> None:
     session = workspace.session
     if trip != "open":
         runs.start()
-        wait(lambda: runs.free and not runs.resolving and not window.errors.busy)
+        wait(lambda: runs.free and not runs.resolving and not window.feature(ErrorFeature).busy)
         recorder.start()
         news: list[None] = []
         workspace.runs.results_added.connect(lambda: news.append(None))
         label = max(session.counts(), key=lambda label: session.counts()[label].pixels)
         if trip == "slider":
             workspace.blocks.select([label])
-            window.filter_panel.edited.emit(session.common.replace(noise=0.02))
+            window.feature(FilterFeature).panel.edited.emit(session.common.replace(noise=0.02))
         else:
             height, width = session.frame.shape
             line = np.array([[0.2 * width, 0.5 * height], [0.8 * width, 0.5 * height]])
@@ -121,7 +123,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
             workspace.blocks.stroke(paint(session.labels, stroke, label, session.locked))
             workspace.blocks.end_stroke("Paint")
         wait(lambda: news)
-    wait(lambda: runs.free and not runs.resolving and not window.errors.busy)
+    wait(lambda: runs.free and not runs.resolving and not window.feature(ErrorFeature).busy)
     pause(300)
     recorder.stop()
     window.close()

@@ -21,7 +21,7 @@ _WIDTHS = {
     Column.SECONDS: 66,
     Column.ITERATIONS: 52,
     Column.GROUND_TRUTH: 86,
-    Column.HOLD_OUT: 94,
+    Column.HOLD_OUT: 112,
     Column.EXPECTED: 190,
     Column.NOTE: 110,
 }
