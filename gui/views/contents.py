@@ -2,7 +2,7 @@
 
 A content's name is a kind ("strength"), a depth ("result", "run-2"), or a difference with its two depths
 ("difference:result:run-1"). Some names depend on the data and are resolved by `Material.concrete`: "difference",
-"judgement", and the two sides of a comparison, "a" and "b".
+"evaluation", and the two sides of a comparison, "a" and "b".
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class FolderPreview:
         The first frame; None if it cannot be read.
     problem : str
         Why it cannot be read; "" if it can.
-    plausibility_warnings : tuple of Doubt
+    plausibility_warnings : tuple of PlausibilityWarning
         Plausibility warnings about the way its depth is read.
     """
 

@@ -35,7 +35,7 @@ class BatchSettings:
 
     Parameters
     ----------
-    configuration : Recipe
+    configuration : RunConfiguration
     options : ExportOptions
         Files to write for each frame. Frames without intrinsics get no point cloud.
     hidden : HoldOutTest, optional

@@ -163,7 +163,7 @@ def evaluate_blocks(
     Returns
     -------
     dict
-        Label -> Judgement, in increasing order of labels.
+        Label -> Evaluation, in increasing order of labels.
 
     Raises
     ------
@@ -330,7 +330,7 @@ class RunEvaluation:
     Attributes
     ----------
     run : Run
-    evaluated : Judged
+    evaluated : Evaluated
         Its errors, pixel by pixel.
     seconds : float
         Duration.
@@ -368,7 +368,7 @@ def restrict_to_shared(several: Sequence[Evaluated]) -> list[Evaluated]:
 
     Parameters
     ----------
-    several : sequence of Judged
+    several : sequence of Evaluated
         With equal numbers of corresponding parts.
     """
     leading = [evaluated for evaluated in several if fills_enough(evaluated, several)]

@@ -373,7 +373,7 @@ class DepthReading:
         Note on depth left out because it is beyond the range of sensors; "" for none.
     path : Path
         Path of the file.
-    file_doubt : Doubt or None
+    file_doubt : PlausibilityWarning or None
         A plausibility warning that applies to all files of this kind.
     """
 

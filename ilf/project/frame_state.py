@@ -141,7 +141,7 @@ class FrameState:
         Parameters of all blocks without parameters of their own.
     results : mapping of int to BlockResult
         Block label -> the present result of the block as it is now.
-    extrapolation : Guess or None
+    extrapolation : Extrapolation or None
         Depth that the extrapolation has added to the results.
     runs : tuple of StoredRun
         Run history, oldest first.
@@ -159,7 +159,7 @@ class FrameState:
         Propagated blocks that have to be checked and have not been checked yet.
     selected : tuple of int
         The selected blocks.
-    looked : Looked
+    looked : InspectionState
     view : mapping
         State of the view, as JSON values; not part of the work.
     """

@@ -81,7 +81,7 @@ class StoredRun:
         Blocks that it has run.
     how : str
         "finished", "cancelled" or "failed".
-    extrapolation : Guess or None
+    extrapolation : Extrapolation or None
         Extrapolated depth, if the missing rest was extrapolated.
     ground_truth_error, hold_out_error, expected_error : float or None
         RMS [m] over the pixels that its blocks have filled: of the error against ground truth, of the error on

@@ -25,7 +25,7 @@ class ErrorStatistics:
     ----------
     name : str
         What was evaluated, and against what.
-    evaluation : Judgement
+    evaluation : Evaluation
     p95 : float
         95th percentile of the absolute errors [m]; NaN if there are none.
     coverage : float

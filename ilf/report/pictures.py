@@ -133,7 +133,7 @@ def frame_pictures(figures: FrameStatistics, most: int) -> tuple[Picture, ...]:
 
     Parameters
     ----------
-    figures : Figures
+    figures : FrameStatistics
     most : int
         Maximum width and height of a picture [px].
     """

@@ -144,7 +144,7 @@ class GroundTruthPresenter(QObject):
 
     Signals
     -------
-    judged()
+    evaluated()
         The errors of the blocks changed.
     """
 

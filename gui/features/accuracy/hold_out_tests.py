@@ -48,7 +48,7 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class CandidateResult:
-    """Result of a candidate: over all blocks, and label of the current map -> Judgement."""
+    """Result of a candidate: over all blocks, and label of the current map -> Evaluation."""
 
     candidate: Candidate
     whole: Evaluation

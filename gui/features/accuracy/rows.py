@@ -133,10 +133,10 @@ class EvaluationResult:
 
     Attributes
     ----------
-    areas : mapping of str to tuple of Judgement
-        Part of the frame -> a Judgement for each entry, over the pixels that all of them have filled.
+    areas : mapping of str to tuple of Evaluation
+        Part of the frame -> an Evaluation for each entry, over the pixels that all of them have filled.
     blocks : mapping of int to Judgement
-        Label -> Judgement of all pixels that the current result has filled.
+        Label -> Evaluation of all pixels that the current result has filled.
     """
 
     areas: Mapping[str, tuple[Evaluation, ...]] = field(default_factory=dict)

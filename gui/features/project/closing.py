@@ -237,8 +237,8 @@ class Closing(QObject):
 
     Parameters
     ----------
-    context : Desk
-    work : Work
+    context : Context
+    work : SaveHandler
     """
 
     def __init__(self, context: Context, work: SaveHandler) -> None:

@@ -150,7 +150,7 @@ class ProjectFeature(Feature):
         """Save to another file."""
         self._save_as("", None, lambda done: None)
 
-    # the protocol `Work` of `closing`
+    # the protocol `SaveHandler` of `closing`
 
     def project_words(self) -> str:
         """Describe the unsaved changes apart from the frames; "" for none."""

@@ -171,7 +171,7 @@ class FolderProjects(QObject):
 
     Parameters
     ----------
-    context : Desk
+    context : Context
     present : CurrentProject
     open_project : callable
         Opens a project file.

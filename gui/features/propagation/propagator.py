@@ -123,7 +123,7 @@ class PropagationRun:
         Whether each frame is shown as soon as it is read.
     total : int
         Number of frames after the source.
-    done : list of Arrival
+    done : list of PropagatedFrame
         Frames that have received blocks.
     kept : list of str
         Names of frames that have kept their blocks.

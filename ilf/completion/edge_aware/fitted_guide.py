@@ -160,7 +160,7 @@ class FittedGuide:
         The guide, fitted to the known depth [m]; NaN where it has no value.
     confidence : ndarray of float32, shape (H, W)
         Its confidence, 0 where it has no value.
-    test : Trial
+    test : GuideTest
     """
 
     depth: Array

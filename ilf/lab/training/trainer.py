@@ -73,7 +73,7 @@ class Trainer:
 
     Parameters
     ----------
-    task : Lesson
+    task : TrainingTask
     out : Path
         Folder of `checkpoint.pt`, `log.csv` and the averaged model as ONNX, each updated at every report.
     """

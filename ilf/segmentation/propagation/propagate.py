@@ -49,7 +49,7 @@ def reasons_to_check(labels: Labels, refined: Refined) -> dict[int, str]:
     ----------
     labels : ndarray of int32, shape (H, W)
         Label map of the previous frame.
-    refined : Settled
+    refined : Refined
     """
     now, was = refined.labels, refined.propagated
     count = int(max(now.max(), labels.max())) + 1
