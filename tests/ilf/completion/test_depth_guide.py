@@ -77,13 +77,15 @@ def test_guide_that_makes_hidden_depth_worse_is_not_followed(without) -> None:
     frame = frame_with_hole(guide=guide_that_misses_the_rest_of_the_box())
     fitted, test = fit_guide(frame), guide_hold_out(frame)
     assert fitted is not None and fitted.belief > 0, "the quick test alone would follow it"
-    assert test is not None and not test.followed
+    assert test is not None
+    assert not test.followed
     assert test.with_guide > test.without
     unguided, guided = ilf.complete(frame_with_hole(), BLOCKS), ilf.complete(frame, BLOCKS)
     assert np.array_equal(guided.depth, unguided.depth, equal_nan=True), "corrected, too, as without"
     said = f"The guide is not used: {guide_text(frame).partition(': ')[2]}."
     assert said in guided.notes
-    assert length_text(test.with_guide) in said and length_text(test.without) in said
+    assert length_text(test.with_guide) in said
+    assert length_text(test.without) in said
     stepper = ilf.iterate(frame, BLOCKS, 1)
     assert np.array_equal(stepper.surface, ilf.iterate(frame_with_hole(), BLOCKS, 1).surface)
     assert without.notes == (), "only a frame with a guide has the note"

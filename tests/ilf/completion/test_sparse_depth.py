@@ -74,7 +74,8 @@ def test_bench_keeps_points_and_lines_of_a_frame_and_scores_the_rest() -> None:
     points, lines = make_task(source, "points"), make_task(source, "lines")
     assert np.count_nonzero(points.frame.known) == POINTS
     rows = np.flatnonzero(lines.frame.known.any(axis=1))
-    assert len(rows) == LINES and set(np.diff(rows)) == {SHAPE[0] // LINES}
+    assert len(rows) == LINES
+    assert set(np.diff(rows)) == {SHAPE[0] // LINES}
     assert lines.frame.known[rows].all()
     for task in (points, lines):
         np.testing.assert_array_equal(task.scored, ~task.frame.known)
