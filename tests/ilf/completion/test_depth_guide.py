@@ -76,7 +76,8 @@ def guide_that_misses_the_rest_of_the_box() -> np.ndarray:
 def test_guide_that_makes_hidden_depth_worse_is_not_followed(without) -> None:
     frame = frame_with_hole(guide=guide_that_misses_the_rest_of_the_box())
     fitted, test = fit_guide(frame), guide_hold_out(frame)
-    assert fitted is not None and fitted.belief > 0, "the quick test alone would follow it"
+    assert fitted is not None
+    assert fitted.belief > 0, "the quick test alone would follow it"
     assert test is not None
     assert not test.followed
     assert test.with_guide > test.without
