@@ -84,26 +84,24 @@ def acquired(lock: Any) -> Iterator[None]:
         lock.release()
 
 
-def shielded_from_signals(work: Callable[[], T]) -> T:
-    """Run work that must not be interrupted by exceptions of signal handlers, which are raised in the main thread.
+def run_aside(work: Callable[[], T], stop: Callable[[], None]) -> T:
+    """Run work that cannot check for cancellation itself in a separate thread, and wait for its end.
 
-    In the main thread, the work runs in a separate thread and is cancelled when such an exception comes; in other
-    threads it runs directly.
+    Parameters
+    ----------
+    work : callable
+    stop : callable
+        Makes the work end soon. It is called if this thread's work is cancelled, or if a signal handler raises an
+        exception, which happens in the main thread.
     """
-    if threading.current_thread() is not threading.main_thread():
-        return work()
-    abandoned = threading.Event()
-    cancel_events = (*current_cancel_events(), abandoned)
-
-    def cancellable_work() -> T:
-        set_cancel_events(*cancel_events)
-        return work()
-
     with ThreadPoolExecutor(1, "ilf-aside") as thread:
+        check_cancelled()
+        future = thread.submit(work)
         try:
-            future = thread.submit(cancellable_work)
             while not future.done():  # a signal just before an endless wait would go unnoticed
                 wait([future], _POLL_S)
-            return future.result()
-        finally:
-            abandoned.set()
+                check_cancelled()
+        except BaseException:
+            stop()
+            raise
+        return future.result()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from .._runtime.networks.models import CORRECTION, model_path
-from .._runtime.networks.network import MIN_SIDE, OnnxNetwork, reflected
+from .._runtime.networks.network import OnnxNetwork, RefusedInputError, as_input, reflected
 from ..errors import FormatError
 from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
 from ..segmentation.edges.depth_edges import features_of, filled_log_depth
@@ -203,14 +203,14 @@ class CorrectionNetwork(OnnxNetwork):
         return self._predict(rgb, depth, completed, contours)
 
     def _predict(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
-        image, window = reflected(rgb, MULTIPLE, least=MIN_SIDE)
+        image, window = reflected(rgb, MULTIPLE)
         features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
-        colour = np.asarray(cv2.dnn.blobFromImage(image, 1 / 255), np.float32)
-        whole = np.stack([reflected(channel, MULTIPLE, least=MIN_SIDE)[0] for channel in features])
+        colour = as_input(image)
+        whole = np.stack([reflected(channel, MULTIPLE)[0] for channel in features])
         try:
             outputs = self._forward({"image": colour, "features": whole[None]})
-        except cv2.error as error:
+        except RefusedInputError as error:
             raise FormatError(
                 f"{self.path.name} is not a correction network: it does not accept an image of {size} and its depth."
             ) from error

@@ -1,4 +1,4 @@
-"""Base of all bundled and imported networks: ONNX files run by OpenCV, from any thread."""
+"""Base of all bundled and imported networks: ONNX files run by ONNX Runtime, from any thread."""
 
 from __future__ import annotations
 
@@ -10,22 +10,21 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
-from importlib.metadata import distributions
 from pathlib import Path
 from threading import Lock
-from typing import ClassVar, Self
+from types import ModuleType
+from typing import Any, ClassVar, Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError, InputError, InstallationError
-from ..cancellation import acquired, check_cancelled, shielded_from_signals
+from ..cancellation import run_aside
 from ..files import read_file
 from ..installation import asset_path
 from ..sandbox import run_in_sandbox
 from ..temporary_files import CREATOR_PATTERN, creator_has_ended, removed_on_exit, unique_tag
-from .cancellable import CHECK_INPUT, first_input, with_cancellation_checks
 from .models import models_folder
 from .protobuf import has_external_data
 
@@ -52,7 +51,7 @@ def is_bundled(sha256: str) -> bool:
 
 
 def is_tested(sha256: str, kind: str) -> bool:
-    """Whether a network is bundled, or has been tested with this version of OpenCV.
+    """Whether a network is bundled, or has been tested with this version of ONNX Runtime.
 
     Parameters
     ----------
@@ -106,7 +105,7 @@ def crashed_runs(sha256: str, kind: str) -> list[tuple[Path, Shapes]]:
 
 
 def _mark(sha256: str, kind: str) -> str:
-    return f"{sha256}-{kind}-{cv2.__version__}"
+    return f"{sha256}-{kind}-{_onnx_runtime().__version__}"
 
 
 @cache
@@ -115,15 +114,12 @@ def _bundled() -> frozenset[str]:
     return frozenset(line.split()[0] for line in sums.splitlines())
 
 
-_LARGE = 1_000_000
-"""Input pixels above which a net is loaded again after use: it keeps its buffers, about 400 bytes per pixel."""
-
-MIN_SIDE = 64
-"""Minimum side of the input of a network that halves it five times [px]: with a row or column of one pixel, OpenCV 5.0
-reads uninitialised memory, and results differ between processes."""
-
-_networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
+_networks: dict[tuple[type, Path], tuple[tuple[int, int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
+
+
+class RefusedInputError(Exception):
+    """Error: a network does not accept its inputs."""
 
 
 class OnnxNetwork:
@@ -133,14 +129,20 @@ class OnnxNetwork:
     """Name of this kind of network in messages."""
 
     def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
+        runtime = _onnx_runtime()
+        options = runtime.SessionOptions()
+        # as many threads as OpenCV, which the program limits where several processes share the cores
+        options.intra_op_num_threads = max(cv2.getNumThreads(), 1)
+        options.inter_op_num_threads = 1
+        options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+        # otherwise the buffers of the largest frame so far would be kept
+        options.enable_cpu_mem_arena = False
+        options.log_severity_level = _NO_LOG
         try:
-            self._first_input, self._checked_content = first_input(content), with_cancellation_checks(content)
-            self._net = self._fresh_net()
-        except (ValueError, cv2.error) as error:
+            self._session = runtime.InferenceSession(content.tobytes(), options, providers=["CPUExecutionProvider"])
+            self._first_input = self._session.get_inputs()[0].name
+        except Exception as error:  # of many types, and RuntimeError
             raise _unreadable(path) from error
-        self._outputs = tuple(self._net.getUnconnectedOutLayersNames())
-        # A net stores its input and intermediate results, so that only one thread may run it at a time.
-        self._lock = Lock()
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
@@ -172,7 +174,7 @@ class OnnxNetwork:
         if not os.path.isfile(path):
             raise InputError(f"There is no {cls.KIND} at {path}. Choose an ONNX file, or the Canny detector.")
         status = path.stat()
-        version = (status.st_mtime_ns, status.st_size)
+        version = (status.st_mtime_ns, status.st_size, cv2.getNumThreads())
         with _networks_lock:
             known = _networks.get((cls, path))
             if known is None or known[0] != version:
@@ -184,8 +186,8 @@ class OnnxNetwork:
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
         """Read the network in a file's content and test it with small images, without caching it.
 
-        Networks not yet tested are first tested in a separate process, since they can crash OpenCV's reader. If the
-        program closed unexpectedly while this network ran on an image, that size is tested again, too.
+        Networks not yet tested are first tested in a separate process, since they can crash the reader. If the program
+        closed unexpectedly while this network ran on an image, that size is tested again, too.
 
         Parameters
         ----------
@@ -199,9 +201,9 @@ class OnnxNetwork:
             If it is not an ONNX network, or not one of this kind, reads weights from other files, crashes the reader,
             or has crashed the program and would do so again.
         InstallationError
-            If OpenCV is not version 5: then the file is not the cause, and no other detector is used instead.
+            If ONNX Runtime cannot be loaded: then the file is not the cause, and no other detector is used instead.
         """
-        _check_opencv()
+        _onnx_runtime()
         cls._check_content(content, path)
         sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
         if not is_tested(sha256, kind):
@@ -243,70 +245,54 @@ class OnnxNetwork:
         cls(content, path)._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """Return all outputs; raise cv2.error if the network does not accept these inputs. "" is the first input."""
-        with acquired(self._lock):
-            check_cancelled()
-            whole = False
-            try:
-                found = shielded_from_signals(lambda: self._recorded_results(inputs))
-                whole = True
-                return found
-            finally:
-                if not whole or any(values[0, 0].size >= _LARGE for values in inputs.values()):
-                    # its buffers are freed only with the net
-                    self._net = self._fresh_net()
-
-    def _recorded_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """Run the network, with a record of the run for inputs of a new size, which may crash the program."""
+        """Return all outputs; raise RefusedInputError if the network does not accept these inputs. "" is the first
+        input."""
         shapes = {name: values.shape for name, values in inputs.items()}
         key = tuple(shapes.values())
         if self._tested_shapes is None or key in self._tested_shapes:
-            return self._finite_results(inputs)
+            return self._results(inputs)
+        # a record of the run for inputs of a new size, which may crash the program
         with recorded_run(self.sha256, type(self).__name__, shapes):
-            found = self._finite_results(inputs)
+            found = self._results(inputs)
         self._tested_shapes.add(key)
         return found
 
-    def _finite_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        found = self._results(inputs)
-        if all(np.isfinite(one).all() for one in found):
-            return found
-        # seen once in hundreds of runs, with sizes not processed before; never twice
-        self._net = self._fresh_net()
-        return self._results(inputs)
-
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        self._net.setInput(np.zeros(1, np.float32), CHECK_INPUT)
-        for name, values in inputs.items():
-            self._net.setInput(values, name or self._first_input)
-        try:
-            found = self._net.forward(self._outputs)
-        except cv2.error:
-            check_cancelled()
-            raise
-        # the net writes its next results to the same memory
-        return [np.array(one, np.float32) for one in found]
+        options = _onnx_runtime().RunOptions()
+        options.log_severity_level = _NO_LOG
+        named = {name or self._first_input: np.ascontiguousarray(values) for name, values in inputs.items()}
 
-    def _fresh_net(self) -> cv2.dnn.Net:
-        return cv2.dnn.readNetFromONNX(self._checked_content)
+        def run() -> list[Any]:
+            try:
+                return list(self._session.run(None, named, options))
+            except Exception as error:  # of many types, and RuntimeError
+                raise RefusedInputError(str(error)) from error
+
+        def stop() -> None:
+            options.terminate = True
+
+        return [np.asarray(one, np.float32) for one in run_aside(run, stop)]
 
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""
         raise NotImplementedError
 
 
-def _check_opencv() -> None:
-    """Raise InstallationError if OpenCV is not version 5: another OpenCV package may have replaced the module cv2."""
-    if cv2.__version__.startswith("5."):
-        return
-    names = {str(found.name) for found in distributions()}
-    others = sorted(name for name in names if name.startswith("opencv-") and name != "opencv-python-headless")
-    uninstall = f"pip uninstall {' '.join(others)} && " if others else ""
-    raise InstallationError(
-        f"OpenCV {cv2.__version__} has replaced OpenCV 5, which the networks for edges and correction need. Restore: "
-        f'{uninstall}pip install --force-reinstall "opencv-python-headless>=5,<6". Or run without networks: '
-        "--blocks-detector canny --edges canny --no-correction."
-    )
+_NO_LOG = 4
+"""Level of the log that only names what ends the program: errors are raised, and warnings are about foreign files."""
+
+
+def _onnx_runtime() -> ModuleType:
+    """Import ONNX Runtime; raise InstallationError if it cannot be loaded."""
+    try:
+        import onnxruntime
+    except (ImportError, OSError) as error:
+        raise InstallationError(
+            f"ONNX Runtime, which the networks for edges and correction need, cannot be loaded ({error}). Restore: "
+            'pip install --force-reinstall "onnxruntime>=1.20,<2". Or run without networks: '
+            "--blocks-detector canny --edges canny --no-correction."
+        ) from error
+    return onnxruntime
 
 
 def _unreadable(path: Path) -> FormatError:
@@ -316,9 +302,7 @@ def _unreadable(path: Path) -> FormatError:
     )
 
 
-def reflected(
-    image: NDArray[np.generic], multiple: int, margin: int = 0, least: int = 0
-) -> tuple[NDArray, tuple[slice, slice]]:
+def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:
     """Pad an image by reflection at its borders, to sides that are multiples of a number.
 
     Parameters
@@ -327,8 +311,6 @@ def reflected(
     multiple : int
     margin : int
         Minimum padding on every side [px].
-    least : int
-        Minimum length of the sides [px].
 
     Returns
     -------
@@ -337,8 +319,13 @@ def reflected(
         Rows and columns of the image within the padded one.
     """
     height, width = image.shape[:2]
-    sides = (max(length + 2 * margin, least) for length in (height, width))
+    sides = (length + 2 * margin for length in (height, width))
     after = (side + -side % multiple - margin - length for side, length in zip(sides, (height, width), strict=True))
     rest = ((0, 0),) * (image.ndim - 2)
     padded = np.pad(image, (*((margin, size) for size in after), *rest), mode="reflect")
     return padded, (slice(margin, margin + height), slice(margin, margin + width))
+
+
+def as_input(image: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Convert an RGB image (H, W, 3) to the input of a network, in [0, 1], shape (1, 3, H, W)."""
+    return np.moveaxis(image.astype(np.float32) * np.float32(1 / 255), 2, 0)[None]

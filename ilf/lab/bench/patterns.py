@@ -16,10 +16,14 @@ from .frames import BenchFrame
 POINTS, LINES = 500, 16
 """Number of known pixels that the pattern "points" keeps, and of rows that the pattern "lines" keeps."""
 
-PATTERNS = HOLD_OUT_PATTERNS | {
+DENSE_PATTERNS = HOLD_OUT_PATTERNS | {
+    "ground-truth": "the frame's own holes, where a measured or exact ground truth exists",
+}
+"""Name -> description of the patterns that leave dense depth."""
+
+PATTERNS = DENSE_PATTERNS | {
     "points": f"{POINTS} of the known pixels kept",
     "lines": f"{LINES} rows of the frame kept, at equal distances, as of a lidar",
-    "ground-truth": "the frame's own holes, where a measured or exact ground truth exists",
 }
 """Name -> description."""
 

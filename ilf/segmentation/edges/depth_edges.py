@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.networks.network import MIN_SIDE, OnnxNetwork, reflected
+from ..._runtime.networks.network import OnnxNetwork, RefusedInputError, as_input, reflected
 from ...data.pixel_grids import nearest_values
 from ...errors import FormatError, InputError
 from .detectors import LONGEST_SIDE, check_image
@@ -189,13 +189,13 @@ class DepthEdgeNetwork(OnnxNetwork):
 
     def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
         """The outputs of the network, each (H, W) of the image's size."""
-        image, window = reflected(rgb, MULTIPLE, least=MIN_SIDE)
-        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE, least=MIN_SIDE)
+        image, window = reflected(rgb, MULTIPLE)
+        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE)
         size = image.shape[:2]
-        inputs = {"image": cv2.dnn.blobFromImage(image, 1 / 255), "depth": np.moveaxis(features, 2, 0)[None]}
+        inputs = {"image": as_input(image), "depth": np.moveaxis(features, 2, 0)[None]}
         try:
-            outputs = self._forward({name: np.ascontiguousarray(one) for name, one in inputs.items()})
-        except cv2.error as error:
+            outputs = self._forward(inputs)
+        except RefusedInputError as error:
             raise FormatError(
                 f"{self.path.name} is not a depth-edge network: it does not accept an image of {size} and its depth."
             ) from error

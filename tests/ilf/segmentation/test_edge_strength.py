@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import sys
 import weakref
 from pathlib import Path
 
@@ -167,31 +168,24 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
 
 
 @pytest.fixture
-def replaced_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As after pip install "opencv-python<5"."""
-    monkeypatch.setattr("cv2.__version__", "4.12.0")
+def missing_runtime(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As after pip uninstall onnxruntime."""
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
-    names = ("opencv-python-headless", "opencv-python", "numpy")
-    monkeypatch.setattr("ilf._runtime.networks.network.distributions", lambda: map(_Distribution, names))
 
 
-class _Distribution:
-    def __init__(self, name: str) -> None:
-        self.name = name
-
-
-def test_nothing_stands_in_for_networks_that_another_opencv_cannot_read(replaced_opencv: None) -> None:
+def test_nothing_stands_in_for_networks_that_cannot_be_run(missing_runtime: None) -> None:
     frame, labels = _holed()
-    cure = 'pip uninstall opencv-python && pip install --force-reinstall "opencv-python-headless>=5,<6"'
+    cure = 'pip install --force-reinstall "onnxruntime>=1.20,<2"'
     for parameters in (ilf.preset(), ilf.preset(correction=False), ilf.preset(edges="canny")):
-        with pytest.raises(InstallationError, match=r"OpenCV 4\.12\.0 has replaced OpenCV 5") as caught:
+        with pytest.raises(InstallationError, match=r"ONNX Runtime, which the networks .* cannot be loaded") as caught:
             ilf.complete(frame, labels, parameters)
         assert cure in str(caught.value)
     with pytest.raises(InstallationError):
         extract(frame)
 
 
-def test_a_run_that_asks_for_no_network_needs_none(replaced_opencv: None, tmp_path: Path) -> None:
+def test_a_run_that_asks_for_no_network_needs_none(missing_runtime: None, tmp_path: Path) -> None:
     frame, labels = _holed()
     found = extract(frame, CANNY)
     for parameters in (ilf.preset(edges="canny", correction=False), ilf.preset("paper")):
@@ -200,7 +194,7 @@ def test_a_run_that_asks_for_no_network_needs_none(replaced_opencv: None, tmp_pa
         assert found.notes == completion.notes == ()
         written = completion.save(tmp_path / parameters.filter, cloud=None)
         note = written.remarks[0]
-        assert note.startswith("Canny's edges are used for the expected error: OpenCV 4.12.0 has replaced")
+        assert note.startswith("Canny's edges are used for the expected error: ONNX Runtime")
 
 
 def test_a_note_on_many_blocks_is_said_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
