@@ -128,6 +128,9 @@ class OnnxNetwork:
     KIND: ClassVar[str] = "edge network"
     """Name of this kind of network in messages."""
 
+    INSTEAD: ClassVar[str] = ", or the Canny detector"
+    """What can be chosen instead of a network of this kind, in messages."""
+
     def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
         runtime = _onnx_runtime()
         options = runtime.SessionOptions()
@@ -142,7 +145,7 @@ class OnnxNetwork:
             self._session = runtime.InferenceSession(content.tobytes(), options, providers=["CPUExecutionProvider"])
             self._first_input = self._session.get_inputs()[0].name
         except Exception as error:  # of many types, and RuntimeError
-            raise _unreadable(path) from error
+            raise self._unreadable(path) from error
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
@@ -172,7 +175,7 @@ class OnnxNetwork:
         """
         path = Path(path).resolve()
         if not os.path.isfile(path):
-            raise InputError(f"There is no {cls.KIND} at {path}. Choose an ONNX file, or the Canny detector.")
+            raise InputError(f"There is no {cls.KIND} at {path}. Choose an ONNX file{cls.INSTEAD}.")
         status = path.stat()
         version = (status.st_mtime_ns, status.st_size, cv2.getNumThreads())
         with _networks_lock:
@@ -221,13 +224,19 @@ class OnnxNetwork:
             mark.unlink(missing_ok=True)
         return cls(content, path)
 
-    @staticmethod
-    def _check_content(content: NDArray[np.uint8], path: Path) -> None:
+    @classmethod
+    def _unreadable(cls, path: Path) -> FormatError:
+        return FormatError(
+            f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file with its weights{cls.INSTEAD}."
+        )
+
+    @classmethod
+    def _check_content(cls, content: NDArray[np.uint8], path: Path) -> None:
         """Raise FormatError for a network that makes the reader open other files."""
         try:
             is_outside = has_external_data(content)
         except ValueError as error:
-            raise _unreadable(path) from error
+            raise cls._unreadable(path) from error
         if is_outside:
             raise FormatError(
                 f"{path.name} reads weights from other files, which is not allowed: it could read any file of this "
@@ -293,13 +302,6 @@ def _onnx_runtime() -> ModuleType:
             "--blocks-detector canny --edges canny --no-correction."
         ) from error
     return onnxruntime
-
-
-def _unreadable(path: Path) -> FormatError:
-    return FormatError(
-        f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file with its weights, or the "
-        "Canny detector."
-    )
 
 
 def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:
