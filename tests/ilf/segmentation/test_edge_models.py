@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +14,15 @@ import onnx
 import pytest
 from onnx import helper, numpy_helper
 
-from ilf._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
+from ilf._runtime.networks.models import (
+    BUNDLED,
+    CORRECTION,
+    DEPTH_EDGES,
+    model_names,
+    model_path,
+    models_folder,
+    remove_model,
+)
 from ilf.cli import main, parsing, usage
 from ilf.data.declarations import ParameterSet, declare
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
@@ -269,10 +278,11 @@ def test_the_command_imports_lists_and_removes(tmp_path: Path, capsys: pytest.Ca
     assert main(["models", "import", str(source), "--name", "mine", "--input", "imagenet", "--logits"]) == 0
     assert capsys.readouterr().out == f"Imported mine: 0.0 MB, {models_folder() / 'mine.onnx'}\n"
     assert main(["models", "list"]) == 0
-    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
-    assert [row[0] for row in rows[1:3]] == [BUNDLED, "mine"]
-    assert rows[1][-1] == "bundled"
-    assert rows[3][0] == DEPTH_EDGES
+    rows = [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()]
+    assert [row[0] for row in rows[1:5]] == [BUNDLED, "mine", DEPTH_EDGES, CORRECTION]
+    assert rows[1][2:] == ["bundled, contours", "non-commercial use only (BSDS500)"]
+    assert rows[2][2:] == ["your own"]
+    assert rows[3][3] == "MIT"
     assert main(["models", "remove", "mine"]) == 0
     assert main(["models", "remove", "mine"]) == 1
     assert "no edge network 'mine'" in capsys.readouterr().err
