@@ -21,6 +21,8 @@ from ilf._runtime.networks.models import (
     model_names,
     model_path,
     models_folder,
+    name_from,
+    new_model_path,
     remove_model,
 )
 from ilf.cli import main, parsing, usage
@@ -286,6 +288,11 @@ def test_the_command_imports_lists_and_removes(tmp_path: Path, capsys: pytest.Ca
     assert main(["models", "remove", "mine"]) == 0
     assert main(["models", "remove", "mine"]) == 1
     assert "no edge network 'mine'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("file", ["net.onnx", "my net (2).v3.onnx", "n" * 150 + ".onnx"])
+def test_a_file_gives_the_network_a_name_that_is_allowed(file: str) -> None:
+    assert new_model_path(name_from(Path(file))).suffix == ".onnx"
 
 
 def test_a_parameter_takes_the_name_of_a_network_that_may_be_missing_here() -> None:
