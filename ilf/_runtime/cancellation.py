@@ -84,26 +84,23 @@ def acquired(lock: Any) -> Iterator[None]:
         lock.release()
 
 
-def shielded_from_signals(work: Callable[[], T]) -> T:
-    """Run work that must not be interrupted by exceptions of signal handlers, which are raised in the main thread.
+def run_stoppable(work: Callable[[], T], stop: Callable[[], None]) -> T:
+    """Run native work, which checks nothing itself, in a separate thread, and wait for it.
 
-    In the main thread, the work runs in a separate thread and is cancelled when such an exception comes; in other
-    threads it runs directly.
+    Parameters
+    ----------
+    work : callable
+    stop : callable
+        Makes the work return or raise soon, from another thread. It is called when this thread is cancelled or a signal
+        handler raises in it; the exception is raised when the work has ended.
     """
-    if threading.current_thread() is not threading.main_thread():
-        return work()
-    abandoned = threading.Event()
-    cancel_events = (*current_cancel_events(), abandoned)
-
-    def cancellable_work() -> T:
-        set_cancel_events(*cancel_events)
-        return work()
-
-    with ThreadPoolExecutor(1, "ilf-aside") as thread:
+    with ThreadPoolExecutor(1, "ilf-native") as thread:
+        future = thread.submit(work)
         try:
-            future = thread.submit(cancellable_work)
             while not future.done():  # a signal just before an endless wait would go unnoticed
+                check_cancelled()
                 wait([future], _POLL_S)
-            return future.result()
-        finally:
-            abandoned.set()
+        except BaseException:
+            stop()
+            raise
+        return future.result()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from .._runtime.networks.models import CORRECTION, model_path
-from .._runtime.networks.network import MIN_SIDE, OnnxNetwork, reflected
+from .._runtime.networks.network import MIN_SIDE, OnnxNetwork, as_input, reflected
 from ..errors import FormatError
 from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
 from ..segmentation.edges.depth_edges import features_of, filled_log_depth
@@ -206,14 +206,8 @@ class CorrectionNetwork(OnnxNetwork):
         image, window = reflected(rgb, MULTIPLE, least=MIN_SIDE)
         features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
-        colour = np.asarray(cv2.dnn.blobFromImage(image, 1 / 255), np.float32)
         whole = np.stack([reflected(channel, MULTIPLE, least=MIN_SIDE)[0] for channel in features])
-        try:
-            outputs = self._forward({"image": colour, "features": whole[None]})
-        except cv2.error as error:
-            raise FormatError(
-                f"{self.path.name} is not a correction network: it does not accept an image of {size} and its depth."
-            ) from error
+        outputs = self._forward({"image": as_input(image), "features": whole[None]})
         shapes = [one.shape for one in outputs]
         cells, pairs = (tuple(side // length for side in size) for length in (CELL, _PAIR))
         if shapes != [(1, _LINKS, *cells), (1, _AROUND * _PAIR**2, *pairs)]:

@@ -1,4 +1,4 @@
-"""Base of all bundled and imported networks: ONNX files run by OpenCV, from any thread."""
+"""Base of all bundled and imported networks: ONNX files run by ONNX Runtime, from any thread."""
 
 from __future__ import annotations
 
@@ -10,24 +10,22 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
-from importlib.metadata import distributions
 from pathlib import Path
 from threading import Lock
 from typing import ClassVar, Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FormatError, InputError, InstallationError
-from ..cancellation import acquired, check_cancelled, shielded_from_signals
+from ...errors import FormatError, InputError
+from ..cancellation import acquired
 from ..files import read_file
 from ..installation import asset_path
 from ..sandbox import run_in_sandbox
 from ..temporary_files import CREATOR_PATTERN, creator_has_ended, removed_on_exit, unique_tag
-from .cancellable import CHECK_INPUT, first_input, with_cancellation_checks
 from .models import models_folder
 from .protobuf import has_external_data
+from .session import Session, runtime_version
 
 # Record of tested networks, by content: the bundled ones, and those recorded as tested; and of networks that were
 # running when the program closed unexpectedly.
@@ -52,7 +50,7 @@ def is_bundled(sha256: str) -> bool:
 
 
 def is_tested(sha256: str, kind: str) -> bool:
-    """Whether a network is bundled, or has been tested with this version of OpenCV.
+    """Whether a network is bundled, or has been tested with this version of ONNX Runtime.
 
     Parameters
     ----------
@@ -106,7 +104,7 @@ def crashed_runs(sha256: str, kind: str) -> list[tuple[Path, Shapes]]:
 
 
 def _mark(sha256: str, kind: str) -> str:
-    return f"{sha256}-{kind}-{cv2.__version__}"
+    return f"{sha256}-{kind}-{runtime_version()}"
 
 
 @cache
@@ -115,12 +113,8 @@ def _bundled() -> frozenset[str]:
     return frozenset(line.split()[0] for line in sums.splitlines())
 
 
-_LARGE = 1_000_000
-"""Input pixels above which a net is loaded again after use: it keeps its buffers, about 400 bytes per pixel."""
-
 MIN_SIDE = 64
-"""Minimum side of the input of a network that halves it five times [px]: with a row or column of one pixel, OpenCV 5.0
-reads uninitialised memory, and results differ between processes."""
+"""Minimum side of the input of a network that halves it five times [px]: two pixels at its coarsest scale."""
 
 _networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
@@ -134,12 +128,10 @@ class OnnxNetwork:
 
     def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
         try:
-            self._first_input, self._checked_content = first_input(content), with_cancellation_checks(content)
-            self._net = self._fresh_net()
-        except (ValueError, cv2.error) as error:
+            self._session = Session(content)
+        except ValueError as error:
             raise _unreadable(path) from error
-        self._outputs = tuple(self._net.getUnconnectedOutLayersNames())
-        # A net stores its input and intermediate results, so that only one thread may run it at a time.
+        # one run at a time: each needs its own memory, up to 0.6 GB
         self._lock = Lock()
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
@@ -184,8 +176,8 @@ class OnnxNetwork:
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
         """Read the network in a file's content and test it with small images, without caching it.
 
-        Networks not yet tested are first tested in a separate process, since they can crash OpenCV's reader. If the
-        program closed unexpectedly while this network ran on an image, that size is tested again, too.
+        Networks not yet tested are first tested in a separate process, which their reader may crash. If the program
+        closed unexpectedly while this network ran on an image, that size is tested again, too.
 
         Parameters
         ----------
@@ -199,9 +191,8 @@ class OnnxNetwork:
             If it is not an ONNX network, or not one of this kind, reads weights from other files, crashes the reader,
             or has crashed the program and would do so again.
         InstallationError
-            If OpenCV is not version 5: then the file is not the cause, and no other detector is used instead.
+            If ONNX Runtime cannot be imported: then the file is not the cause, and no other detector is used instead.
         """
-        _check_opencv()
         cls._check_content(content, path)
         sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
         if not is_tested(sha256, kind):
@@ -243,70 +234,40 @@ class OnnxNetwork:
         cls(content, path)._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """Return all outputs; raise cv2.error if the network does not accept these inputs. "" is the first input."""
+        """Return all outputs for named inputs.
+
+        Raises
+        ------
+        FormatError
+            If the network does not accept them.
+        Cancelled
+        """
         with acquired(self._lock):
-            check_cancelled()
-            whole = False
             try:
-                found = shielded_from_signals(lambda: self._recorded_results(inputs))
-                whole = True
-                return found
-            finally:
-                if not whole or any(values[0, 0].size >= _LARGE for values in inputs.values()):
-                    # its buffers are freed only with the net
-                    self._net = self._fresh_net()
+                return self._recorded_results(inputs)
+            except ValueError as error:
+                shapes = " and ".join(str(values.shape) for values in inputs.values())
+                raise FormatError(
+                    f"{self.path.name} is not a supported {self.KIND}: it does not accept {shapes}."
+                ) from error
 
     def _recorded_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """Run the network, with a record of the run for inputs of a new size, which may crash the program."""
         shapes = {name: values.shape for name, values in inputs.items()}
         key = tuple(shapes.values())
         if self._tested_shapes is None or key in self._tested_shapes:
-            return self._finite_results(inputs)
+            return self._results(inputs)
         with recorded_run(self.sha256, type(self).__name__, shapes):
-            found = self._finite_results(inputs)
+            found = self._results(inputs)
         self._tested_shapes.add(key)
         return found
 
-    def _finite_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        found = self._results(inputs)
-        if all(np.isfinite(one).all() for one in found):
-            return found
-        # seen once in hundreds of runs, with sizes not processed before; never twice
-        self._net = self._fresh_net()
-        return self._results(inputs)
-
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        self._net.setInput(np.zeros(1, np.float32), CHECK_INPUT)
-        for name, values in inputs.items():
-            self._net.setInput(values, name or self._first_input)
-        try:
-            found = self._net.forward(self._outputs)
-        except cv2.error:
-            check_cancelled()
-            raise
-        # the net writes its next results to the same memory
-        return [np.array(one, np.float32) for one in found]
-
-    def _fresh_net(self) -> cv2.dnn.Net:
-        return cv2.dnn.readNetFromONNX(self._checked_content)
+        return self._session.run(inputs)
 
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""
         raise NotImplementedError
-
-
-def _check_opencv() -> None:
-    """Raise InstallationError if OpenCV is not version 5: another OpenCV package may have replaced the module cv2."""
-    if cv2.__version__.startswith("5."):
-        return
-    names = {str(found.name) for found in distributions()}
-    others = sorted(name for name in names if name.startswith("opencv-") and name != "opencv-python-headless")
-    uninstall = f"pip uninstall {' '.join(others)} && " if others else ""
-    raise InstallationError(
-        f"OpenCV {cv2.__version__} has replaced OpenCV 5, which the networks for edges and correction need. Restore: "
-        f'{uninstall}pip install --force-reinstall "opencv-python-headless>=5,<6". Or run without networks: '
-        "--blocks-detector canny --edges canny --no-correction."
-    )
 
 
 def _unreadable(path: Path) -> FormatError:
@@ -314,6 +275,11 @@ def _unreadable(path: Path) -> FormatError:
         f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file with its weights, or the "
         "Canny detector."
     )
+
+
+def as_input(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Convert an image (H, W, 3) to a network's input: RGB in [0, 1], float32 (1, 3, H, W)."""
+    return np.ascontiguousarray(rgb.transpose(2, 0, 1)[None], np.float32) * np.float32(1 / 255)
 
 
 def reflected(

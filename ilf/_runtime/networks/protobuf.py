@@ -32,20 +32,13 @@ def fields(message: memoryview) -> Iterator[tuple[int, Field]]:
     ValueError
         If the message is truncated or invalid.
     """
-    for number, value, _ in spans(message):
-        yield number, value
-
-
-def spans(message: memoryview) -> Iterator[tuple[int, Field, memoryview]]:
-    """Yield the fields of a message, each with all its bytes in the message, so that it can be written again."""
     at = 0
     while at < len(message):
-        begin = at
         key, at = _varint(message, at)
         number, kind = key >> 3, key & 7
         if kind == _VARINT:
             value, at = _varint(message, at)
-            yield number, value, message[begin:at]
+            yield number, value
             continue
         if kind == _BYTES:
             size, at = _varint(message, at)
@@ -55,7 +48,7 @@ def spans(message: memoryview) -> Iterator[tuple[int, Field, memoryview]]:
             raise ValueError("no protocol buffer")
         if number == 0 or at + size > len(message):
             raise ValueError("truncated")
-        yield number, message[at : at + size], message[begin : at + size]
+        yield number, message[at : at + size]
         at += size
 
 
@@ -67,11 +60,6 @@ def values(message: memoryview, number: int) -> list[Field]:
 def messages(message: memoryview, number: int) -> list[memoryview]:
     """Return the values of a field of messages or strings."""
     return [value for value in values(message, number) if isinstance(value, memoryview)]
-
-
-def joined(message: memoryview, number: int) -> memoryview:
-    """Return the message in a field; if it is stored in several parts, concatenate them."""
-    return memoryview(b"".join(messages(message, number)))
 
 
 def text(message: memoryview, number: int) -> str:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.networks.network import MIN_SIDE, OnnxNetwork, reflected
+from ..._runtime.networks.network import MIN_SIDE, OnnxNetwork, as_input, reflected
 from ...data.pixel_grids import nearest_values
 from ...errors import FormatError, InputError
 from .detectors import LONGEST_SIDE, check_image
@@ -192,13 +192,8 @@ class DepthEdgeNetwork(OnnxNetwork):
         image, window = reflected(rgb, MULTIPLE, least=MIN_SIDE)
         features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE, least=MIN_SIDE)
         size = image.shape[:2]
-        inputs = {"image": cv2.dnn.blobFromImage(image, 1 / 255), "depth": np.moveaxis(features, 2, 0)[None]}
-        try:
-            outputs = self._forward({name: np.ascontiguousarray(one) for name, one in inputs.items()})
-        except cv2.error as error:
-            raise FormatError(
-                f"{self.path.name} is not a depth-edge network: it does not accept an image of {size} and its depth."
-            ) from error
+        planes = np.ascontiguousarray(np.moveaxis(features, 2, 0)[None])
+        outputs = self._forward({"image": as_input(image), "depth": planes})
         lines, quarter = (1, 1, *size), (1, 2, size[0] // COARSE, size[1] // COARSE)
         shapes = [one.shape for one in outputs]
         if shapes not in ([lines, lines], [lines, lines, quarter]):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.networks.models import model_path
-from ..._runtime.networks.network import OnnxNetwork, reflected
+from ..._runtime.networks.network import OnnxNetwork, as_input, reflected
 from ...errors import FormatError, InputError
 
 _GRADIENT_SHARE, _NETWORK_SHARE = 0.6, 0.5
@@ -106,7 +106,7 @@ def _otsu(strength: NDArray[np.float32]) -> float:
     return cv2.threshold(levels, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[0] / 255
 
 
-# Inference of the edge network: boundary strength of a colour image, with OpenCV's ONNX reader.
+# Inference of the edge network: boundary strength of a colour image.
 
 MULTIPLE = 16
 SCALES = (0.5, 1.0, 1.5)
@@ -165,14 +165,7 @@ class EdgeNetwork(OnnxNetwork):
         return np.clip(strength, 0, 1)
 
     def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:
-        image = np.asarray(cv2.dnn.blobFromImage(padded, 1 / 255), np.float32)
-        try:
-            output = self._forward({"": image})[-1]
-        except cv2.error as error:
-            raise FormatError(
-                f"{self.path.name} is not an edge network: it does not accept one RGB image of shape "
-                f"{(1, 3, *padded.shape[:2])}."
-            ) from error
+        output = self._forward({self._session.first_input: as_input(padded)})[-1]
         if output.shape != (1, 1, *padded.shape[:2]):
             raise FormatError(
                 f"{self.path.name} is not an edge network: its output is {output.shape} for an image of "

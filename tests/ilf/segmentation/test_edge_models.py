@@ -7,13 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 import onnx
 import pytest
 from onnx import helper, numpy_helper
 
 from ilf._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
+from ilf._runtime.networks.session import Session
 from ilf.cli import main, parsing, usage
 from ilf.data.declarations import ParameterSet, declare
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
@@ -23,7 +23,6 @@ from ilf.segmentation.edges.importing import add_model
 from ..hed_files import caffe_strength, hed_weights, keras_strength, write_caffemodel, write_keras
 
 SIZES = [(32, 48), (64, 32)]
-"""OpenCV scales what is one pixel wide up wrongly; images are padded to 48 pixels at least before they get here."""
 GAINS = np.array([0.5, -0.2, 0.3], np.float32)
 
 
@@ -51,9 +50,8 @@ def picture(height: int, width: int) -> np.ndarray:
 
 
 def strength_by(path: Path, rgb: np.ndarray) -> np.ndarray:
-    net = cv2.dnn.readNetFromONNX(str(path))
-    net.setInput(rgb[None])
-    return net.forward()[0, 0]
+    session = Session(np.fromfile(path, np.uint8))
+    return session.run({session.first_input: rgb[None]})[-1][0, 0]
 
 
 def write_weighted_sum(
