@@ -9,6 +9,7 @@ from weakref import WeakSet
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QWidget
 
+from ilf.completion.completion import guide_text
 from ilf.completion.edge_aware.fitted_guide import FittedGuide, fit_guide
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
@@ -43,6 +44,8 @@ class GuidedFrame(NamedTuple):
 
     frame: RGBDFrame
     fitted: FittedGuide
+    use: str
+    """How it is used, after "The guide is"."""
 
 
 def read_guided_frame(source: GuideSource) -> GuidedFrame:
@@ -50,7 +53,7 @@ def read_guided_frame(source: GuideSource) -> GuidedFrame:
     frame = source.frame.with_guide(load_guide(source.path, source.frame.shape))
     fitted = fit_guide(frame)
     assert fitted is not None
-    return GuidedFrame(frame, fitted)
+    return GuidedFrame(frame, fitted, guide_text(frame))
 
 
 class GuideDialog(PreviewDialog[GuideSource, GuidedFrame]):
@@ -88,17 +91,17 @@ class GuideDialog(PreviewDialog[GuideSource, GuidedFrame]):
 
     def show_found(self, found: GuidedFrame) -> None:
         self.preview.show_depth(found.fitted.depth)
-        self.message.show_message(describe_guide(found.fitted), "good" if found.fitted.belief else "warning")
+        self.message.show_message(describe_guide(found), "warning" if found.use.startswith("not") else "good")
 
     def browse(self) -> None:
         path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), GUIDE_FILES)
         self.choose(path)
 
 
-def describe_guide(fitted: FittedGuide) -> str:
-    """Describe the coverage of a guide and its belief."""
-    coverage = f"It covers {(fitted.confidence > 0).mean():.0%} of the pixels"
-    return f"{coverage}, and is {fitted.to_text()}."
+def describe_guide(found: GuidedFrame) -> str:
+    """Describe the coverage of a guide and how it is used."""
+    coverage = f"It covers {(found.fitted.confidence > 0).mean():.0%} of the pixels"
+    return f"{coverage}, and is {found.use}."
 
 
 class GuideFeature(Feature):
@@ -171,7 +174,7 @@ class GuideFeature(Feature):
         self._reported.add(session)
         workspace.blocks.set_guide(guide, "Load guide")
         name = "" if guide.path is None else f" {Path(guide.path).name}"
-        self.context.notes.show_message(f"Guide{name}: {describe_guide(found.fitted)}")
+        self.context.notes.show_message(f"Guide{name}: {describe_guide(found)}")
 
     def _tell_guide(self) -> None:
         """Tell once that a frame was opened with a guide."""

@@ -84,22 +84,23 @@ def acquired(lock: Any) -> Iterator[None]:
         lock.release()
 
 
-def run_stoppable(work: Callable[[], T], stop: Callable[[], None]) -> T:
-    """Run native work, which checks nothing itself, in a separate thread, and wait for it.
+def run_aside(work: Callable[[], T], stop: Callable[[], None]) -> T:
+    """Run work that cannot check for cancellation itself in a separate thread, and wait for its end.
 
     Parameters
     ----------
     work : callable
     stop : callable
-        Makes the work return or raise soon, from another thread. It is called when this thread is cancelled or a signal
-        handler raises in it; the exception is raised when the work has ended.
+        Makes the work end soon. It is called if this thread's work is cancelled, or if a signal handler raises an
+        exception, which happens in the main thread.
     """
-    with ThreadPoolExecutor(1, "ilf-native") as thread:
+    with ThreadPoolExecutor(1, "ilf-aside") as thread:
+        check_cancelled()
         future = thread.submit(work)
         try:
             while not future.done():  # a signal just before an endless wait would go unnoticed
-                check_cancelled()
                 wait([future], _POLL_S)
+                check_cancelled()
         except BaseException:
             stop()
             raise

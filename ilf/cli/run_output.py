@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from .._runtime.formatting import counted, covered, grouped
+from ..completion.completion import guide_text
 from ..completion.confidence.expected_error import expected_error, unsupported
-from ..completion.edge_aware.fitted_guide import fit_guide
 from ..data.frame import RGBDFrame
 from ..data.parameters import nearest_preset
 from ..data.results import BlockOutcome, Completion, Progress, Status, blocks_by_message
@@ -91,7 +91,7 @@ class FinishedRun:
 def completion_report(finished: FinishedRun) -> str:
     """Describe the result of a run and its files, as text."""
     run, completion, frame = finished.run, finished.completion, finished.run.frame
-    outcomes, guide = completion.outcomes.values(), fit_guide(run.frame)
+    outcomes = completion.outcomes.values()
     evaluated: list[str] = []
     if finished.whole is not None:
         largest = dominant_block(finished.whole, finished.by_block)
@@ -101,7 +101,7 @@ def completion_report(finished: FinishedRun) -> str:
         "",
         f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks) / run.blocks.size)}.",
         _recovered_line(frame, completion, finished.seconds),
-        *([] if guide is None else [f"Guide: {guide.to_text()}."]),
+        *([] if frame.guide is None else [f"Guide: {guide_text(frame)}."]),
         *evaluated,
         f"Written to {finished.folder}: {', '.join(file.name for file in finished.files)}",
     ])  # fmt: skip

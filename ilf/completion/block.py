@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
 from .._runtime.threads import Steps, available_cores, run_in_parallel, run_sequentially
-from ..data.blocks import Block
+from ..data.blocks import Block, least_known_pixels
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationRecord, Progress, Status
@@ -44,6 +44,8 @@ class BlockTask:
         Its parameters for Canny and depth jumps determine the filter's edges.
     drawn : ndarray of bool or None
         The block's pixels whose border was drawn by hand, in the order of `block.mask`'s True values; None for none.
+    notes : tuple of str
+        Notes for the user on the frame.
     """
 
     frame: RGBDFrame
@@ -51,6 +53,7 @@ class BlockTask:
     parameters: Parameters
     extraction: BlockParameters
     drawn: NDArray[np.bool_] | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def raw(self) -> NDArray[np.float32]:
@@ -94,7 +97,7 @@ class BlockTask:
             CompactHistory(history),
             parameters,
             stepper.network,
-            stepper.notes,
+            (*stepper.notes, *self.notes),
             edges,
             self.drawn,
             explained=stepper.explained,
@@ -112,7 +115,7 @@ class BlockTask:
         if missing == 0 and parameters.mode == "fill":
             message = self._outside_note(outside) or "All depth is known."
             return BlockOutcome(label, Status.NOTHING_MISSING, message, pixels, known, outside=outside)
-        needed = int(required_known_pixels(pixels, parameters))
+        needed = int(required_known_pixels(pixels, parameters, self.frame.known.mean()))
         if known < needed and not guide_suffices(self.frame, self.block, parameters):
             message = (
                 f"{grouped(known)} of {counted(pixels, 'pixel')} have depth ({known / pixels:.1%}); at least "
@@ -195,10 +198,12 @@ def filter_steps(
     )
 
 
-def required_known_pixels(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floating]:
-    """Minimum number of known pixels that blocks of these sizes [px] need to be iterated on."""
-    share = np.ceil(parameters.min_known_share * np.asarray(pixels))
-    return np.minimum(np.maximum(parameters.min_known_pixels, share), pixels)
+def required_known_pixels(pixels: ArrayLike, parameters: Parameters, density: float = 1.0) -> NDArray[np.floating]:
+    """Minimum number of known pixels that blocks of these sizes [px] need to be iterated on, in a frame with this
+    fraction of pixels with depth."""
+    # the pass band, unlike the edge-aware filter, sees no depth beyond the block
+    density = density if parameters.filter == "edge-aware" else 1.0
+    return least_known_pixels(pixels, parameters.min_known_share, parameters.min_known_pixels, density)
 
 
 def block_depth(

@@ -15,13 +15,17 @@ from .._runtime.threads import Steps
 from ..data.blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
+from ..data.frame_cache import FrameCache, once_per_frame
 from ..data.guide import Guide
 from ..data.parameters import BlockParameters, Parameters, as_parameters
 from ..data.results import NO_BLOCK, BlockResult, Progress, notes_of
 from ..errors import InputError
+from ..segmentation.extraction import found_blocks
 from .block import BlockTask, Watch, block_depth, filter_steps
 from .correction import BaseCompletion, Correction, find_base_completion, needs_correction
-from .filter import edges_for, make_stepper
+from .edge_aware.fitted_guide import fit_guide
+from .filter import edges_for, is_guided, make_stepper
+from .guide_hold_out import GuideHoldOut, HeldOutErrors, decided, held_out_frames
 from .stepper import Stepper
 
 ParameterChoice = Parameters | str | Mapping[int, Parameters | str]
@@ -192,6 +196,9 @@ def iterate(
         raise InputError(f"Block {label} has no known depth to iterate on. Select another block.")
     own = drawn_of(block, checked_drawn(drawn, frame.shape))
     guided = frame if guide is None else frame.with_guide(guide)
+    if parameters.filter == "edge-aware" and is_guided(guided):
+        test = guide_hold_out(guided)
+        guided = guided if test is None or test.followed else _without_guide(guided)
     return make_stepper(guided, block, parameters, extraction, own)
 
 
@@ -207,7 +214,103 @@ def _stages(
     threads: int | None,
     watch: Watch | None,
 ) -> Steps[Progress]:
-    """The stages of a run: filter the blocks, including those that the correction starts from, then correct."""
+    """The stages of a run: decide whether to follow the guide, filter the blocks, then correct."""
+    tasks = yield from _with_helpful_guide(tasks, threads)
+    yield from _completed(tasks, live, uncorrected, threads, watch)
+
+
+def _with_helpful_guide(
+    tasks: Mapping[int, BlockTask], threads: int | None
+) -> Generator[Progress, None, Mapping[int, BlockTask]]:
+    """The tasks with the guide if a hold-out test speaks for it, else without and with a note that says so."""
+    guided = [task for task in tasks.values() if task.parameters.filter == "edge-aware" and is_guided(task.frame)]
+    if not guided:
+        return tasks
+    test = yield from _hold_out_guide(guided[0].frame, threads)
+    if test is None or test.followed:
+        return tasks
+    frame, note = _without_guide(guided[0].frame), f"The guide is {test.to_text()}."
+    return {label: replace(task, frame=frame, notes=(note,)) for label, task in tasks.items()}
+
+
+_guide_hold_outs = FrameCache[RGBDFrame, tuple[GuideHoldOut | None]]()
+"""Cache by frame; the key is None."""
+
+
+@once_per_frame
+def _without_guide(frame: RGBDFrame) -> RGBDFrame:
+    return frame.with_guide(None)
+
+
+def guide_hold_out(frame: RGBDFrame) -> GuideHoldOut | None:
+    """Test a frame's guide: hide known depth where the frame's own gaps lie when they are turned, complete it with the
+    guide and without it, and compare. Computed once per frame; None if no depth could be hidden.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        With a guide.
+    """
+    steps = _hold_out_guide(frame, None)
+    while True:
+        try:
+            next(steps)
+            check_cancelled()
+        except StopIteration as end:
+            return end.value
+
+
+def guide_text(frame: RGBDFrame) -> str:
+    """Describe, after "The guide is", how a frame's guide is used, and why.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        With a guide.
+    """
+    fitted = fit_guide(frame)
+    assert fitted is not None
+    test = guide_hold_out(frame) if fitted.belief > 0 else None
+    return fitted.to_text() if test is None else test.to_text()
+
+
+def _hold_out_guide(frame: RGBDFrame, threads: int | None) -> Generator[Progress, None, GuideHoldOut | None]:
+    known = _guide_hold_outs.find(frame, None)
+    if known is not None:
+        return known[0]
+    errors: list[HeldOutErrors] = []
+    for held_out in held_out_frames(frame):
+        depths = []
+        for one in (held_out, _without_guide(held_out)):
+            depths.append((yield from _complete_as_extracted(one, threads)))
+        errors.append(HeldOutErrors.of(frame, held_out, *depths))
+        if not errors[-1].better:
+            break
+    return _guide_hold_outs.keep(frame, None, (decided(errors),))[0]
+
+
+def _complete_as_extracted(frame: RGBDFrame, threads: int | None) -> Generator[Progress, None, NDArray[np.float32]]:
+    """Depth [m] of a frame with its blocks as extracted, completed by the default preset; as steps of no block."""
+    extraction = BlockParameters()
+    blocks = find_blocks(found_blocks(frame, extraction).blocks)
+    tasks = {label: BlockTask(frame, block, Parameters(), extraction) for label, block in blocks.items()}
+    depth = frame.depth.copy()
+    with closing(_completed(tasks, {}, {}, threads, None)) as steps:
+        for progress in steps:
+            if (result := progress.result) is not None:
+                depth[result.block.box][result.block.mask] = result.depth
+            yield NO_BLOCK
+    return depth
+
+
+def _completed(
+    tasks: Mapping[int, BlockTask],
+    live: dict[int, Stepper],
+    uncorrected: dict[int, BlockResult],
+    threads: int | None,
+    watch: Watch | None,
+) -> Steps[Progress]:
+    """Filter the blocks, including those that the correction starts from, then correct."""
     base = find_base_completion([*tasks.values()])
     done: dict[int, BlockResult] = {}
     with closing(filter_steps([*tasks.values()], threads, live, watch)) as steps:

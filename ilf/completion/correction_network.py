@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from .._runtime.networks.models import CORRECTION, model_path
-from .._runtime.networks.network import MIN_SIDE, OnnxNetwork, as_input, reflected
+from .._runtime.networks.network import OnnxNetwork, as_input, reflected
+from .._runtime.networks.session import RefusedInputError
 from ..errors import FormatError
 from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
 from ..segmentation.edges.depth_edges import features_of, filled_log_depth
@@ -203,11 +204,17 @@ class CorrectionNetwork(OnnxNetwork):
         return self._predict(rgb, depth, completed, contours)
 
     def _predict(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
-        image, window = reflected(rgb, MULTIPLE, least=MIN_SIDE)
+        image, window = reflected(rgb, MULTIPLE)
         features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
-        whole = np.stack([reflected(channel, MULTIPLE, least=MIN_SIDE)[0] for channel in features])
-        outputs = self._forward({"image": as_input(image), "features": whole[None]})
+        colour = as_input(image)
+        whole = np.stack([reflected(channel, MULTIPLE)[0] for channel in features])
+        try:
+            outputs = self._forward({"image": colour, "features": whole[None]})
+        except RefusedInputError as error:
+            raise FormatError(
+                f"{self.path.name} is not a correction network: it does not accept an image of {size} and its depth."
+            ) from error
         shapes = [one.shape for one in outputs]
         cells, pairs = (tuple(side // length for side in size) for length in (CELL, _PAIR))
         if shapes != [(1, _LINKS, *cells), (1, _AROUND * _PAIR**2, *pairs)]:

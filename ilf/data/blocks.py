@@ -80,6 +80,33 @@ def drawn_of(block: Block, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_]
     return own if own is not None and own.any() else None
 
 
+_SPARSE = 0.05
+"""A frame of which a smaller fraction is known is sparse."""
+
+_SHARE_OF_FRAME, _FEWEST = 0.5, 3
+"""Share of a sparse frame's density that is enough for a block, and number of pixels."""
+
+
+def least_known_pixels(pixels: ArrayLike, share: float, fewest: int, density: float) -> NDArray[np.floating]:
+    """Minimum number of known pixels that blocks need to be completed.
+
+    Parameters
+    ----------
+    pixels : array_like
+        Their sizes [px].
+    share : float
+        Minimum fraction of pixels with depth, 0-1.
+    fewest : int
+        Minimum number of pixels with depth.
+    density : float
+        Fraction of the frame's pixels with depth, 0-1. In a sparse frame, such as points of a map or lines of a lidar,
+        no block is asked for more than half of it.
+    """
+    if density < _SPARSE:
+        share, fewest = min(share, _SHARE_OF_FRAME * density), min(fewest, _FEWEST)
+    return np.minimum(np.maximum(fewest, np.ceil(share * np.asarray(pixels))), pixels)
+
+
 def find_blocks(labels: NDArray[np.int32], only: Collection[int] | None = None) -> dict[int, Block]:
     """Return all blocks of a label map by label, in ascending order; with `only`, some of them, in its order if it is a
     sequence.

@@ -105,7 +105,7 @@ def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
 @once_per_frame
 def _hidden_pixels(frame: RGBDFrame, pattern: str, seed: int) -> NDArray[np.bool_]:
     measured = np.isfinite(frame.measured)
-    rng = _generator(frame.name, pattern, seed)
+    rng = generator(frame.name, pattern, seed)
     return _random(measured, rng) if pattern == "random" else _areas(measured, rng)
 
 
@@ -118,7 +118,8 @@ def _frame_without(frame: RGBDFrame, pattern: str, seed: int) -> RGBDFrame:
     return RGBDFrame(frame.rgb, depth, frame.intrinsics, frame.name, guide=frame.guide, outside_view=frame.outside_view)
 
 
-def _generator(name: str, pattern: str, seed: int) -> np.random.Generator:
+def generator(name: str, pattern: str, seed: int) -> np.random.Generator:
+    """The random numbers of a pattern for a frame of this name."""
     digest = hashlib.sha256(f"{pattern}:{name}".encode()).digest()
     return np.random.default_rng([seed, *np.frombuffer(digest, "<u4").tolist()])
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import UNKNOWN, counted, grouped, millimetres
+from ..completion.completion import guide_text
 from ..completion.confidence.expected_error import MEDIAN_NAME, RMS_MEANING, RMS_NAME
-from ..completion.edge_aware.fitted_guide import fit_guide
 from ..data.camera import camera_text
 from ..data.declarations import ParameterSet, Value
 from ..data.frame import InputFile
@@ -373,9 +373,8 @@ def _summary(figures: FrameStatistics) -> Facts:
     if frame.invalid_mask is not None:
         count = int(np.count_nonzero(frame.invalid_mask & np.isfinite(frame.measured)))
         facts.append(Fact("Marked invalid", f"{grouped(count)} measured pixels, which count as missing"))
-    guide = fit_guide(frame)
-    if guide is not None:
-        facts.append(Fact("Guide", guide.to_text()))
+    if frame.guide is not None:
+        facts.append(Fact("Guide", guide_text(frame)))
     if completion.results:
         facts.append(Fact("Missing after", f"{left / frame.depth.size:.1%} ({grouped(left)} pixels)"))
         if extrapolated := int(np.count_nonzero(completion.extrapolated)):

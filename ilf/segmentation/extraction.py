@@ -381,7 +381,8 @@ def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     release_memory(regions.size)
     check_cancelled()
     graph.merge_below(_MEDIUM_MERGE_COST ** (2 * parameters.granularity))
-    graph.merge_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels))
+    density = float(frame.known.mean())
+    graph.merge_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels, density))
     blocks = graph.labels()
     if parameters.existence_rate > 0:
         blocks = numbered(keep_existing(blocks, frame.known, parameters.existence_rate, smallest))

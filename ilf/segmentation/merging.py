@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
 
-from ..data.blocks import find_blocks
+from ..data.blocks import find_blocks, least_known_pixels
 from ..data.frame import RGBDFrame
 from ..data.pixel_grids import both, sides
 from .edges.relief import Relief
@@ -56,11 +56,14 @@ class Fitness:
         Minimum fraction of pixels with depth, 0-1.
     known_pixels : int
         Minimum number of pixels with depth, unless the fraction is 0.
+    density : float
+        Fraction of the frame's pixels with depth, see `least_known_pixels`.
     """
 
     pixels: float
     known_share: float
     known_pixels: int
+    density: float = 1.0
 
 
 class RegionGraph:
@@ -126,8 +129,10 @@ class RegionGraph:
 
         def unfit(region: int) -> bool:
             pixels = self.pixels[region]
-            needed = max(fitness.known_share * pixels, min(fitness.known_pixels, pixels)) if fitness.known_share else 0
-            return bool(pixels < fitness.pixels or self.known[region] < needed)
+            if pixels < fitness.pixels or not fitness.known_share:
+                return bool(pixels < fitness.pixels)
+            needed = least_known_pixels(pixels, fitness.known_share, fitness.known_pixels, fitness.density)
+            return bool(self.known[region] < needed)
 
         heap = [(self.pixels[region], region) for region in range(1, self.pixels.size) if unfit(region)]
         heapq.heapify(heap)

@@ -1,6 +1,8 @@
 """Effect of a guide on frames with hidden areas: `python -m tests.bench.guides FOLDER... --seeds 1,2`.
 
-The guides are simulated, not from networks: a monotone curve of the ground truth, which is the frame's own depth before
+With `--guides FOLDER`, the guides are those of a real network, files `<frame>.png` in that folder.
+
+Otherwise they are simulated: a monotone curve of the ground truth, which is the frame's own depth before
 the hold-out (with its holes filled smoothly), with a slowly varying bias, blur and noise. Also wrong guides: that of
 another frame, white noise, and slowly varying noise.
 """
@@ -10,11 +12,13 @@ from __future__ import annotations
 import argparse
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ilf.io.frame_additions import load_guide
 from ilf.lab.bench.frames import find_frames, load_bench_frame
 from ilf.lab.bench.patterns import make_task
 from ilf.lab.bench.runner import score
@@ -86,11 +90,19 @@ def guides(depth: Array, other: Array, seed: int) -> Iterator[tuple[str, Array]]
     yield "slow noise", slow_noise(depth.shape, rng, PATCH)
 
 
+def real_guides(folder: Path, name: str) -> Iterator[tuple[str, Array]]:
+    """Return the guide of a frame from a folder; 0 = missing."""
+    path = folder / f"{name}.png"
+    if path.is_file():
+        yield "real", load_guide(path).values
+
+
 def main() -> None:
     """Print for every frame the ratio of errors with and without a guide, RMSE and MAE, and geometric means."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+")
     parser.add_argument("--seeds", default="1,2")
+    parser.add_argument("--guides", type=Path, metavar="FOLDER", help="guides of a real network, <frame>.png")
     arguments = parser.parse_args()
     folders = find_frames(arguments.folders)
     ratios: dict[str, list[tuple[float, float]]] = defaultdict(list)
@@ -101,12 +113,15 @@ def main() -> None:
             without = score(complete(task.frame, blocks).depth, task).errors
             line = f"{folder.name:26} seed {base}  {1000 * without.rmse:6.1f} {1000 * without.mae:6.1f} mm"
             other = load_bench_frame(folders[(number + len(folders) // 2) % len(folders)]).frame.depth
-            for name, guide in guides(task.ground_truth, other, 10 * base + number):
+            found_guides = guides(task.ground_truth, other, 10 * base + number)
+            if arguments.guides:
+                found_guides = real_guides(arguments.guides, folder.name)
+            for name, guide in found_guides:
                 found = score(complete(task.frame, blocks, guide=guide).depth, task).errors
                 ratios[name].append((found.rmse / without.rmse, found.mae / without.mae))
                 line += f"  {name} {ratios[name][-1][0]:.3f} {ratios[name][-1][1]:.3f}"
             print(line, flush=True)
-    print("\nErrors with a guide / without, RMSE and MAE; all guides are simulated:")
+    print("\nErrors with a guide / without, RMSE and MAE:")
     for name, values in ratios.items():
         mean, worst = np.exp(np.mean(np.log(values), axis=0)), np.max(values, axis=0)
         print(f"{name:18} geometric mean {mean[0]:.3f} {mean[1]:.3f}  worst {worst[0]:.3f} {worst[1]:.3f}")

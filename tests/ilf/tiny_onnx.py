@@ -6,11 +6,29 @@ import hashlib
 from pathlib import Path
 
 from ilf._runtime.networks.network import mark_tested
-from ilf._runtime.networks.protobuf import integer as number
-from ilf._runtime.networks.protobuf import message
 
 INTEGER, INTEGERS = 2, 7
 FLOAT = 1
+_VARINT, _BYTES = 0, 2
+
+
+def message(field: int, content: bytes | str) -> bytes:
+    """Encode a field with a message or a text."""
+    raw = content.encode() if isinstance(content, str) else content
+    return _as_varint(field << 3 | _BYTES) + _as_varint(len(raw)) + raw
+
+
+def number(field: int, value: int) -> bytes:
+    """Encode a field with a non-negative integer."""
+    return _as_varint(field << 3 | _VARINT) + _as_varint(value)
+
+
+def _as_varint(value: int) -> bytes:
+    groups = []
+    while value > 0x7F:
+        groups.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes((*groups, value))
 
 
 def _attribute(name: str, value: int | list[int]) -> bytes:

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError, InputError
-from ..cancellation import acquired
 from ..files import read_file
 from ..installation import asset_path
 from ..sandbox import run_in_sandbox
@@ -113,9 +112,6 @@ def _bundled() -> frozenset[str]:
     return frozenset(line.split()[0] for line in sums.splitlines())
 
 
-MIN_SIDE = 64
-"""Minimum side of the input of a network that halves it five times [px]: two pixels at its coarsest scale."""
-
 _networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
 
@@ -131,8 +127,6 @@ class OnnxNetwork:
             self._session = Session(content)
         except ValueError as error:
             raise _unreadable(path) from error
-        # one run at a time: each needs its own memory, up to 0.6 GB
-        self._lock = Lock()
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
@@ -176,7 +170,7 @@ class OnnxNetwork:
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
         """Read the network in a file's content and test it with small images, without caching it.
 
-        Networks not yet tested are first tested in a separate process, which their reader may crash. If the program
+        Networks not yet tested are first tested in a separate process, since they can crash the reader. If the program
         closed unexpectedly while this network ran on an image, that size is tested again, too.
 
         Parameters
@@ -234,36 +228,20 @@ class OnnxNetwork:
         cls(content, path)._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """Return all outputs for named inputs.
-
-        Raises
-        ------
-        FormatError
-            If the network does not accept them.
-        Cancelled
-        """
-        with acquired(self._lock):
-            try:
-                return self._recorded_results(inputs)
-            except ValueError as error:
-                shapes = " and ".join(str(values.shape) for values in inputs.values())
-                raise FormatError(
-                    f"{self.path.name} is not a supported {self.KIND}: it does not accept {shapes}."
-                ) from error
-
-    def _recorded_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """Run the network, with a record of the run for inputs of a new size, which may crash the program."""
+        """Return all outputs; raise RefusedInputError if the network does not accept these inputs. "" is the first
+        input."""
         shapes = {name: values.shape for name, values in inputs.items()}
         key = tuple(shapes.values())
         if self._tested_shapes is None or key in self._tested_shapes:
             return self._results(inputs)
+        # a record of the run for inputs of a new size, which may crash the program
         with recorded_run(self.sha256, type(self).__name__, shapes):
             found = self._results(inputs)
         self._tested_shapes.add(key)
         return found
 
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        return self._session.run(inputs)
+        return self._session.run({name or self._session.first_input: values for name, values in inputs.items()})
 
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""
@@ -277,14 +255,7 @@ def _unreadable(path: Path) -> FormatError:
     )
 
 
-def as_input(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Convert an image (H, W, 3) to a network's input: RGB in [0, 1], float32 (1, 3, H, W)."""
-    return np.ascontiguousarray(rgb.transpose(2, 0, 1)[None], np.float32) * np.float32(1 / 255)
-
-
-def reflected(
-    image: NDArray[np.generic], multiple: int, margin: int = 0, least: int = 0
-) -> tuple[NDArray, tuple[slice, slice]]:
+def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:
     """Pad an image by reflection at its borders, to sides that are multiples of a number.
 
     Parameters
@@ -293,8 +264,6 @@ def reflected(
     multiple : int
     margin : int
         Minimum padding on every side [px].
-    least : int
-        Minimum length of the sides [px].
 
     Returns
     -------
@@ -303,8 +272,13 @@ def reflected(
         Rows and columns of the image within the padded one.
     """
     height, width = image.shape[:2]
-    sides = (max(length + 2 * margin, least) for length in (height, width))
+    sides = (length + 2 * margin for length in (height, width))
     after = (side + -side % multiple - margin - length for side, length in zip(sides, (height, width), strict=True))
     rest = ((0, 0),) * (image.ndim - 2)
     padded = np.pad(image, (*((margin, size) for size in after), *rest), mode="reflect")
     return padded, (slice(margin, margin + height), slice(margin, margin + width))
+
+
+def as_input(image: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Convert an RGB image (H, W, 3) to the input of a network, in [0, 1], shape (1, 3, H, W)."""
+    return np.moveaxis(image.astype(np.float32) * np.float32(1 / 255), 2, 0)[None]

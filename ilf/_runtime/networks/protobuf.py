@@ -82,25 +82,6 @@ def integers(message: memoryview, number: int) -> list[int]:
     return found
 
 
-def message(number: int, content: bytes | str) -> bytes:
-    """Encode a field with a message or a text."""
-    raw = content.encode() if isinstance(content, str) else content
-    return _as_varint(number << 3 | _BYTES) + _as_varint(len(raw)) + raw
-
-
-def integer(number: int, value: int) -> bytes:
-    """Encode a field with a non-negative integer."""
-    return _as_varint(number << 3 | _VARINT) + _as_varint(value)
-
-
-def _as_varint(value: int) -> bytes:
-    groups = []
-    while value > 0x7F:
-        groups.append(value & 0x7F | 0x80)
-        value >>= 7
-    return bytes((*groups, value))
-
-
 def _varint(message: memoryview, at: int) -> tuple[int, int]:
     """Return a varint and its end."""
     value = shift = 0

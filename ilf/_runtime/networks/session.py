@@ -1,4 +1,4 @@
-"""Running an ONNX file by ONNX Runtime: same bits for any number of cores, cancellable, without messages of its own."""
+"""ONNX Runtime: an ONNX file in memory, run with the same bits on any number of cores, cancellable, and silent."""
 
 from __future__ import annotations
 
@@ -8,19 +8,24 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import Cancelled, InstallationError
-from ..cancellation import run_stoppable
+from ...errors import InstallationError
+from ..cancellation import run_aside
 from ..silence import silenced
 
 _THREADS = 4
-"""Threads of every session, on any machine: results depend on this number in the last digit."""
+"""Threads of every session, whatever the machine and the program's other threads: operations are divided among them,
+and how they are divided decides the last digits of results."""
 
 _FATAL = 4
-"""Severity of the messages that are printed: errors are raised."""
+"""Minimum severity of the messages that are printed; errors are raised."""
+
+
+class RefusedInputError(Exception):
+    """Error: a network does not accept its inputs."""
 
 
 class Session:
-    """An ONNX network in memory; may be used from any thread.
+    """An ONNX network, ready to run from any thread.
 
     Parameters
     ----------
@@ -40,20 +45,17 @@ class Session:
         options = runtime.SessionOptions()
         options.intra_op_num_threads = _THREADS
         options.inter_op_num_threads = 1
-        options.graph_optimization_level = runtime.GraphOptimizationLevel.ORT_ENABLE_ALL
-        # waiting threads sleep, and memory is freed after each run
         options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+        # otherwise the memory of the largest run so far would be kept
         options.enable_cpu_mem_arena = options.enable_mem_pattern = False
-        # no other format of ONNX Runtime, whose references to files are not checked
+        # its own format may refer to other files, too
         options.add_session_config_entry("session.load_model_format", "ONNX")
         options.log_severity_level = _FATAL
         try:
             self._session = runtime.InferenceSession(
                 content.tobytes(), options, providers=["CPUExecutionProvider"], enable_fallback=0
             )
-        except MemoryError:
-            raise
-        except Exception as error:  # its exceptions have no other base
+        except Exception as error:  # of many types without a common base
             raise ValueError(str(error)) from error
         self.first_input = next((str(one.name) for one in self._session.get_inputs()), "")
         """Name of the first input, "" if there is none."""
@@ -63,26 +65,24 @@ class Session:
 
         Raises
         ------
-        ValueError
-            If the network does not accept the inputs, or cannot be run.
+        RefusedInputError
+            If the network does not accept the inputs.
         Cancelled
-            Between two operations of the network.
+            At the end of the operation that runs when the work is cancelled.
         """
         options = _runtime().RunOptions()
         options.log_severity_level = _FATAL
 
         def run() -> list[NDArray[np.float32]]:
-            return [np.asarray(one, np.float32) for one in self._session.run(None, inputs, options)]
+            try:
+                return [np.asarray(one, np.float32) for one in self._session.run(None, inputs, options)]
+            except Exception as error:  # of many types without a common base
+                raise RefusedInputError(str(error)) from error
 
         def stop() -> None:
             options.terminate = True
 
-        try:
-            return run_stoppable(run, stop)
-        except (MemoryError, Cancelled):
-            raise
-        except Exception as error:
-            raise ValueError(str(error)) from error
+        return run_aside(run, stop)
 
 
 def runtime_version() -> str:
@@ -90,18 +90,22 @@ def runtime_version() -> str:
     return str(_runtime().__version__)
 
 
-@cache
 def _runtime() -> ModuleType:
-    """Import ONNX Runtime when a network is first needed."""
+    """Import ONNX Runtime; raise InstallationError if it cannot be imported."""
     try:
-        with silenced():  # of graphics cards that it cannot identify
-            import onnxruntime
-    except ImportError as error:
+        return _imported()
+    except (ImportError, OSError) as error:
         raise InstallationError(
-            f"ONNX Runtime, which the networks for edges and correction need, cannot be imported ({error}). Restore: "
-            "pip install --force-reinstall onnxruntime. Or run without networks: "
+            f"ONNX Runtime, which the networks for edges and correction need, cannot be loaded ({error}). Restore: "
+            'pip install --force-reinstall "onnxruntime>=1.20,<2". Or run without networks: '
             "--blocks-detector canny --edges canny --no-correction."
         ) from error
+
+
+@cache
+def _imported() -> ModuleType:
+    with silenced():  # it warns of graphics cards that it cannot identify
+        import onnxruntime
     onnxruntime.set_default_logger_severity(_FATAL)
     onnxruntime.disable_telemetry_events()
     return onnxruntime

@@ -273,9 +273,10 @@ def _beyond_range(completion: Completion) -> NDArray[np.bool_]:
 def _by_guide_alone(completion: Completion) -> NDArray[np.bool_]:
     """Pixels, bool (H, W), of blocks that were completed with less known depth than their parameters require."""
     alone = np.zeros(completion.frame.shape, bool)
+    density = completion.frame.known.mean()
     for result in completion.results.values():
         outcome = result.outcome
-        if result.history and outcome.known < required_known_pixels(outcome.pixels, result.parameters):
+        if result.history and outcome.known < required_known_pixels(outcome.pixels, result.parameters, density):
             alone[result.block.box][result.block.mask] = True
     return alone
 

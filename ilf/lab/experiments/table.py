@@ -16,7 +16,7 @@ from ...errors import IlfError, InputError
 from ...evaluation.hold_out import RANDOM_KEPT
 from ...segmentation.extraction import extract_blocks
 from ..bench.methods import GROUPS, METHODS
-from ..bench.patterns import PATTERNS, make_task
+from ..bench.patterns import DENSE_PATTERNS, make_task
 from .experiment import (
     METHOD_PRESETS,
     PAPER_PRESETS,
@@ -57,23 +57,23 @@ def run_table(settings: Settings, on_progress: OnProgress) -> Result:
     """Score all methods on every block of every frame."""
     sources = find_sources(settings)
     methods = (*METHOD_PRESETS, *_QUICK_PEERS) if settings.quick else METHODS_COMPARED
-    units = [(source, pattern, methods, settings.seed) for pattern in PATTERNS for source in sources.frames]
+    units = [(source, pattern, methods, settings.seed) for pattern in DENSE_PATTERNS for source in sources.frames]
     parts = run_counted(_run_unit, units, settings.jobs, on_progress)
     blocks = [row for part in parts for row in part.blocks]
     if not blocks:
         reasons = "; ".join(dict.fromkeys(part.skip_reason for part in parts))
         raise InputError(f"No frame could be scored. {reasons}")
     rows: list[Row] = []
-    for pattern in PATTERNS:
+    for pattern in DENSE_PATTERNS:
         of_pattern = [part for unit, part in zip(units, parts, strict=True) if unit[1] == pattern and part.blocks]
         rows += _summaries(pattern, of_pattern, methods)
-    frames = {pattern: len({row["frame"] for row in blocks if row["pattern"] == pattern}) for pattern in PATTERNS}
+    frames = {pattern: len({row["frame"] for row in blocks if row["pattern"] == pattern}) for pattern in DENSE_PATTERNS}
     return Result(
         rows=rows,
         parameters={
             "frames": [source.name for source in sources.frames],
             "frames_scored": frames,
-            "patterns": dict(PATTERNS),
+            "patterns": dict(DENSE_PATTERNS),
             "random_kept": RANDOM_KEPT,
             "extraction": PAPER_BLOCKS.to_dict(),
             "presets": preset_parameters(),

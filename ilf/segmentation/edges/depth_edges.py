@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.networks.network import MIN_SIDE, OnnxNetwork, as_input, reflected
+from ..._runtime.networks.network import OnnxNetwork, as_input, reflected
+from ..._runtime.networks.session import RefusedInputError
 from ...data.pixel_grids import nearest_values
 from ...errors import FormatError, InputError
 from .detectors import LONGEST_SIDE, check_image
@@ -189,11 +190,16 @@ class DepthEdgeNetwork(OnnxNetwork):
 
     def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
         """The outputs of the network, each (H, W) of the image's size."""
-        image, window = reflected(rgb, MULTIPLE, least=MIN_SIDE)
-        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE, least=MIN_SIDE)
+        image, window = reflected(rgb, MULTIPLE)
+        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE)
         size = image.shape[:2]
-        planes = np.ascontiguousarray(np.moveaxis(features, 2, 0)[None])
-        outputs = self._forward({"image": as_input(image), "depth": planes})
+        inputs = {"image": as_input(image), "depth": np.moveaxis(features, 2, 0)[None]}
+        try:
+            outputs = self._forward(inputs)
+        except RefusedInputError as error:
+            raise FormatError(
+                f"{self.path.name} is not a depth-edge network: it does not accept an image of {size} and its depth."
+            ) from error
         lines, quarter = (1, 1, *size), (1, 2, size[0] // COARSE, size[1] // COARSE)
         shapes = [one.shape for one in outputs]
         if shapes not in ([lines, lines], [lines, lines, quarter]):

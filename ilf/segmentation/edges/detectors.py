@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..._runtime.networks.models import model_path
 from ..._runtime.networks.network import OnnxNetwork, as_input, reflected
+from ..._runtime.networks.session import RefusedInputError
 from ...errors import FormatError, InputError
 
 _GRADIENT_SHARE, _NETWORK_SHARE = 0.6, 0.5
@@ -165,7 +166,14 @@ class EdgeNetwork(OnnxNetwork):
         return np.clip(strength, 0, 1)
 
     def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:
-        output = self._forward({self._session.first_input: as_input(padded)})[-1]
+        image = as_input(padded)
+        try:
+            output = self._forward({"": image})[-1]
+        except RefusedInputError as error:
+            raise FormatError(
+                f"{self.path.name} is not an edge network: it does not accept one RGB image of shape "
+                f"{(1, 3, *padded.shape[:2])}."
+            ) from error
         if output.shape != (1, 1, *padded.shape[:2]):
             raise FormatError(
                 f"{self.path.name} is not an edge network: its output is {output.shape} for an image of "

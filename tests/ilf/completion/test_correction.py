@@ -15,7 +15,6 @@ import ilf
 from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import CORRECTION
-from ilf._runtime.networks.network import MIN_SIDE
 from ilf.completion import block as completing
 from ilf.completion import correction as correcting
 from ilf.completion import filter as filters
@@ -350,7 +349,7 @@ def test_the_network_is_not_asked_where_all_missing_depth_is_near_known_depth(
 
 
 def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="is not a supported correction network"):
+    with pytest.raises(FormatError, match="is not a correction network"):
         CorrectionNetwork.load(asset_path("models/depth-edges.onnx"))
     broken = tmp_path / "correction.onnx"
     broken.write_bytes(asset_path("models/correction.onnx").read_bytes()[:1000])
@@ -358,7 +357,7 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
         CorrectionNetwork.load(broken)
 
 
-def test_values_that_are_not_finite_correct_nothing(
+def test_output_that_is_not_finite_is_not_applied(
     frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     network = load_correction_network()
@@ -382,18 +381,6 @@ def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
     found = load_correction_network().change(rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32))
     assert found.shape == shape
     assert np.isfinite(found).all()
-
-
-def test_a_small_frame_is_looked_at_large_enough_to_come_out_the_same_every_time(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    network, seen = load_correction_network(), []
-    real = network._results
-    monkeypatch.setattr(network, "_results", lambda inputs: (seen.extend(inputs.values()), real(inputs))[1])
-    shape = (24, 80)
-    depth, none = np.full(shape, 2, np.float32), np.zeros(shape, np.float32)
-    network.change(np.zeros((*shape, 3), np.uint8), depth, depth, none)
-    assert [one.shape[2:] for one in seen] == [(MIN_SIDE, 96)] * 2
 
 
 def test_presets_of_the_paper_are_not_corrected() -> None:

@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf._runtime.formatting import length_text
 from ilf.cli import main
+from ilf.completion.completion import guide_hold_out, guide_text
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.completion.edge_aware.guide_curve import fit_curve, sharpen
+from ilf.completion.guide_hold_out import GuideHoldOut, HeldOutErrors, decided, held_out_frames
 from ilf.data.guide import Guide
 from ilf.errors import FormatError, InputError
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
@@ -61,6 +64,56 @@ def test_guide_that_known_depth_contradicts_changes_nothing(without) -> None:
     guided = ilf.complete(frame_with_hole(), BLOCKS, ilf.preset(correction=False), guide=noise)
     assert np.array_equal(guided.depth, without.depth, equal_nan=True)
     assert "not used" in guided.notes[-1]
+
+
+def guide_that_misses_the_rest_of_the_box() -> np.ndarray:
+    """Right where depth is missing, and wrong where it would be missing if the gap were turned."""
+    guide = ground_truth()
+    guide[30:60, 10:50] = 3.5
+    return guide
+
+
+def test_guide_that_makes_hidden_depth_worse_is_not_followed(without) -> None:
+    frame = frame_with_hole(guide=guide_that_misses_the_rest_of_the_box())
+    fitted, test = fit_guide(frame), guide_hold_out(frame)
+    assert fitted is not None
+    assert fitted.belief > 0, "the quick test alone would follow it"
+    assert test is not None
+    assert not test.followed
+    assert test.with_guide > test.without
+    unguided, guided = ilf.complete(frame_with_hole(), BLOCKS), ilf.complete(frame, BLOCKS)
+    assert np.array_equal(guided.depth, unguided.depth, equal_nan=True), "corrected, too, as without"
+    said = f"The guide is not used: {guide_text(frame).partition(': ')[2]}."
+    assert said in guided.notes
+    assert length_text(test.with_guide) in said
+    assert length_text(test.without) in said
+    stepper = ilf.iterate(frame, BLOCKS, 1)
+    assert np.array_equal(stepper.surface, ilf.iterate(frame_with_hole(), BLOCKS, 1).surface)
+    assert without.notes == (), "only a frame with a guide has the note"
+
+
+def test_guide_is_tested_where_the_gaps_lie_when_turned_and_its_own_depth_is_hidden() -> None:
+    frame = frame_with_hole(guide=ground_truth())
+    turned, mirrored = held_out_frames(frame)
+    gap = ~frame.known
+    for held_out, expected in ((turned, gap[::-1, ::-1]), (mirrored, gap[:, ::-1])):
+        np.testing.assert_array_equal(frame.known & ~held_out.known, expected & frame.known)
+        assert held_out.guide is frame.guide
+    whole = ilf.RGBDFrame(frame.rgb, ground_truth(), guide=ground_truth())
+    assert list(held_out_frames(whole)) == [], "without gaps there is nothing to complete"
+    assert guide_hold_out(whole) is None
+
+
+def test_guide_must_be_better_by_a_tenth_in_every_hold_out() -> None:
+    good, equal = HeldOutErrors(10, (0.5, 0.5), (1.0, 2.0)), HeldOutErrors(30, (3.0, 3.0), (3.0, 3.0))
+    few_far_off = HeldOutErrors(10, (0.5, 3.0), (1.0, 2.0))
+    assert [one.better for one in (good, equal, few_far_off)] == [True, False, False]
+    assert decided([good]) == GuideHoldOut(0.05, 0.1, True)
+    assert decided([good, equal]) == GuideHoldOut(3.5 / 40, 0.1, False)
+    assert decided([]) is None
+    assert decided([good]).to_text() == (
+        "followed: on a hold-out of known depth, the mean error is 50 mm with it and 100 mm without"
+    )
 
 
 def test_where_a_guide_says_nothing_is_as_without(without) -> None:
@@ -228,7 +281,7 @@ def test_command_line_takes_a_guide(folder, capsys) -> None:
     out = folder / "out"
     flags = ["--blocks", str(label_map), "--guide", str(other), "--out", str(out), "--no-cloud"]
     assert main(["complete", str(folder), *flags]) == 0
-    assert "Guide: followed to" in capsys.readouterr().out
+    assert "Guide: followed: on a hold-out of known depth" in capsys.readouterr().out
     assert np.abs(np.load(out / "depth.npy") - ground_truth())[30:60, 70:110].mean() < 0.05
     assert main(["info", str(folder), "--guide", str(other)]) == 0
     assert "100.0% of the missing ones" in capsys.readouterr().out

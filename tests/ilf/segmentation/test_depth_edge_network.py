@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks.network import MIN_SIDE
 from ilf.errors import FormatError, InputError
 from ilf.segmentation.edges.depth_edges import CHANNELS, SCALES, DepthEdgeNetwork, depth_features, filled_log_depth
 
@@ -130,15 +129,6 @@ def test_coarse_depth_is_told_from_the_filled_one(
     np.testing.assert_allclose(found.spread[7:9, 7:9], np.exp(offset), rtol=1e-4)
 
 
-def test_small_sizes_are_looked_at_large_enough_to_come_out_the_same_every_time(
-    tiny: DepthEdgeNetwork, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    seen, real = [], tiny._results
-    monkeypatch.setattr(tiny, "_results", lambda inputs: (seen.extend(inputs.values()), real(inputs))[1])
-    tiny.look(noise(48, 96), two_walls(48, 96))
-    assert min(side for one in seen for side in one.shape[2:]) == MIN_SIDE
-
-
 def test_large_frames_are_made_smaller_and_come_back(tiny: DepthEdgeNetwork) -> None:
     rgb = np.full((40, 2000, 3), 51, np.uint8)
     found = tiny.look(rgb, np.full((40, 2000), 2, np.float32))
@@ -178,5 +168,5 @@ def test_networks_that_are_no_depth_edge_networks_are_refused(tmp_path: Path) ->
         ),
     )
     for path in paths:
-        with pytest.raises(FormatError, match=r"is not a (supported )?depth-edge network"):
+        with pytest.raises(FormatError, match="is not a depth-edge network"):
             DepthEdgeNetwork.load(path)

@@ -251,9 +251,14 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, monkeypatch: pytes
 def test_only_conversions_need_the_onnx_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ready = write_weighted_sum(tmp_path / "ready.onnx", SIGMOID)
     hed = write_keras(tmp_path / "hed.h5", hed_weights(False))
+    fixed = write_weighted_sum(tmp_path / "fixed.onnx", SIGMOID, size=(320, 480))
     monkeypatch.setitem(sys.modules, "onnx", None)
     add_model(ready)
-    for refused in (lambda: add_model(hed), lambda: add_model(ready, "other", inputs="caffe")):
+    for refused in (
+        lambda: add_model(hed),
+        lambda: add_model(ready, "other", inputs="caffe"),
+        lambda: add_model(fixed),
+    ):
         with pytest.raises(InputError, match=r"pip install 'ilf-studio\[models\]'"):
             refused()
 

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks.models import BUNDLED
 from ilf.errors import FormatError, InputError
-from ilf.segmentation.edges.detectors import EdgeNetwork, load_model
+from ilf.segmentation.edges.detectors import EdgeNetwork
 
 from ..tiny_onnx import node, write_network
 
@@ -112,14 +111,3 @@ def test_the_network_that_ships_finds_an_outline_and_nothing_else(multiscale: bo
 
 def test_the_network_that_ships_is_small() -> None:
     assert asset_path("models/edges.onnx").stat().st_size < 5e6
-
-
-def test_a_network_that_is_read_anew_after_a_large_image_says_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    network = load_model(BUNDLED)
-    image = np.random.default_rng(3).integers(0, 256, (40, 56, 3), np.uint8)
-    expected, net = network.strength(image), network._net
-    monkeypatch.setattr("ilf._runtime.networks.network._LARGE", 1)
-    network.strength(image)
-    assert network._net is not net
-    monkeypatch.undo()
-    assert np.array_equal(network.strength(image), expected)

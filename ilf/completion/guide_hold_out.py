@@ -1,0 +1,93 @@
+"""The hold-out test of a frame's guide: what the whole method makes of hidden depth with the guide, and without it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.formatting import length_text
+from ..data.frame import RGBDFrame
+
+Array = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+_LARGEST_RATIO = 0.9
+"""Largest ratio of the errors with the guide to those without, in every hold-out, with which it is followed."""
+
+_LEAST_HIDDEN = 0.01
+"""Minimum share of the known depth that a hold-out hides."""
+
+_TURNS = (np.s_[::-1, ::-1], np.s_[:, ::-1])
+"""The frame's own gaps are turned by half a turn, then mirrored, to hide known depth."""
+
+
+@dataclass(frozen=True)
+class GuideHoldOut:
+    """Errors of hold-outs with a guide and without it.
+
+    Attributes
+    ----------
+    with_guide, without : tuple of float
+        Mean absolute error in all hold-outs [m].
+    followed : bool
+        Whether it is smaller enough with the guide, and the root mean square error, too, in each of them.
+    """
+
+    with_guide: float
+    without: float
+    followed: bool
+
+    def to_text(self) -> str:
+        """The result as text for the user, after "The guide is"."""
+        found, before = length_text(self.with_guide), length_text(self.without)
+        errors = f"on a hold-out of known depth, the mean error is {found} with it and {before} without"
+        return f"{'followed' if self.followed else 'not used'}: {errors}"
+
+
+def held_out_frames(frame: RGBDFrame) -> Iterator[RGBDFrame]:
+    """The frame without known depth where its own gaps lie when they are turned, one frame for each way."""
+    for turn in _TURNS:
+        hidden = frame.missing[turn] & frame.known
+        if _LEAST_HIDDEN * frame.known.sum() <= hidden.sum() < frame.known.sum():
+            depth = np.where(hidden, np.float32(np.nan), frame.depth)
+            yield replace(frame, depth=depth, invalid_mask=None, ground_truth=None)
+
+
+@dataclass(frozen=True)
+class HeldOutErrors:
+    """Sums of the errors of one hold-out."""
+
+    pixels: int
+    with_guide: tuple[float, float]
+    without: tuple[float, float]
+
+    @classmethod
+    def of(cls, frame: RGBDFrame, held_out: RGBDFrame, with_guide: Array, without: Array) -> HeldOutErrors:
+        """From the frame, that without the hidden depth, and its completed depths [m]."""
+        there = frame.known & ~held_out.known & np.isfinite(with_guide) & np.isfinite(without)
+        sums = []
+        for depth in (with_guide, without):
+            error = (depth - frame.depth)[there].astype(np.float64)
+            sums.append((float(np.abs(error).sum()), float(np.square(error).sum())))
+        return cls(int(there.sum()), *sums)
+
+    @property
+    def better(self) -> bool:
+        """Whether mean and root mean square error are smaller enough with the guide."""
+        (mean, square), (mean_before, square_before) = self.with_guide, self.without
+        return mean <= _LARGEST_RATIO * mean_before and square <= _LARGEST_RATIO**2 * square_before
+
+
+def decided(found: list[HeldOutErrors]) -> GuideHoldOut | None:
+    """The test's result; None if no depth was hidden, so that nothing speaks for the guide or against it."""
+    pixels = sum(one.pixels for one in found)
+    if not pixels:
+        return None
+    return GuideHoldOut(
+        sum(one.with_guide[0] for one in found) / pixels,
+        sum(one.without[0] for one in found) / pixels,
+        all(one.better for one in found),
+    )
