@@ -118,6 +118,7 @@ class DepthPainter(Painter):
         if box is not None:
             drawn[box], self._stale[box] = depth[box], stale[box]
             self.cell.view.image.update_indices(box, to_indices(depth[box], *self._levels), stale[box])
+            self.cell.view.points.set_indices(to_indices(depth, *self._levels), self._table)
 
     def _draw_all(self, depth: Depth) -> None:
         self.cell.bar.set_table(self._table)
@@ -128,6 +129,7 @@ class DepthPainter(Painter):
             self._extrapolations.set_indices(np.where(self._extrapolated, indices, 0).astype(np.uint8), self._table)
             indices = np.where(self._extrapolated, 0, indices).astype(np.uint8)
         self.cell.view.set_picture(indices, self._table, self._stale)
+        self.cell.view.points.set_indices(indices, self._table)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         self._hatch = hatch
@@ -148,6 +150,7 @@ class DepthPainter(Painter):
     def leave(self) -> None:
         self.cell.view.remove(self._extrapolations)
         self.cell.view.remove(self._stripes)
+        self.cell.view.points.set_extent(None)
 
 
 _PARTS = {

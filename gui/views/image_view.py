@@ -15,7 +15,7 @@ from ilf.drawing.blocks import InnerPoint
 
 from ..base.theme import Colours
 from .interaction import PreviewItem
-from .pixel_items import PixelItem
+from .pixel_items import PixelItem, PointsItem
 from .scene_items import HaloPath, Hatch, ViewItem
 from .screen_items import Sampling, ScreenItem
 
@@ -204,6 +204,7 @@ class ImageView(pg.GraphicsView):
         self.image = self.add_layer(0)
         self._hatches: list[Hatch] = []
         self.hatch = self.add_hatch(-1)
+        self.points = PointsItem(3)
         self.stripes = ScreenItem(4)
         self.lines = ScreenItem(5)
         self.names = NamesItem(5.5)
@@ -224,7 +225,7 @@ class ImageView(pg.GraphicsView):
         self._overlay_parent.setFlag(QGraphicsItem.GraphicsItemFlag.ItemHasNoContents)
         self._overlay_parent.setZValue(4)
         self.addItem(self._overlay_parent)
-        for item in (self.stripes, self.lines, self.names, self.preview, *self._cross):
+        for item in (self.points, self.stripes, self.lines, self.names, self.preview, *self._cross):
             self.add_overlay(item)
 
     def add_layer(self, z: float) -> PixelItem:

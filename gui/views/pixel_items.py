@@ -9,7 +9,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QImage, QPainter, QPainterPath
+from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen, QPolygonF
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from ilf.data.blocks import Box
@@ -123,6 +123,48 @@ class PixelItem(ViewItem):
         self.image, self.pixels = image, np.ascontiguousarray(pixels)
         self._drawn = image_over(self.pixels, _FORMAT)
         self.set_extent(QRectF(0, 0, self._drawn.width(), self._drawn.height()))
+
+
+class PointsItem(ViewItem):
+    """Dots over the single pixels of a sparse picture, which would vanish in a view that is smaller than it."""
+
+    SIZE = 4
+    """Side of a dot in screen pixels; larger pixels need none."""
+
+    SPARSE, MOST = 0.05, 50_000
+    """Largest share of the pixels, and largest number, that are drawn as dots."""
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self.dots: list[tuple[QColor, QPolygonF]] = []
+        """Colours, and the middles of the pixels that have them."""
+
+    def set_indices(self, indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> None:
+        """Draw a dot for every index but 0, uint8 (H, W), through a table of RGBA, uint8 (256, 4); none if there are
+        too many."""
+        places = np.flatnonzero(indices)
+        if places.size > min(self.SPARSE * indices.size, self.MOST):
+            places = places[:0]
+        rows, columns = np.divmod(places, indices.shape[1])
+        colours = indices.ravel()[places]
+        self.dots = [
+            (
+                QColor(*map(int, table[k])),
+                pg.functions.arrayToQPolygonF(columns[colours == k] + 0.5, rows[colours == k] + 0.5),
+            )
+            for k in np.unique(colours)
+        ]
+        extent = QRectF(0, 0, indices.shape[1], indices.shape[0])
+        self.set_extent(extent if self.dots else None, self.SIZE / 2)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        if self._pixel_size * self.SIZE <= 1:
+            return
+        for colour, middles in self.dots:
+            pen = QPen(colour, self.SIZE)
+            pen.setCosmetic(True)
+            painter.setPen(pen)
+            painter.drawPoints(middles)
 
 
 def packed(table: NDArray[np.uint8]) -> Pixels:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
-from PySide6.QtGui import QImage, QPainterPath, QPixmap
-from PySide6.QtWidgets import QApplication
+from PySide6.QtGui import QImage, QPainter, QPainterPath, QPixmap
+from PySide6.QtWidgets import QApplication, QStyleOptionGraphicsItem
 from pytestqt.qtbot import QtBot
 
 from gui.features.inspect.feature import InspectMarks
@@ -18,6 +18,7 @@ from gui.features.inspect.feature import Marks as Inspected
 from gui.features.quality_check.marks import PlaceMarks
 from gui.views.interaction import Preview
 from gui.views.linked_views import LinkedViews
+from gui.views.pixel_items import PointsItem
 
 HEIGHT, WIDTH = 240, 320
 STEPS = 24
@@ -155,3 +156,40 @@ def test_nothing_lies_over_a_view_that_has_no_picture(
     assert (_numbers(viewport.grab()) == before).all()
     half_empty.set_result(half_empty.material.measured)
     assert (_numbers(viewport.grab()) != before).any()
+
+
+def _dots(views: LinkedViews, content: str) -> int:
+    view = next(cell.view for cell in views.cells.values() if cell.content == content)
+    return sum(middles.size() for _, middles in view.points.dots)
+
+
+def test_sparse_depth_is_drawn_as_dots_of_the_screens_size(views: LinkedViews) -> None:
+    rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    depth = np.full((HEIGHT, WIDTH), np.nan, np.float32)
+    assert _dots(views, "depth-in") == 0, "dense depth needs none"
+    depth[20::40, 30::50] = 2.0
+    depth[100, 160] = 5.0
+    views.set_frame(rgb, depth)
+    assert _dots(views, "depth-in") == np.isfinite(depth).sum()
+    points = PointsItem(0)
+    indices = np.zeros((40, 60), np.uint8)
+    indices[10, 20] = 7
+    table = np.zeros((256, 4), np.uint8)
+    table[7] = 255, 0, 0, 255
+    points.set_indices(indices, table)
+    for scale, side in ((0.5, PointsItem.SIZE), (2.0, PointsItem.SIZE), (8.0, 0)):
+        image = QImage(480, 320, QImage.Format.Format_RGB32)
+        image.fill(0)
+        painter = QPainter(image)
+        painter.scale(scale, scale)
+        points.set_pixel_size(1 / scale)
+        points.paint(painter, QStyleOptionGraphicsItem())
+        painter.end()
+        reds = np.ndarray((320, 480), np.uint32, image.constBits()) == 0xFFFF0000
+        assert reds.sum() == side**2, f"at {scale}"
+        if side:
+            rows, columns = np.nonzero(reds)
+            assert (rows.mean() + 0.5, columns.mean() + 0.5) == pytest.approx((10.5 * scale, 20.5 * scale), abs=1)
+    indices[:] = 7
+    points.set_indices(indices, table)
+    assert points.dots == [], "too many for dots"

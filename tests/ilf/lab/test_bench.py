@@ -461,7 +461,11 @@ def test_limit_and_seed(two_frames, tmp_path, capsys):
     [
         (["missing"], 1, "missing is not a folder"),
         (["empty"], 1, "none of its folders has one"),
-        (["frames", "--pattern", "stripes"], 1, "no pattern 'stripes'. Known: random, areas, ground-truth, points, lines."),
+        (
+            ["frames", "--pattern", "stripes"],
+            1,
+            "no pattern 'stripes'. Known: random, areas, ground-truth, points, lines.",
+        ),
         (["frames", "--pattern", ","], 1, "The list has no pattern"),
         (["frames", "--methods", "cubic"], 1, "There is no method 'cubic'"),
         (["frames", "--limit", "0"], 2, "'0' is not an integer of at least 1"),
