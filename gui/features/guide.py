@@ -50,7 +50,7 @@ class GuidedFrame(NamedTuple):
 
 def read_guided_frame(source: GuideSource) -> GuidedFrame:
     """Read the file and fit it to the known depth; called in a worker thread."""
-    frame = source.frame.with_guide(load_guide(source.path, source.frame.shape))
+    frame = source.frame.with_guide(load_guide(source.path, source.frame.shape, source.frame.rgb))
     fitted = fit_guide(frame)
     assert fitted is not None
     return GuidedFrame(frame, fitted, guide_text(frame))
@@ -69,7 +69,7 @@ class GuideDialog(PreviewDialog[GuideSource, GuidedFrame]):
     def __init__(
         self, frame: RGBDFrame, questions: LatestRequest[GuideSource, GuidedFrame], parent: QWidget | None = None
     ) -> None:
-        placeholder = "Depth or inverse depth: PNG, TIFF, PGM, NPY or NPZ"
+        placeholder = "Depth or inverse depth: PNG, TIFF, PGM, NPY or NPZ; or a network: ONNX"
         title = f"Load Guide for {frame.name}"
         super().__init__(title, placeholder, _NOTHING_SELECTED, "Guide, fitted", _FOLDER_KEY, questions, parent)
         self._frame = frame
@@ -117,7 +117,7 @@ class GuideFeature(Feature):
                     "Load &guide…",
                     "ph.compass",
                     "",
-                    "Use depth or inverse depth from another source, as far as it agrees with the known depth",
+                    "Use depth or inverse depth from another source, or a network that predicts it, where it helps",
                     handler=self.ask,
                     why_off=context.reasons.no_frame,
                 ),

@@ -25,6 +25,7 @@ from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..errors import IlfError
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.depth_reading import unique_warnings
+from ..io.frame_additions import NETWORK_SUFFIX
 from ..run.run import RunConfiguration
 from ..sources.source import Source
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
@@ -112,7 +113,10 @@ def add_arguments(parser: Parser) -> None:
     )
     beside = parser.add_argument_group("guides and ground truth: folders with one file per frame, named as the frame")
     beside.add_argument(
-        "--guide", metavar="DIR", help="depth or inverse depth from another source (default: guide.* of a frame)"
+        "--guide",
+        metavar="DIR",
+        help="depth or inverse depth from another source, or an ONNX network that predicts it (default: guide.* of a "
+        "frame)",
     )
     beside.add_argument(
         "--ground-truth", metavar="DIR", help="depth to evaluate the results against (default: gt.* of a frame)"
@@ -245,7 +249,10 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
         every=arguments.every,
     )
     for kind, folder in (("guide", arguments.guide), ("ground_truth", arguments.ground_truth)):
-        if folder is not None:
+        if kind == "guide" and folder is not None and folder.endswith(NETWORK_SUFFIX):
+            path = str(Path(folder).absolute())
+            frames = [replace(frame, source=frame.source.with_options(**{kind: path})) for frame in frames]
+        elif folder is not None:
             frames = with_companion_files(frames, kind, folder)
     if arguments.ground_truth_units is None:
         return frames

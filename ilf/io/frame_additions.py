@@ -6,6 +6,7 @@ import io
 import math
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from .depth import checked_units, default_depth_units, read_depth_values
 from .depth_reading import decoded
 from .encodings import DepthEncoding
 from .float_images import read_exr, read_npy, read_npz, read_pfm
+from .guide_network import predict_guide
 from .images import read_image
 
 _MAX_SCALE_RATIO = 1.5
@@ -175,16 +177,23 @@ _READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
 }
 
 
-def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
-    """Read a guide: depth or inverse depth of a frame, metric or relative.
+NETWORK_SUFFIX = ".onnx"
+"""Suffix of a network that predicts a guide."""
+
+
+def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDArray[np.uint8] | None = None) -> Guide:
+    """Read a guide: depth or inverse depth of a frame, metric or relative; or predict it by a network.
 
     Parameters
     ----------
     path : path-like
         PNG or PGM with 8 or 16 bits, TIFF, PFM, EXR, NPY, or NPZ with one array, or one named guide, depth,
-        disparity or prediction. NPY and NPZ of shape (2, H, W) contain values and their confidence, 0 to 1.
+        disparity or prediction. NPY and NPZ of shape (2, H, W) contain values and their confidence, 0 to 1. Or an ONNX
+        network that predicts depth or inverse depth from colour, see `GuideNetwork`.
     shape : (int, int), optional
         Height and width of the frame, to which it is resized; it must have the same aspect ratio.
+    rgb : ndarray of uint8, shape (H, W, 3), optional
+        The frame's colour, for a network.
 
     Raises
     ------
@@ -199,6 +208,10 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
     >>> load_guide("guide.npy").values.tolist()
     [[0.5, 0.25], [0.5, nan]]
     """
+    if isinstance(path, str | os.PathLike) and Path(path).suffix.lower() == NETWORK_SUFFIX:
+        if rgb is None:
+            raise InputError(f"{path}: a network predicts a guide from the frame's colour. Give it, too (rgb=).")
+        return Guide(predict_guide(Path(path), rgb), path=str(path))
     content = read_file(path)
     suffix = content.path.suffix.lower()
     array = _READERS[suffix](content) if suffix in _READERS else _one_channel(content, read_image(content))

@@ -127,7 +127,8 @@ def load_frame(
         Its file units per metre. None uses the value in meta.json; otherwise those of the depth file if both contain
         integers, 1 if it contains floats.
     guide : path-like, optional
-        Depth from another origin, see `ilf.io.load_guide`. None uses that of the folder, if any.
+        Depth from another origin, or a network that predicts it, see `ilf.load_guide`. None uses that of the folder, if
+        any.
     confidence : path-like, optional
         The sensor's confidence of its depth, see `ilf.io.read_confidence`. None uses that of the folder, if any.
     min_confidence : float, optional
@@ -200,7 +201,7 @@ def load_frame(
     confidence_map = sensor_confidence if chosen.confidence is None else chosen.confidence
     loaded = _with_min_confidence(loaded, confidence_map, chosen.min_confidence)
     if chosen.guide is not None:
-        loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape))
+        loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape, loaded.rgb))
     if chosen.ground_truth is None:
         if ground_truth_units is not None:
             raise ParameterError("Ground truth units are given without ground truth: give its file, too.")

@@ -149,8 +149,8 @@ class ReadingOptions:
             flag="--guide",
             metavar="FILE",
             help="depth or inverse depth of the frame from another source (monocular network, other sensor), in any "
-            "unit: 8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Its weight follows from its agreement "
-            "with the known depth (default: guide.* in the frame's folder)",
+            "unit: 8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Or an ONNX network that predicts it from "
+            "colour. It is used if hidden depth is better with it (default: guide.* in the frame's folder)",
             short_help="depth or inverse depth of the (one) frame from another source, used as a guide",
             is_path=True,
             one_frame=True,

@@ -63,6 +63,6 @@ def write_network(
     graph += b"".join(message(12, _image(*item)) for item in (outputs or {"strength": 1}).items())
     content = number(1, 8) + message(7, graph) + message(8, message(1, "") + number(2, 17))
     path.write_bytes(content)
-    for kind in ("EdgeNetwork", "DepthEdgeNetwork", "CorrectionNetwork"):
+    for kind in ("EdgeNetwork", "DepthEdgeNetwork", "CorrectionNetwork", "GuideNetwork"):
         mark_tested(hashlib.sha256(content).hexdigest(), kind)
     return path

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ilf.io.frame_additions import GUIDE_SUFFIXES
+from ilf.io.frame_additions import GUIDE_SUFFIXES, NETWORK_SUFFIX
 from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
 
-GUIDE_FILES = f"Guides ({' '.join(f'*{suffix}' for suffix in GUIDE_SUFFIXES)});;All files (*)"
+GUIDE_FILES = f"Guides ({' '.join(f'*{suffix}' for suffix in (*GUIDE_SUFFIXES, NETWORK_SUFFIX))});;All files (*)"
 """File dialog filter for guides."""
 
 RECORDING_FILES = f"Recordings ({' '.join(f'*{suffix}' for suffix in recording_suffixes())})"

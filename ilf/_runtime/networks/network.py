@@ -122,11 +122,14 @@ class OnnxNetwork:
     KIND: ClassVar[str] = "edge network"
     """Name of this kind of network in messages."""
 
+    INSTEAD: ClassVar[str] = ", or the Canny detector"
+    """What can be chosen instead of a network of this kind, in messages."""
+
     def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
         try:
             self._session = Session(content)
         except ValueError as error:
-            raise _unreadable(path) from error
+            raise self._unreadable(path) from error
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
@@ -156,7 +159,7 @@ class OnnxNetwork:
         """
         path = Path(path).resolve()
         if not os.path.isfile(path):
-            raise InputError(f"There is no {cls.KIND} at {path}. Choose an ONNX file, or the Canny detector.")
+            raise InputError(f"There is no {cls.KIND} at {path}. Choose an ONNX file{cls.INSTEAD}.")
         status = path.stat()
         version = (status.st_mtime_ns, status.st_size)
         with _networks_lock:
@@ -204,13 +207,19 @@ class OnnxNetwork:
             mark.unlink(missing_ok=True)
         return cls(content, path)
 
-    @staticmethod
-    def _check_content(content: NDArray[np.uint8], path: Path) -> None:
+    @classmethod
+    def _unreadable(cls, path: Path) -> FormatError:
+        return FormatError(
+            f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file with its weights{cls.INSTEAD}."
+        )
+
+    @classmethod
+    def _check_content(cls, content: NDArray[np.uint8], path: Path) -> None:
         """Raise FormatError for a network that makes the reader open other files."""
         try:
             is_outside = has_external_data(content)
         except ValueError as error:
-            raise _unreadable(path) from error
+            raise cls._unreadable(path) from error
         if is_outside:
             raise FormatError(
                 f"{path.name} reads weights from other files, which is not allowed: it could read any file of this "
@@ -246,13 +255,6 @@ class OnnxNetwork:
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""
         raise NotImplementedError
-
-
-def _unreadable(path: Path) -> FormatError:
-    return FormatError(
-        f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file with its weights, or the "
-        "Canny detector."
-    )
 
 
 def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:

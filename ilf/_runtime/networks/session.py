@@ -57,8 +57,11 @@ class Session:
             )
         except Exception as error:  # of many types without a common base
             raise ValueError(str(error)) from error
-        self.first_input = next((str(one.name) for one in self._session.get_inputs()), "")
+        shapes = {str(one.name): one.shape for one in self._session.get_inputs()}
+        self.first_input, shape = next(iter(shapes.items()), ("", ()))
         """Name of the first input, "" if there is none."""
+        self.first_shape = tuple(side if isinstance(side, int) else None for side in shape)
+        """Its shape; None where the size is free."""
 
     def run(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """Return all outputs for named inputs.

@@ -1,0 +1,112 @@
+"""Guides by a user's own network: what it is given, and what its answer becomes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf._runtime.networks.session import RefusedInputError
+from ilf.cli import main
+from ilf.errors import FormatError, InputError
+from ilf.io.guide_network import GuideNetwork
+
+from ..tiny_onnx import node, write_network
+
+MEAN, DEVIATION = np.float32((0.485, 0.456, 0.406)), np.float32((0.229, 0.224, 0.225))
+
+
+@pytest.fixture(autouse=True)
+def _not_cached(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
+
+
+def brightness(path: Path) -> Path:
+    """A network that predicts the mean of its normalised channels."""
+    return write_network(path, [node("ReduceMean", ["image"], "strength", axes=[1], keepdims=1)])
+
+
+def scene(shape: tuple[int, int] = (90, 120)) -> tuple[np.ndarray, np.ndarray]:
+    """A box before a wall, brighter where it is nearer; its depth has a hole over the box's rim."""
+    rows, columns = np.indices(shape, np.float32)
+    depth = np.where((abs(rows - 45) < 25) & (abs(columns - 60) < 30), 1.2 + rows / 300, 3 + columns / 120)
+    grey = np.round(255 * (1.1 / depth)).astype(np.uint8)
+    return np.repeat(grey[..., None], 3, axis=2), depth.astype(np.float32)
+
+
+def test_a_network_gets_normalised_colour_and_its_output_is_resized_to_the_frame(tmp_path: Path) -> None:
+    rgb, _ = scene()
+    values = GuideNetwork.load(brightness(tmp_path / "net.onnx")).predict(rgb)
+    assert values.shape == rgb.shape[:2]
+    expected = ((rgb / 255 - MEAN) / DEVIATION).mean(axis=2)
+    inside = np.s_[30:60, 40:80]
+    np.testing.assert_allclose(values[inside], expected[inside], atol=0.02)
+
+
+def test_a_network_of_open_size_is_given_the_usual_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    network = GuideNetwork.load(brightness(tmp_path / "net.onnx"))
+    seen, real = [], network._results
+    monkeypatch.setattr(network, "_results", lambda inputs: (seen.append(inputs[""].shape), real(inputs))[1])
+    network.predict(np.zeros((480, 640, 3), np.uint8))
+    assert seen == [(1, 3, 518, 686)]
+
+    def refuse_patches(inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
+        seen.append(inputs[""].shape)
+        if inputs[""].shape[2] % 32:
+            raise RefusedInputError
+        return real(inputs)
+
+    monkeypatch.setattr(network, "_results", refuse_patches)
+    network.predict(np.zeros((640, 480, 3), np.uint8))
+    assert seen[1:] == [(1, 3, 686, 518), (1, 3, 512, 384)]
+
+
+def test_a_file_that_is_no_guide_network_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"There is no guide network at .* or a file with the guide's values"):
+        ilf.load_guide(tmp_path / "none.onnx", rgb=scene()[0])
+    (tmp_path / "foreign.onnx").write_bytes(b"no network")
+    with pytest.raises(FormatError, match=r"foreign\.onnx cannot be read as an ONNX network"):
+        ilf.load_guide(tmp_path / "foreign.onnx", rgb=scene()[0])
+    three = write_network(tmp_path / "three.onnx", [node("Relu", ["image"], "strength")], outputs={"strength": 3})
+    with pytest.raises(FormatError, match=r"three\.onnx is not a guide network: its output is \(1, 3, .* per pixel"):
+        ilf.load_guide(three, rgb=scene()[0])
+    depth_too = write_network(
+        tmp_path / "two.onnx",
+        [node("ReduceMean", ["depth"], "strength", axes=[1], keepdims=1)],
+        {"image": 3, "depth": 6},
+    )
+    with pytest.raises(FormatError, match=r"two\.onnx is not a guide network: it does not accept one RGB image"):
+        ilf.load_guide(depth_too, rgb=scene()[0])
+    with pytest.raises(InputError, match="predicts a guide from the frame's colour"):
+        ilf.load_guide(brightness(tmp_path / "net.onnx"))
+
+
+def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rgb, truth = scene()
+    depth = truth.copy()
+    depth[30:60, 70:110] = np.nan
+    folder = tmp_path / "frames" / "box"
+    folder.mkdir(parents=True)
+    (folder / "meta.json").write_text('{"depth_units_per_m": 1000}')
+    cv2.imwrite(str(folder / "rgb.png"), rgb)
+    cv2.imwrite(str(folder / "depth.png"), np.nan_to_num(1000 * depth).astype(np.uint16))
+    network = brightness(tmp_path / "net.onnx")
+    frame = ilf.load_frame(folder, guide=network)
+    assert frame.guide is not None
+    assert frame.guide.path == str(network)
+    guided, alone = ilf.complete(frame), ilf.complete(frame.with_guide(None))
+    hole = np.isnan(depth)
+    assert np.abs(guided.depth - truth)[hole].mean() < 0.5 * np.abs(alone.depth - truth)[hole].mean()
+    out = tmp_path / "out"
+    assert main(["complete", str(folder), "--guide", str(network), "--out", str(out), "--no-cloud"]) == 0
+    assert "Guide: followed: on a hold-out of known depth" in capsys.readouterr().out
+    np.testing.assert_array_equal(np.load(out / "guide_used.npy"), frame.guide.values)
+    assert main(["complete", "--replay", str(out / "run.json"), "--out", str(tmp_path / "again")]) == 0
+    batch = ["batch", str(folder.parent), "--guide", str(network), "--out", str(tmp_path / "set"), "--jobs", "1"]
+    assert main(batch) == 0
+    assert (tmp_path / "set" / "box" / "guide_used.npy").is_file()
