@@ -10,6 +10,8 @@ from PySide6.QtCore import qVersion
 import ilf
 from ilf._runtime.machine import library_versions
 
+_DISPLAYED = {"opencv": "OpenCV", "onnxruntime": "ONNX Runtime"}
+
 _WINDOW = {
     "PySide6": ("PySide6-Essentials", "PySide6"),
     "pyqtgraph": ("pyqtgraph",),
@@ -25,7 +27,7 @@ def versions() -> dict[str, str]:
         "ILF Studio": ilf.__version__,
         "Python": libraries.pop("python"),
         "Qt": qVersion(),
-        **{{"opencv": "OpenCV"}.get(name, name): number for name, number in libraries.items()},
+        **{_DISPLAYED.get(name, name): number for name, number in libraries.items()},
         **{name: _version(distributions) for name, distributions in _WINDOW.items()},
         "System": platform.platform(),
     }

@@ -12,6 +12,7 @@ import numpy as np
 _DISTRIBUTIONS = {
     "numpy": ("numpy",),
     "scipy": ("scipy",),
+    "onnxruntime": ("onnxruntime", "onnxruntime-gpu"),
     "opencv": (
         "opencv-python-headless",
         "opencv-python",

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from .._runtime.networks.models import CORRECTION, model_path
-from .._runtime.networks.network import OnnxNetwork, RefusedInputError, as_input, reflected
+from .._runtime.networks.network import OnnxNetwork, as_input, reflected
+from .._runtime.networks.session import RefusedInputError
 from ..errors import FormatError
 from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
 from ..segmentation.edges.depth_edges import features_of, filled_log_depth

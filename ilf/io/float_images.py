@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import lzma
 import math
-import os
 import re
-import threading
 import tokenize
 import warnings
 import zipfile
 import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -21,6 +18,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import MAX_FILE_BYTES, FileContent
 from .._runtime.installation import optional
+from .._runtime.silence import silenced
 from ..errors import FormatError
 from .images import check_pixel_count
 
@@ -93,9 +91,6 @@ _MAGIC = b"\x76\x2f\x31\x01"
 _DEPTH_CHANNELS = "z", "depth"
 _REMEDY = "Export depth alone, as one channel Z."
 
-# stdout and stderr are global to the process
-_silent = threading.Lock()
-
 
 def read_exr(file: FileContent) -> NDArray[Any]:
     """Read depth (H, W) from the first part, float16, float32 or uint32: its channel Z, its only one, or three equal
@@ -113,7 +108,7 @@ def read_exr(file: FileContent) -> NDArray[Any]:
         raise FormatError(f"{file}: this is not an EXR, despite its suffix. Copy or export it again.")
     stream = io.BytesIO(file.data.tobytes())
     try:
-        with _silence():
+        with silenced():
             headers = [part.header for part in openexr.File(stream, True, True, 0).parts]
             names = _checked(file, headers)
             stream.seek(0)
@@ -167,23 +162,6 @@ def _depth_channels(file: FileContent, names: Collection[str]) -> list[str]:
     if by_name or len(colours) != 3:
         raise FormatError(f"{file} has the channels {', '.join(names):.200}: which one is depth is unclear. {_REMEDY}")
     return colours
-
-
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Suppress messages of the package about damaged files, from Python and from native code."""
-    with _silent, contextlib.redirect_stdout(io.StringIO()), contextlib.ExitStack() as after:
-        try:
-            kept = os.dup(2)
-        except OSError:  # a program without a terminal may have no stderr
-            yield
-            return
-        after.callback(os.close, kept)
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        after.callback(os.close, nowhere)
-        os.dup2(nowhere, 2)
-        after.callback(os.dup2, kept, 2)
-        yield
 
 
 # Files with a short header and float32 values, row by row.

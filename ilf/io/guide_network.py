@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.networks.network import OnnxNetwork, RefusedInputError, as_input
+from .._runtime.networks.network import OnnxNetwork, as_input
+from .._runtime.networks.session import RefusedInputError
 from ..errors import FormatError
 
 _MEAN, _DEVIATION = (
@@ -64,8 +65,8 @@ class GuideNetwork(OnnxNetwork):
 
     def _sizes(self, height: int, width: int) -> list[tuple[int, int]]:
         """Heights and widths of the input to try for an image."""
-        shape = self._session.get_inputs()[0].shape
-        if len(shape) == 4 and all(isinstance(side, int) and side > 0 for side in shape[2:]):
+        shape = self._session.first_shape
+        if len(shape) == 4 and shape[2] and shape[3]:
             return [(shape[2], shape[3])]
         return [
             (max(round(height * side / min(height, width) / step), 1) * step,

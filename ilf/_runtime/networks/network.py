@@ -12,21 +12,19 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from threading import Lock
-from types import ModuleType
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FormatError, InputError, InstallationError
-from ..cancellation import run_aside
+from ...errors import FormatError, InputError
 from ..files import read_file
 from ..installation import asset_path
 from ..sandbox import run_in_sandbox
 from ..temporary_files import CREATOR_PATTERN, creator_has_ended, removed_on_exit, unique_tag
 from .models import models_folder
 from .protobuf import has_external_data
+from .session import Session, runtime_version
 
 # Record of tested networks, by content: the bundled ones, and those recorded as tested; and of networks that were
 # running when the program closed unexpectedly.
@@ -105,7 +103,7 @@ def crashed_runs(sha256: str, kind: str) -> list[tuple[Path, Shapes]]:
 
 
 def _mark(sha256: str, kind: str) -> str:
-    return f"{sha256}-{kind}-{_onnx_runtime().__version__}"
+    return f"{sha256}-{kind}-{runtime_version()}"
 
 
 @cache
@@ -114,12 +112,8 @@ def _bundled() -> frozenset[str]:
     return frozenset(line.split()[0] for line in sums.splitlines())
 
 
-_networks: dict[tuple[type, Path], tuple[tuple[int, int, int], OnnxNetwork]] = {}
+_networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
-
-
-class RefusedInputError(Exception):
-    """Error: a network does not accept its inputs."""
 
 
 class OnnxNetwork:
@@ -132,19 +126,9 @@ class OnnxNetwork:
     """What can be chosen instead of a network of this kind, in messages."""
 
     def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
-        runtime = _onnx_runtime()
-        options = runtime.SessionOptions()
-        # as many threads as OpenCV, which the program limits where several processes share the cores
-        options.intra_op_num_threads = max(cv2.getNumThreads(), 1)
-        options.inter_op_num_threads = 1
-        options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-        # otherwise the buffers of the largest frame so far would be kept
-        options.enable_cpu_mem_arena = False
-        options.log_severity_level = _NO_LOG
         try:
-            self._session = runtime.InferenceSession(content.tobytes(), options, providers=["CPUExecutionProvider"])
-            self._first_input = self._session.get_inputs()[0].name
-        except Exception as error:  # of many types, and RuntimeError
+            self._session = Session(content)
+        except ValueError as error:
             raise self._unreadable(path) from error
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
@@ -177,7 +161,7 @@ class OnnxNetwork:
         if not os.path.isfile(path):
             raise InputError(f"There is no {cls.KIND} at {path}. Choose an ONNX file{cls.INSTEAD}.")
         status = path.stat()
-        version = (status.st_mtime_ns, status.st_size, cv2.getNumThreads())
+        version = (status.st_mtime_ns, status.st_size)
         with _networks_lock:
             known = _networks.get((cls, path))
             if known is None or known[0] != version:
@@ -204,9 +188,8 @@ class OnnxNetwork:
             If it is not an ONNX network, or not one of this kind, reads weights from other files, crashes the reader,
             or has crashed the program and would do so again.
         InstallationError
-            If ONNX Runtime cannot be loaded: then the file is not the cause, and no other detector is used instead.
+            If ONNX Runtime cannot be imported: then the file is not the cause, and no other detector is used instead.
         """
-        _onnx_runtime()
         cls._check_content(content, path)
         sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
         if not is_tested(sha256, kind):
@@ -267,41 +250,11 @@ class OnnxNetwork:
         return found
 
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        options = _onnx_runtime().RunOptions()
-        options.log_severity_level = _NO_LOG
-        named = {name or self._first_input: np.ascontiguousarray(values) for name, values in inputs.items()}
-
-        def run() -> list[Any]:
-            try:
-                return list(self._session.run(None, named, options))
-            except Exception as error:  # of many types, and RuntimeError
-                raise RefusedInputError(str(error)) from error
-
-        def stop() -> None:
-            options.terminate = True
-
-        return [np.asarray(one, np.float32) for one in run_aside(run, stop)]
+        return self._session.run({name or self._session.first_input: values for name, values in inputs.items()})
 
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""
         raise NotImplementedError
-
-
-_NO_LOG = 4
-"""Level of the log that only names what ends the program: errors are raised, and warnings are about foreign files."""
-
-
-def _onnx_runtime() -> ModuleType:
-    """Import ONNX Runtime; raise InstallationError if it cannot be loaded."""
-    try:
-        import onnxruntime
-    except (ImportError, OSError) as error:
-        raise InstallationError(
-            f"ONNX Runtime, which the networks for edges and correction need, cannot be loaded ({error}). Restore: "
-            'pip install --force-reinstall "onnxruntime>=1.20,<2". Or run without networks: '
-            "--blocks-detector canny --edges canny --no-correction."
-        ) from error
-    return onnxruntime
 
 
 def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.networks.network import OnnxNetwork, RefusedInputError, as_input, reflected
+from ..._runtime.networks.network import OnnxNetwork, as_input, reflected
+from ..._runtime.networks.session import RefusedInputError
 from ...data.pixel_grids import nearest_values
 from ...errors import FormatError, InputError
 from .detectors import LONGEST_SIDE, check_image

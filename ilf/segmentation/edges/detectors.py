@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.networks.models import model_path
-from ..._runtime.networks.network import OnnxNetwork, RefusedInputError, as_input, reflected
+from ..._runtime.networks.network import OnnxNetwork, as_input, reflected
+from ..._runtime.networks.session import RefusedInputError
 from ...errors import FormatError, InputError
 
 _GRADIENT_SHARE, _NETWORK_SHARE = 0.6, 0.5

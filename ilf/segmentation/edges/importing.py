@@ -122,6 +122,21 @@ def with_sigmoid(content: NDArray[np.uint8], file: str) -> NDArray[np.uint8]:
     return np.frombuffer(model.SerializeToString(), np.uint8)
 
 
+def with_free_size(content: NDArray[np.uint8], file: str) -> NDArray[np.uint8]:
+    """Let an ONNX network take images of any size, whatever size it was exported with; otherwise as `with_input`."""
+    model = _loaded(content, file)
+    graph = model.graph
+    constants = {item.name for item in graph.initializer}
+    image = next(item for item in graph.input if item.name not in constants)
+    for side, name in zip(image.type.tensor_type.shape.dim[2:], ("height", "width"), strict=True):
+        side.dim_param = name
+    # sizes of results follow from it
+    del graph.value_info[:]
+    for output in graph.output:
+        output.type.tensor_type.ClearField("shape")
+    return np.frombuffer(model.SerializeToString(), np.uint8)
+
+
 def _loaded(content: NDArray[np.uint8], file: str) -> ModelProto:
     import onnx
     from google.protobuf.message import DecodeError
@@ -232,8 +247,10 @@ def _from_hed(content: NDArray[np.uint8], source: Path, caffe: bool) -> NDArray[
 
 def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
     image = image_input(content, source.name)
-    if inputs != _PLAIN_RGB or logits:
+    if inputs != _PLAIN_RGB or logits or image.fixed_size:
         _need_onnx()
+    if image.fixed_size:
+        content = with_free_size(content, source.name)
     if inputs != _PLAIN_RGB:
         content = with_input(content, source.name, inputs)
     try:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.networks import network as networks
+from ilf._runtime.networks.session import RefusedInputError
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.guide_network import GuideNetwork
@@ -21,7 +21,7 @@ MEAN, DEVIATION = np.float32((0.485, 0.456, 0.406)), np.float32((0.229, 0.224, 0
 
 @pytest.fixture(autouse=True)
 def _not_cached(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(networks, "_networks", {})
+    monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
 
 
 def brightness(path: Path) -> Path:
@@ -56,7 +56,7 @@ def test_a_network_of_open_size_is_given_the_usual_one(tmp_path: Path, monkeypat
     def refuse_patches(inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
         seen.append(inputs[""].shape)
         if inputs[""].shape[2] % 32:
-            raise networks.RefusedInputError
+            raise RefusedInputError
         return real(inputs)
 
     monkeypatch.setattr(network, "_results", refuse_patches)

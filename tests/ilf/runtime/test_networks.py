@@ -1,27 +1,41 @@
-"""Inference can be cancelled, says the same with any number of threads, and keeps no memory."""
+"""Inference can be cancelled, gives the same bits on any number of cores, keeps no memory and prints nothing."""
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+import onnxruntime
 import pytest
 
 from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks import network as networks
+from ilf._runtime.networks.network import as_input
+from ilf._runtime.networks.session import RefusedInputError, Session
 from ilf.errors import Cancelled
 from ilf.segmentation.edges.detectors import EdgeNetwork
+
+from ..tiny_onnx import node, write_network
 
 IMAGE = np.random.default_rng(0).integers(0, 256, (960, 1280, 3), np.uint8)
 """Large, so that inference takes many times as long as cancellation."""
 
 SMALL = IMAGE[:64, :96]
+
+BUNDLED = {
+    "edges": {"image": 3},
+    "depth-edges": {"image": 3, "depth": 6},
+    "correction": {"image": 3, "features": 10},
+}
+"""Inputs of the bundled networks, and their channels."""
 
 
 class Watched:
@@ -45,8 +59,8 @@ def edges() -> EdgeNetwork:
 
 
 def watched(edges: EdgeNetwork, monkeypatch: pytest.MonkeyPatch, begin: Callable[[], None]) -> Watched:
-    session = Watched(edges._session, begin)
-    monkeypatch.setattr(edges, "_session", session)
+    session = Watched(edges._session._session, begin)
+    monkeypatch.setattr(edges._session, "_session", session)
     return session
 
 
@@ -77,24 +91,117 @@ def test_a_signal_ends_inference(edges: EdgeNetwork, monkeypatch: pytest.MonkeyP
     np.testing.assert_array_equal(edges.strength(SMALL), before)
 
 
-def test_the_number_of_threads_changes_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(networks, "_networks", {})
-    threads = cv2.getNumThreads()
-    found = []
-    try:
-        for count in (1, 2, 3):
-            cv2.setNumThreads(count)
-            network = EdgeNetwork.load(asset_path("models/edges.onnx"))
-            assert network._session.get_session_options().intra_op_num_threads == count
-            found.append(network.strength(IMAGE[:256, :320]))
-    finally:
-        cv2.setNumThreads(threads)
-    for other in found[1:]:
-        np.testing.assert_array_equal(other, found[0])
+def _inputs(name: str) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(0)
+    return {key: rng.random((1, channels, 160, 224), np.float32) for key, channels in BUNDLED[name].items()}
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_a_network_gives_what_opencv_computes(name: str) -> None:
+    path, inputs = asset_path(f"models/{name}.onnx"), _inputs(name)
+    net = cv2.dnn.readNetFromONNX(str(path))
+    for key, values in inputs.items():
+        net.setInput(values, key)
+    expected = net.forward(net.getUnconnectedOutLayersNames())
+    found = Session(np.fromfile(path, np.uint8)).run(inputs)
+    for one, other in zip(found, expected, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-5)
+
+
+_BITS = """
+import os, sys
+import numpy as np
+if sys.argv[3] == "one core":
+    os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])
+import cv2
+cv2.setNumThreads(1 if sys.argv[3] == "one core" else 8)
+from ilf._runtime.networks.session import Session
+content, inputs = np.fromfile(sys.argv[1], np.uint8), dict(np.load(sys.argv[2]))
+for one in Session(content).run(inputs):
+    sys.stdout.buffer.write(one.tobytes())
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores cannot be taken away")
+@pytest.mark.parametrize("name", BUNDLED)
+def test_the_number_of_cores_changes_no_bit(name: str, tmp_path: Path) -> None:
+    """The correction network differs in the last digit between one and two threads of a session."""
+    path, inputs = asset_path(f"models/{name}.onnx"), _inputs(name)
+    np.savez(tmp_path / "inputs.npz", **inputs)
+    here = b"".join(one.tobytes() for one in Session(np.fromfile(path, np.uint8)).run(inputs))
+    for cores in ("one core", "all cores"):
+        child = [sys.executable, "-c", _BITS, str(path), str(tmp_path / "inputs.npz"), cores]
+        assert subprocess.run(child, stdout=subprocess.PIPE, check=True).stdout == here
+
+
+def test_images_are_in_0_to_1() -> None:
+    expected = cv2.dnn.blobFromImage(IMAGE, 1 / 255)
+    np.testing.assert_array_equal(as_input(IMAGE), expected)
 
 
 def test_a_network_that_does_not_accept_its_input_says_so(edges: EdgeNetwork) -> None:
-    with pytest.raises(networks.RefusedInputError, match="image"):
+    with pytest.raises(RefusedInputError, match="image"):
         edges._forward({"": np.zeros((1, 4, 64, 64), np.float32)})
-    with pytest.raises(networks.RefusedInputError):
+    with pytest.raises(RefusedInputError):
         edges._forward({"another": np.zeros((1, 3, 64, 64), np.float32)})
+
+
+def _twisted(content: bytes) -> bytes:
+    return content.replace(b"Conv", b"Cons")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [_twisted, lambda content: content[:5000], lambda content: b"", lambda content: b"\xff" * 64],
+    ids=["unknown operation", "truncated", "empty", "no network"],
+)
+def test_files_that_cannot_be_read_print_nothing(
+    change: Callable[[bytes], bytes], capfd: pytest.CaptureFixture[str]
+) -> None:
+    content = change(asset_path("models/edges.onnx").read_bytes())
+    with pytest.raises(ValueError):
+        Session(np.frombuffer(content, np.uint8))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_inputs_that_do_not_fit_print_nothing(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = write_network(tmp_path / "own.onnx", [node("Sigmoid", ["image"], "strength")])
+    session = Session(np.fromfile(path, np.uint8))
+    # the file declares another number of channels for its output
+    assert session.run({"image": np.zeros((1, 3, 32, 32), np.float32)})[0].shape == (1, 3, 32, 32)
+    for wrong in ({"image": np.zeros((1, 4, 32, 32), np.float32)}, {"other": np.zeros(1, np.float32)}, {}):
+        with pytest.raises(RefusedInputError):
+            session.run(wrong)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_files_of_another_format_are_refused(tmp_path: Path) -> None:
+    """ONNX Runtime's own format may refer to other files, too."""
+    options = onnxruntime.SessionOptions()
+    options.optimized_model_filepath = str(tmp_path / "own.ort")
+    options.add_session_config_entry("session.save_model_format", "ORT")
+    path = write_network(tmp_path / "own.onnx", [node("Sigmoid", ["image"], "strength")])
+    onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+    content = np.fromfile(tmp_path / "own.ort", np.uint8)
+    assert onnxruntime.InferenceSession(content.tobytes(), providers=["CPUExecutionProvider"]).get_inputs()
+    with pytest.raises(ValueError):
+        Session(content)
+
+
+_NOISY = """
+import os
+os.write(2, b"[W:onnxruntime:Default] GPU device discovery failed\\n")
+raise ImportError("DLL load failed")
+"""
+
+
+def test_what_the_import_prints_is_not_shown(tmp_path: Path) -> None:
+    (tmp_path / "onnxruntime.py").write_text(_NOISY)
+    code = "from ilf._runtime.networks.session import runtime_version; runtime_version()"
+    paths = os.pathsep.join([str(tmp_path), *sys.path])
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True
+    )
+    assert "InstallationError: ONNX Runtime, which the networks for edges and correction need" in done.stderr
+    assert "DLL load failed" in done.stderr
+    assert "GPU device" not in done.stderr
