@@ -72,7 +72,7 @@ class ValueScale:
             self._decades = math.log10(self._high / self._first)
             self.last = _LOG_STEPS + self._apart
         else:
-            self.last = max(round((self._high - self._low) / self._step), 1)
+            self.last = round((self._high - self._low) / self._step)
 
     def value(self, position: int) -> Value:
         """Return the value at a position, rounded to a readable number."""

@@ -20,7 +20,12 @@ from ..segmentation.edges.importing import add_model
 from .output import table
 from .usage import Parser
 
-_BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, for detector rgbd", CORRECTION: "bundled, depth correction"}
+_BUNDLED = {
+    BUNDLED: ("bundled, contours", "non-commercial use only (BSDS500)"),
+    DEPTH_EDGES: ("bundled, for detector rgbd", "MIT"),
+    CORRECTION: ("bundled, depth correction", f"MIT; it needs {BUNDLED}"),
+}
+"""Name -> what a bundled network is for, and its licence."""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -64,8 +69,8 @@ def run_list(arguments: argparse.Namespace) -> None:
             size = _size(model_path(name))
         except (InputError, OSError):
             size = "missing"
-        rows.append((name, size, _BUNDLED.get(name, "your own")))
-    print("\n".join(table(("name", "size", "origin"), rows)))
+        rows.append((name, size, *_BUNDLED.get(name, ("your own", ""))))
+    print("\n".join(table(("name", "size", "origin", "licence"), rows)))
     print(f"\nYour own networks are in {models_folder()}")
 
 

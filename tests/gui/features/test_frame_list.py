@@ -9,14 +9,18 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QAbstractItemModelTester
+from pytestqt.qtbot import QtBot
 
+from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import FrameFilter, FrameListModel, counts, last_line, tooltip_text
 from gui.features.frame_list.panel import FramesPanel
 from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.entries import Entries, Entry
 from gui.state.workspace import Workspace
 from ilf.project.project import FrameSummary, Stage
+from ilf.project.thumbnail import thumbnail_part
 from ilf.sources.frame_source import FrameSource
 from tests.gui.naming import unnamed
 
@@ -218,3 +222,13 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path: Pa
     qtbot.waitUntil(lambda: not thumbnails.busy)
     assert len(thumbnails._made) == 2
     assert thumbnails.shutdown()
+
+
+def test_stored_thumbnails_are_those_of_the_windows_store(qtbot: QtBot) -> None:
+    window = MainWindow(persistent=False)
+    qtbot.addWidget(window)
+    frames = window.feature(FramesFeature)
+    frames.context.recorder.store.keep({thumbnail_part("a1"): b"picture"}, {"a1": frozenset()})
+    assert frames.panel.thumbnails.stored("a1") == b"picture"
+    assert frames.panel.thumbnails.stored("b2") is None
+    window.close()

@@ -76,6 +76,14 @@ def test_request_opens_the_very_frame(dialog, folder):
     assert frame.intrinsics.cx == 319.5
 
 
+def test_the_camera_field_says_what_to_type(dialog):
+    dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
+    assert dialog.camera_text.placeholderText().startswith("Pixels, such as 525, 525")
+    dialog.camera.setCurrentText("From a JSON file")
+    assert dialog.camera_text.placeholderText().startswith("JSON file")
+    assert dialog.camera_browse.isVisible()
+
+
 def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
     np.save(folder / "wide.npy", np.arange(8.0).reshape(2, 4))
     np.save(folder / "half.npy", np.pad(np.arange(1.0, 11), (0, 2))[:, None].repeat(16, 1))

@@ -9,10 +9,13 @@ from PySide6.QtCore import Qt
 from gui.features.sweep.charts import ErrorCurve, ErrorGrid
 from gui.features.sweep.multiples import Multiples, Scale
 from gui.features.sweep.options import CriterionBox, RangeBox
+from gui.features.sweep.state import SweepState
 from gui.views.colours import depth_table
 from gui.widgets.work_row import WorkRow
 from ilf.data.parameters import PRESETS
 from ilf.errors import ParameterError
+from ilf.evaluation.hold_out import HoldOutTest
+from ilf.evaluation.sweep import Sweep
 
 
 def test_a_range_box_offers_what_matters_and_proposes_a_range_around_the_present_value(qtbot):
@@ -119,6 +122,16 @@ def test_pictures_share_one_scale_and_say_what_they_are(qtbot):
     qtbot.waitUntil(lambda: first.y() > above.y())
     assert beside.x() > first.x()
     assert beside.y() == first.y()
+
+
+def test_pictures_of_one_block_show_it_with_some_of_what_is_around(session):
+    session.labels[:] = 0
+    session.labels[10:30, 20:40] = 1
+    sweep = Sweep(session.run(session.common), {"smoothness": [1.0, 2.0]}, HoldOutTest("areas", (0,)))
+    one, whole = SweepState(session, sweep, label=1), SweepState(session, sweep, label=0)
+    assert 20 < one.shape.width() < 30
+    assert 20 < one.shape.height() < 30
+    assert (whole.shape.width(), whole.shape.height()) == (64, 48)
 
 
 def test_progress_tells_share_and_time_and_is_ended_once(qtbot):

@@ -95,6 +95,7 @@ def _first_extraction(workspace: Workspace, session: Session) -> None:
     fresh = Session(session.frame, "fresh", "fresh")
     workspace.add_session(fresh)
     workspace.blocks.set_first(fresh, extraction(session, session.labels), BlockParameters())
+    assert not fresh.unsaved
     workspace.frames.remove_entries([entry for entry in workspace.frames.entries if entry.session is fresh])
 
 

@@ -70,6 +70,17 @@ def test_left_drag_orbits_and_double_click_resets(qtbot, view):
 
 
 @pytest.mark.parametrize(
+    ("direction", "forward"), [("front", (0, 0, 1)), ("top", (0, 1, 0)), ("side", (-1, 0, 0))], ids=lambda of: str(of)
+)
+def test_front_top_and_side_look_along_an_axis_at_the_whole_cloud(view, scene, direction, forward):
+    view.canvas.look(direction)
+    camera = view.canvas.camera
+    assert camera.rotation()[2] == pytest.approx(forward, abs=1e-9)
+    eye = np.c_[scene.points, np.ones(len(scene.points))] @ camera.view_matrix().T
+    assert (np.abs(eye[:, 1]) < eye[:, 2] * math.tan(camera.fov / 2)).all()
+
+
+@pytest.mark.parametrize(
     ("button", "modifier"),
     [
         (Qt.MouseButton.RightButton, Qt.KeyboardModifier.NoModifier),

@@ -291,6 +291,15 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     assert bar._levels is None
 
 
+def test_the_expected_error_is_drawn_over_the_mark_of_measured_depth(views):
+    error = np.full((HEIGHT, WIDTH), np.nan, np.float32)
+    error[:, :32] = 0.01  # of a run for which depth was invalid that is valid now
+    views.set_expected_error(error)
+    view = view_of(views, "expected-error")
+    filled, valid_now, measured = (colour_at(view, place(view, x, y)) for x, y in ((15, 15), (25, 40), (40, 40)))
+    assert filled == valid_now != measured
+
+
 def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_alone(views):
     error = np.full((HEIGHT, WIDTH), 0.01, np.float32)
     doubtful = np.zeros((HEIGHT, WIDTH), bool)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.filter import make_stepper
+from ilf.completion.filter import make_stepper, max_pixels
 from ilf.completion.stepper import Stepper
 from ilf.data.blocks import find_blocks
 from ilf.data.frame import RGBDFrame
@@ -64,6 +64,15 @@ def test_seconds_are_those_since_the_stepper_was_made(
     assert 0 < seconds <= time.perf_counter() - begun
 
 
+def test_the_size_foretold_is_of_the_blocks_box_up_to_the_frame(
+    small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters
+) -> None:
+    small_labels[:40] = 0
+    block = find_blocks(small_labels)[1]
+    foretold = max_pixels(small_frame, block, parameters)
+    assert block.mask.size <= foretold < small_frame.depth.size
+
+
 def test_the_surface_is_there_at_any_time_and_the_callers_own(
     steps: Stepper, small_frame: RGBDFrame, parameters: ilf.Parameters
 ) -> None:
@@ -101,6 +110,18 @@ def test_the_surface_may_be_looked_at_from_another_thread(
         onlooker.join()
     assert seen
     assert seen <= expected
+
+
+def test_a_snapshot_has_the_surface_where_depth_is_missing_if_the_gap_goes_on_in_another_block(
+    small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters
+) -> None:
+    small_labels[:, 14:] = 2  # through the middle of the left gap
+    block = find_blocks(small_labels)[1]
+    steps = make_stepper(small_frame, block, parameters)
+    missing = np.isnan(small_frame.depth[block.box][block.mask])
+    for _ in range(4):
+        assert np.allclose(steps.snapshot().surface[missing], steps.surface[missing], rtol=0, atol=1e-5)
+        next(steps)
 
 
 def test_a_remark_is_made_where_the_last_stage_was_not_steady(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:

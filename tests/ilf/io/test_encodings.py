@@ -198,6 +198,13 @@ def test_another_storage_is_recognised_and_named(save, name, sign):
     assert ilf.load_frame(rgb, depth, encoding=name).notes == ()
 
 
+def test_millimetres_that_happen_to_end_at_2047_are_no_disparity(save):
+    values = np.where(KNOWN, np.minimum(MM, 2040), 0).astype(np.uint16)
+    values[0, :3] = NEVER
+    rgb, depth = save(values)
+    assert ilf.load_frame(rgb, depth).notes == ()
+
+
 def test_a_mark_for_missing_is_recognised(save):
     files = save(np.where(KNOWN, MM, 65535).astype(np.uint16))
     with pytest.warns(

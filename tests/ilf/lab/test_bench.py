@@ -450,7 +450,8 @@ def test_limit_and_seed(two_frames, tmp_path, capsys):
     for seed in ("0", "1"):
         file = tmp_path / f"{seed}.json"
         arguments = ["--limit", "1", "--seed", seed, "--methods", "laplace", "--pattern", "areas", "--json", str(file)]
-        assert main(["bench", str(two_frames), *arguments]) == 0
+        assert main(["bench", str(two_frames), *arguments, "--progress"]) == 0
+        assert "1/1 frames and patterns" in capsys.readouterr().err
         rows.append(json.loads(file.read_text())["rows"])
     assert [row["frame"] for row in rows[0]] == ["first"]
     assert rows[0][0]["rmse"] != rows[1][0]["rmse"]

@@ -64,6 +64,7 @@ def test_info_tells_of_frames_runs_and_what_is_wrong(project, capsys):
     out = capsys.readouterr().out
     assert "3: 1 untouched, 2 run" in out
     assert "12.30" in out
+    assert "per frame; defaults of the next frame: " in out
     assert "problem" not in out
     (path.parent / "room" / "depth.png").rename(path.parent / "gone.png")
     assert main(["project", "info", str(path), "--json"]) == 0
@@ -75,6 +76,13 @@ def test_info_tells_of_frames_runs_and_what_is_wrong(project, capsys):
     assert main(["project", "info", str(path)]) == 0
     assert "truncated" in capsys.readouterr().out
     assert main(["project", "info", "none.ilf"]) == 1
+
+
+def test_info_says_whether_parameters_are_those_of_all_frames(tmp_path, capsys):
+    path = tmp_path / "shared.ilf"
+    save_project(path, Project((), for_all=True), [])
+    assert main(["project", "info", str(path)]) == 0
+    assert "parameters:   for all frames: " in capsys.readouterr().out
 
 
 def test_export_writes_what_is_stored_and_it_replays(project, capsys):

@@ -275,6 +275,7 @@ def test_a_damaged_list_is_made_of_the_frames_that_are_there_and_a_damaged_frame
     rewritten(path, lambda parts: parts | {"project.json": parts["project.json"][:200]})
     with open_project(path) as opened:
         assert "list of frames and the common settings are lost" in opened.problems[0]
+        assert not opened.read.embedded, "a project embeds no files unless it is asked to"
         assert [frame.name for frame in opened.project.frames] == [filed.frame.name, "made"]
         assert_same(filed.labels, opened.state("a1").state.labels)
 

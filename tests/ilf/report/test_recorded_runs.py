@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -51,7 +52,7 @@ def test_a_frame_by_its_key_its_record_and_its_folder(tmp_path: Path, labels: Pa
     moved = tmp_path / "elsewhere.bag"
     close_all()
     path.rename(moved)
-    with pytest.raises(InputError, match="there is no such recording"):
+    with pytest.raises(InputError, match=f"^{re.escape(str(path))}: there is no such recording"):
         ilf.replay(out / "run.json")
     assert (
         main(["complete", "--replay", str(out / "run.json"), str(moved), "--out", str(tmp_path / "b"), "--quiet"]) == 0

@@ -139,6 +139,20 @@ def test_what_cannot_be_written_is_said(tmp_path, monkeypatch):
         save_preset(SOFT)
 
 
+def test_a_preset_that_cannot_be_renamed_or_deleted_is_said(monkeypatch):
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    path = save_preset(SOFT)
+    monkeypatch.setattr(Path, "unlink", refuse)
+    monkeypatch.setattr(Path, "rename", refuse)
+    with pytest.raises(ExportError, match=r"cannot be deleted: Permission denied.*permissions"):
+        delete_preset(SOFT.name)
+    with pytest.raises(ExportError, match=r"cannot be renamed: Permission denied.*permissions"):
+        rename_preset(SOFT.name, "hart")
+    assert path.is_file()
+
+
 def test_the_folder_is_among_the_users_settings_unless_said_otherwise(monkeypatch):
     monkeypatch.delenv("ILF_PRESETS")
     assert presets_folder().parts[-2:] == ("ilf-studio", "presets")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +13,17 @@ import onnx
 import pytest
 from onnx import helper, numpy_helper
 
-from ilf._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
+from ilf._runtime.networks.models import (
+    BUNDLED,
+    CORRECTION,
+    DEPTH_EDGES,
+    model_names,
+    model_path,
+    models_folder,
+    name_from,
+    new_model_path,
+    remove_model,
+)
 from ilf._runtime.networks.session import Session
 from ilf.cli import main, parsing, usage
 from ilf.data.declarations import ParameterSet, declare
@@ -272,13 +283,19 @@ def test_the_command_imports_lists_and_removes(tmp_path: Path, capsys: pytest.Ca
     assert main(["models", "import", str(source), "--name", "mine", "--input", "imagenet", "--logits"]) == 0
     assert capsys.readouterr().out == f"Imported mine: 0.0 MB, {models_folder() / 'mine.onnx'}\n"
     assert main(["models", "list"]) == 0
-    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
-    assert [row[0] for row in rows[1:3]] == [BUNDLED, "mine"]
-    assert rows[1][-1] == "bundled"
-    assert rows[3][0] == DEPTH_EDGES
+    rows = [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()]
+    assert [row[0] for row in rows[1:5]] == [BUNDLED, "mine", DEPTH_EDGES, CORRECTION]
+    assert rows[1][2:] == ["bundled, contours", "non-commercial use only (BSDS500)"]
+    assert rows[2][2:] == ["your own"]
+    assert rows[3][3] == "MIT"
     assert main(["models", "remove", "mine"]) == 0
     assert main(["models", "remove", "mine"]) == 1
     assert "no edge network 'mine'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("file", ["net.onnx", "my net (2).v3.onnx", "n" * 150 + ".onnx"])
+def test_a_file_gives_the_network_a_name_that_is_allowed(file: str) -> None:
+    assert new_model_path(name_from(Path(file))).suffix == ".onnx"
 
 
 def test_a_parameter_takes_the_name_of_a_network_that_may_be_missing_here() -> None:

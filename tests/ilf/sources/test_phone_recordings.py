@@ -234,6 +234,22 @@ def changed(path: Path, name: str, content: bytes) -> Path:
     return path
 
 
+def announced(path: Path, name: str, size: int) -> Path:
+    """A zip that states another unpacked size of a member."""
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.getinfo(name).file_size = size
+        archive.comment = b"rewrites the list of members"
+    return path
+
+
+def test_a_member_that_would_fill_the_memory_is_not_unpacked(tmp_path):
+    path = announced(write_record3d(tmp_path / "a.r3d"), "rgbd/1.depth", 300 << 20)
+    source = ilf.open_source(path)
+    source.read("0")
+    with pytest.raises(FormatError, match=r"1\.depth has 300 MiB: too large for a frame"):
+        source.read("1")
+
+
 def bomb() -> bytes:
     import lzfse
 

@@ -1,0 +1,51 @@
+"""Menus and dialogs of the main window."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QAction, QImage
+from PySide6.QtWidgets import QFileDialog
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+
+
+@pytest.fixture
+def window(qtbot: QtBot) -> Iterator[MainWindow]:
+    window = MainWindow(persistent=False)
+    qtbot.addWidget(window)
+    yield window
+    window.close()
+
+
+def _entry(window: MainWindow, menu: str, text: str) -> QAction:
+    """The entry of a menu by its text."""
+    (bar_entry,) = (action for action in window.menuBar().findChildren(QAction) if action.text() == menu)
+    (found,) = (action for action in bar_entry.menu().actions() if action.text() == text)
+    return found
+
+
+def test_the_menu_marks_the_depth_colours_however_they_were_chosen(window: MainWindow) -> None:
+    entries = {name: _entry(window, "Depth &colours", name.capitalize()) for name in ("turbo", "viridis", "grey")}
+    for name in ("viridis", "turbo"):
+        window.views.set_depth_map(name)
+        assert [other for other, entry in entries.items() if entry.isChecked()] == [name]
+    entries["grey"].trigger()
+    assert window.views.ranges.depth_map == "grey"
+    assert [other for other, entry in entries.items() if entry.isChecked()] == ["grey"]
+
+
+def test_a_picture_of_the_window_is_saved_where_it_is_asked_for(
+    window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, answers = tmp_path / "window.png", ["", str(tmp_path / "window.png")]
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (answers.pop(0), ""))
+    monkeypatch.chdir(tmp_path)
+    before = set(tmp_path.iterdir())
+    window.documents.ask_save_picture()
+    assert set(tmp_path.iterdir()) == before, "cancelled"
+    window.documents.ask_save_picture()
+    assert QImage(str(path)).size() == window.size() * window.devicePixelRatio()
