@@ -15,7 +15,7 @@ Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 _LARGEST_RATIO = 0.9
-"""Largest ratio of the errors with the guide to those without, in every hold-out, with which it is followed."""
+"""Largest ratio of the mean error with the guide to that without, in every hold-out, with which it is followed."""
 
 _LEAST_HIDDEN = 0.01
 """Minimum share of the known depth that a hold-out hides."""
@@ -33,7 +33,7 @@ class GuideHoldOut:
     with_guide, without : tuple of float
         Mean absolute error in all hold-outs [m].
     followed : bool
-        Whether it is smaller enough with the guide, and the root mean square error, too, in each of them.
+        Whether it is smaller enough with the guide in each of them, and the root mean square error no larger.
     """
 
     with_guide: float
@@ -76,9 +76,9 @@ class HeldOutErrors:
 
     @property
     def better(self) -> bool:
-        """Whether mean and root mean square error are smaller enough with the guide."""
+        """Whether the mean error is smaller enough with the guide, and the root mean square error no larger."""
         (mean, square), (mean_before, square_before) = self.with_guide, self.without
-        return mean <= _LARGEST_RATIO * mean_before and square <= _LARGEST_RATIO**2 * square_before
+        return mean <= _LARGEST_RATIO * mean_before and square <= square_before
 
 
 def decided(found: list[HeldOutErrors]) -> GuideHoldOut | None:
