@@ -6,7 +6,7 @@ import numpy as np
 
 from .furniture import BY_WALL, FREE
 from .light import Lamp
-from .parts import Ground, Kit, Parts, extent, footprint, height_of, moved, turned
+from .parts import Ground, Kit, Parts, copied, extent, footprint, height_of, moved, turned
 from .seats import chair, office_chair
 from .setting import Setting
 from .shapes import joined, rotation, standing
@@ -95,7 +95,9 @@ def seating(kit: Kit) -> Setting:
     for x in np.arange(-width / 2 + 0.7, width / 2 - 0.6, across):
         for z in np.arange(1.5, depth - 0.8, along):
             if kit.chance(0.75):
-                parts += moved(turned(one, rotation(facing + kit.rng.normal(0, 8))), x + kit.rng.normal(0, 0.05), 0, z)
+                parts += moved(
+                    turned(copied(one), rotation(facing + kit.rng.normal(0, 8))), x + kit.rng.normal(0, 0.05), 0, z
+                )
     for _ in range(kit.number(0, 3)):
         parts += moved(
             turned(kit.one_of(FREE)(kit), rotation(kit.between(0, 360))),

@@ -7,7 +7,7 @@ import numpy as np
 from .containers import leaves
 from .figures import big_plant, floor_lamp, person
 from .frames import bicycle
-from .parts import Ground, Kit, Parts, moved, turned
+from .parts import Ground, Kit, Parts, moved, one_object, turned
 from .seats import chair
 from .setting import Setting
 from .shapes import bar, joined, lump, rotation, standing
@@ -56,6 +56,7 @@ def outdoors(kit: Kit) -> Setting:
     )
 
 
+@one_object
 def bush(kit: Kit) -> Parts:
     size = kit.rng.uniform(0.4, 1.6, 3)
     core = lump(0.8 * size, 0.2, kit.rng).moved(y=size[1] * 0.4)
@@ -65,6 +66,7 @@ def bush(kit: Kit) -> Parts:
     ]
 
 
+@one_object
 def tree(kit: Kit) -> Parts:
     height, bark = kit.between(1.5, 4), kit.materials.wood()
     parts: Parts = [(bar((0, 0, 0), (kit.rng.normal(0, 0.1), height, 0), kit.between(0.05, 0.2), 0.03), bark)]

@@ -31,7 +31,9 @@ class Picture:
     normals : ndarray of float32
         Of the triangles, in camera coordinates, towards the camera.
     part : ndarray of int32
-        Number of the smooth surface.
+        Number of the smooth surface, -1 = none.
+    object : ndarray of int32
+        Number of the object whose surface it is; a wall or a floor is one too; -1 = none.
     flags : dict of ndarray of bool
         "black", "glossy", "transparent", "emitting".
     unlit : ndarray of bool
@@ -45,6 +47,7 @@ class Picture:
     behind: np.ndarray
     normals: np.ndarray
     part: np.ndarray
+    object: np.ndarray
     flags: dict[str, np.ndarray]
     unlit: np.ndarray
     intrinsics: tuple[float, float, float, float]
@@ -77,6 +80,7 @@ def photographed(
         behind=np.where(flags["transparent"], behind, np.nan).astype(np.float32),
         normals=(hits.flat @ camera.axes.T).astype(np.float32).reshape(height, width, 3),
         part=part,
+        object=np.where(hits.found, hits.object, -1).astype(np.int32).reshape(shape),
         flags=flags,
         unlit=unlit,
         intrinsics=camera.intrinsics,

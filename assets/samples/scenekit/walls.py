@@ -6,7 +6,7 @@ import numpy as np
 
 from .frames import hanging
 from .furniture import BY_WALL
-from .parts import Kit, Parts, extent, moved, turned
+from .parts import Kit, Parts, extent, moved, one_object, turned
 from .shapes import Shape, ball, bar, box, joined, lathe, rotation, standing
 
 Opening = tuple[float, float, float, float]
@@ -26,6 +26,7 @@ def wall_with(width: float, height: float, thick: float, openings: list[Opening]
     return joined(boxes).moved(z=thick / 2)
 
 
+@one_object
 def door_leaf(kit: Kit, width: float, height: float, turn: float) -> Parts:
     """Door hung at the origin that opens by a turn [degrees]."""
     leaf = standing((width, height, 0.04)).moved(x=width / 2)
@@ -85,6 +86,7 @@ def _window_in_wall(kit: Kit, x: float, wide: float, height: float, thick: float
     return opening, parts
 
 
+@one_object
 def _hung_picture(kit: Kit, x: float, wide: float, height: float) -> Parts:
     tall = kit.between(0.25, 1.1)
     middle = x + wide / 2, kit.between(1.0, height - tall / 2 - 0.1), -0.012
@@ -98,6 +100,7 @@ def _between_doors(width: float, doors: list[Opening]) -> list[tuple[float, floa
     return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > 0.02]
 
 
+@one_object
 def window(kit: Kit, width: float, height: float) -> Parts:
     """Frame with bars before a bright or dark outside."""
     bars = [standing((0.05, height, 0.05)).moved(x) for x in np.linspace(0.025, width - 0.025, kit.number(2, 4))]
@@ -126,7 +129,7 @@ def shell(kit: Kit, width: float, depth: float, height: float, paint: int) -> Pa
             other = kit.materials.wall()
             back = standing((right - left + 2 * wide, height, 0.1)).moved((left + right) / 2, 0, away)
             sides = [standing((0.1, height, away)).moved(x_, 0, away / 2) for x_ in (left - wide, right + wide)]
-            wall.append((joined([back, *sides]), other))
+            wall += [(shape, other) for shape in (back, *sides)]
             if kit.chance(0.5):
                 thing = kit.one_of(BY_WALL)(kit)
                 wall += moved(thing, (left + right) / 2 + kit.rng.normal(0, 0.3), 0, away - 0.4)
@@ -143,7 +146,8 @@ def backdrop(kit: Kit, low: float, high: float) -> Parts:
     wall = moved(wall, -5, 0, away)
     ends = [standing((14, height, 0.1)).moved(0, 0, z) for z in (-5, away + kit.between(0.8, 4))]
     ends += [standing((0.1, height, 18)).moved(x, 0, 0) for x in (-kit.between(1.5, 5), kit.between(1.5, 5))]
-    wall.append((joined(ends), kit.materials.wall()))
+    other = kit.materials.wall()
+    wall += [(end, other) for end in ends]
     wall.append((standing((18, 0.1, 18)).moved(0, height, 0), kit.materials.ceiling()))
     if kit.chance(0.7):
         for _ in range(kit.number(1, 4)):
@@ -153,12 +157,14 @@ def backdrop(kit: Kit, low: float, high: float) -> Parts:
     return parts + turned(wall, rotation(kit.rng.normal(0, 20)))
 
 
+@one_object
 def rug(kit: Kit) -> Parts:
     size = kit.between(0.8, 2.5), 0.012, kit.between(0.8, 2.0)
     flat = box(size) if kit.chance(0.7) else lathe([(size[0] / 2, -0.006), (size[0] / 2, 0.006), (0, 0.006)], 40)
     return [(flat.turned(rotation(kit.rng.normal(0, 10))), kit.materials.rug())]
 
 
+@one_object
 def hanging_lamp(kit: Kit) -> Parts:
     drop, radius = kit.between(0.2, 1.0), kit.between(0.06, 0.25)
     shade = (
@@ -172,6 +178,7 @@ def hanging_lamp(kit: Kit) -> Parts:
     ]
 
 
+@one_object
 def railing(kit: Kit, length: float, slope: float) -> Parts:
     """Rails along x that rise with a slope, on many thin posts."""
     high, pitch, thin = kit.between(0.8, 1.1), float(kit.rng.choice([0.1, 0.14, 1.0])), kit.between(0.005, 0.015)
@@ -181,6 +188,7 @@ def railing(kit: Kit, length: float, slope: float) -> Parts:
     return [(joined(bars), kit.materials.one_of("metal", "paint", "black", "wood"))]
 
 
+@one_object
 def column(kit: Kit) -> Parts:
     radius, height = kit.between(0.08, 0.4), kit.between(1, 4)
     shaft = (
