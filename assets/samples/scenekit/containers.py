@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .parts import Kit, Parts, height_of, moved, one_object, set_down, turned
-from .shapes import any_rotation, ball, bar, joined, lathe, lump, rotation, sheet, sheets, standing, wire
+from .shapes import any_rotation, ball, bar, joined, lathe, lump, rotation, sheet, sheets, standing, unit, wire
 from .solids import brick, fruit
 
 
@@ -172,6 +172,19 @@ def flowers(kit: Kit) -> Parts:
         parts.append((bar((0, height * 0.3, 0), tip, 0.002), green))
         parts.append((lump(kit.rng.uniform(0.025, 0.07, 3), 0.2, kit.rng).moved(*tip), bloom))
     return parts
+
+
+def foliage(kit: Kit, size: np.ndarray, count: int, leaf: float) -> Parts:
+    """Small leaves that fill an ellipsoid of a size (3,) about the origin, more of them near its surface."""
+    away = kit.rng.standard_normal((count, 3))
+    away *= (kit.rng.uniform(0.2, 1, (count, 1)) ** 0.4) / np.linalg.norm(away, axis=1, keepdims=True)
+    along, across = unit(kit.rng.standard_normal((2, count, 3)))
+    across = np.cross(along, across)
+    s, a = np.linspace(-1, 1, 4)[:, None, None], np.array([-1.0, 0.0, 1.0])[:, None]
+    half = 0.35 * np.sqrt(np.clip(1 - s**2, 0.01, 1))
+    lengths = leaf * kit.rng.uniform(0.5, 1, (count, 1, 1, 1))
+    blades = s * along[:, None, None] + half * a * across[:, None, None]
+    return [(sheets((away * size / 2)[:, None, None] + 0.5 * lengths * blades), kit.materials.leaves())]
 
 
 def leaves(kit: Kit, count: int, length: float, width: float, *, lift: tuple[float, float]) -> Parts:

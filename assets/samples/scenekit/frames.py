@@ -86,6 +86,16 @@ def bicycle(kit: Kit) -> Parts:
 
 
 @one_object
+def partition(kit: Kit) -> Parts:
+    """Pane of glass in a thin frame, as of a glass door or a shower."""
+    width, height = kit.between(0.7, 2.0), kit.between(0.9, 2.1)
+    ends = [beam((x, 0, 0), (x, height, 0), 0.04, 0.04) for x in (-width / 2, width / 2)]
+    ends += [beam((-width / 2, y, 0), (width / 2, y, 0), 0.04, 0.04) for y in (0.03, height)]
+    pane = box((width, height, 0.01)).moved(y=height / 2)
+    return [(joined(ends), kit.materials.one_of("metal", "black", "paint")), (pane, kit.materials.glass())]
+
+
+@one_object
 def easel(kit: Kit) -> Parts:
     """Board on thin legs."""
     legs = [bar((x, 0, z), (0, 1.7, 0.1), 0.015) for x, z in ((-0.35, -0.15), (0.35, -0.15), (0, 0.5))]

@@ -8,6 +8,7 @@ from .frames import hanging
 from .furniture import BY_WALL
 from .parts import Kit, Parts, extent, moved, one_object, turned
 from .shapes import Shape, ball, bar, box, joined, lathe, rotation, standing
+from .storage import laid_out
 
 Opening = tuple[float, float, float, float]
 """Left, right, bottom and top of a hole in a wall [m]."""
@@ -57,7 +58,7 @@ def one_wall(kit: Kit, width: float, height: float, paint: int) -> tuple[Parts, 
             openings.append(opening)
             parts += panes
         elif kit.chance(0.5):
-            parts += _hung_picture(kit, x, wide, height)
+            parts += kit.one_of(ON_WALL)(kit, x, wide, height)
         x += wide + kit.between(0.1, 1.5)
     parts.append((wall_with(width, height, thick, openings), paint))
     if kit.chance(0.5):
@@ -95,6 +96,46 @@ def _hung_picture(kit: Kit, x: float, wide: float, height: float) -> Parts:
     return [frame, canvas]
 
 
+@one_object
+def _board(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    """Whiteboard, mirror or screen in a frame."""
+    tall, wide = kit.between(0.5, 1.2), 0.95 * wide
+    middle = x + wide / 2, min(kit.between(1.1, 1.6), height - tall / 2 - 0.05), -0.01
+    frame = box((wide, tall, 0.02)).moved(*middle), kit.materials.one_of("metal", "wood", "black")
+    face = kit.materials.one_of("paper", "mirror", "screen")
+    return [frame, (box((wide - 0.05, tall - 0.05, 0.002)).moved(*middle[:2], -0.021), face)]
+
+
+def _wall_shelf(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    """Board with things on it."""
+    y, deep = kit.between(1.1, height - 0.4), kit.between(0.15, 0.3)
+    board = standing((wide, 0.02, deep)), kit.materials.one_of("wood", "paint", "black")
+    things = laid_out(kit, 0.9 * wide, 0.6 * deep, 0.022, kit.number(2, 9))
+    return moved([board, *things], x + wide / 2, y, -deep / 2)
+
+
+@one_object
+def _radiator(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    """Ribs between two pipes."""
+    tall, pitch = kit.between(0.4, 0.8), kit.between(0.04, 0.08)
+    ribs = [standing((0.7 * pitch, tall, 0.08)).moved(x + at, 0.12, -0.08) for at in np.arange(0, wide, pitch)]
+    pipes = [bar((x, y, -0.08), (x + wide, y, -0.08), 0.015) for y in (0.15, 0.09 + tall)]
+    return [(joined(ribs + pipes), kit.materials.paint())]
+
+
+@one_object
+def _pipes(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    """Pipes or cords that run up the wall."""
+    thick, parts = kit.between(0.004, 0.04), []
+    for at in x + wide * np.sort(kit.rng.uniform(0, 1, kit.number(1, 4))):
+        parts.append((bar((at, 0, -0.05), (at, height, -0.05), thick), kit.materials.one_of("paint", "metal", "black")))
+    return parts
+
+
+ON_WALL = (_hung_picture, _hung_picture, _hung_picture, _board, _board, _wall_shelf, _wall_shelf, _radiator, _pipes)
+"""What hangs on or stands at a wall, given its left end and its width along the wall and the wall's height [m]."""
+
+
 def _between_doors(width: float, doors: list[Opening]) -> list[tuple[float, float]]:
     ends = [0.0, *(x for door in sorted(doors) for x in door[:2]), width]
     return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > 0.02]
@@ -106,7 +147,7 @@ def window(kit: Kit, width: float, height: float) -> Parts:
     bars = [standing((0.05, height, 0.05)).moved(x) for x in np.linspace(0.025, width - 0.025, kit.number(2, 4))]
     bars += [standing((width, 0.05, 0.05)).moved(width / 2, y) for y in np.linspace(0, height - 0.05, kit.number(2, 4))]
     outside = box((width, height, 0.005)).moved(width / 2, height / 2, 0.05)
-    sky = kit.materials.lamp(kit.between(0.5, 4)) if kit.chance(0.6) else kit.materials.black()
+    sky = kit.materials.one_of("lamp", "outside", "outside", "outside", "black")
     return [(joined(bars), kit.materials.paint()), (outside, sky)]
 
 

@@ -57,8 +57,8 @@ def test_files_keep_the_contract(folder):
         plane = SIZE[::-1]
         assert kinds == {
             "rgb": ("uint8", (*plane, 3)), "exact": ("float32", plane), "measured": ("float32", plane),
-            "normals": ("float16", (*plane, 3)), "part": ("int32", plane), "jump": ("uint8", plane),
-            "crease": ("uint8", plane), "K": ("float32", (4,)),
+            "normals": ("float16", (*plane, 3)), "part": ("int32", plane), "object": ("int32", plane),
+            "jump": ("uint8", plane), "crease": ("uint8", plane), "K": ("float32", (4,)),
         }  # fmt: skip
         assert 12 < made["rgb"].mean() < 243
         assert np.isfinite(made["exact"]).mean() > 0.5
