@@ -35,7 +35,7 @@ def structured_light(view: View, rng: np.random.Generator) -> Measured:
         *often(0.5, gaps.weak, view, rng),
         *often(0.4, gaps.steep, view, rng),
         *often(0.35, gaps.dropouts, view, rng),
-        *often(0.6, gaps.border, view, rng),
+        *often(0.8, gaps.border, view, rng),
     ]
     return depth, causes
 
@@ -60,7 +60,7 @@ def time_of_flight(view: View, rng: np.random.Generator) -> Measured:
         gaps.unanswered(view, rng),
         *often(0.5, gaps.parallax, view, rng),
         *often(0.5, gaps.weak, view, rng),
-        *often(0.5, gaps.grainy, view, rng),
+        *often(0.35, gaps.dropouts, view, rng),
         *often(0.25, gaps.seams, view, rng),
         *often(0.3, gaps.steep, view, rng),
         *often(0.3, gaps.border, view, rng),
@@ -71,10 +71,7 @@ def time_of_flight(view: View, rng: np.random.Generator) -> Measured:
 def stereo(view: View, rng: np.random.Generator) -> Measured:
     """RealSense: blotches, smeared and displaced rims, a band and sides that the second camera does not see."""
     seen, straddled = matched(torn(view.depth, rng), int(rng.choice([3, 5, 7, 9, 11])), rng, prefer_near=0.12)
-    if rng.random() < 0.3:
-        seen = coarse(seen, rng)
-    smear = rng.uniform(1.6, 4) if rng.random() < 0.15 else rng.uniform(0.4, 1.6)
-    inverse = cv2.GaussianBlur(1 / seen, (0, 0), smear)
+    inverse = cv2.GaussianBlur(1 / seen, (0, 0), rng.uniform(0.4, 1.6))
     blotches = ragged(view.shape, rng.uniform(5, 30), rng)
     plain = 1 - np.clip(np.abs(cv2.Laplacian(view.shade, cv2.CV_32F, ksize=3)) * 8, 0, 1)
     rough = rng.uniform(0.0005, 0.006) * (0.4 + cv2.blur(plain, (9, 9))) * blotches

@@ -63,26 +63,11 @@ def hidden_from_second(view: View, shift: float) -> np.ndarray:
 
 
 def weak(view: View, rng: np.random.Generator) -> np.ndarray:
-    """Where too little light comes back: dark, far and steep surfaces, and the corners of the picture."""
-    dark, steep, far, corners = rng.uniform(0, (1.2, 1.2, 1.6, 0.8))
+    """Where too little light comes back: dark, far and steep surfaces, in ragged patches."""
+    dark, steep, far = rng.uniform(0, (1.2, 1.2, 1.6))
     returned = dark * np.log(view.shade + 0.04) + steep * np.log(view.facing + 0.04) - far * np.log(view.depth)
-    returned = cv2.blur(returned, (3, 3)) - corners * _off_centre(view.shape) ** 2
-    returned += rng.uniform(0.05, 0.5) * ragged(view.shape, rng.uniform(4, 30), rng)
+    returned = cv2.blur(returned, (3, 3)) + rng.uniform(0.05, 0.5) * ragged(view.shape, rng.uniform(4, 30), rng)
     return returned < np.quantile(returned, 0.3 * rng.random() ** 2)
-
-
-def grainy(view: View, rng: np.random.Generator) -> np.ndarray:
-    """Single pixels, more of them where little light comes back: far, dark, and in the corners of the picture."""
-    loss = 0.3 * view.depth + 2 * _off_centre(view.shape) ** 2 - np.log(view.shade + 0.04)
-    loss = (loss - np.median(loss)) / max(float(loss.std()), 1e-6)
-    return smooth_noise(view.shape, rng.choice([1, 1.6]), rng) > rng.uniform(3, 5) - rng.uniform(0.3, 1.2) * loss
-
-
-def _off_centre(shape: tuple[int, int]) -> np.ndarray:
-    """Distance from the middle of the picture, 1 in its corners, float32 (H, W)."""
-    height, width = shape
-    x, y = np.linspace(-1, 1, width, dtype=np.float32), np.linspace(-1, 1, height, dtype=np.float32)[:, None]
-    return np.hypot(x * width, y * height) / np.hypot(width, height)
 
 
 def unanswered(view: View, rng: np.random.Generator) -> np.ndarray:
@@ -135,7 +120,7 @@ def border(view: View, rng: np.random.Generator) -> np.ndarray:
     rows, columns = np.mgrid[:height, :width].astype(np.float32)
     x, y = columns / width, rows / height
     slant = rng.uniform(-0.02, 0.02, 4)
-    strip = rng.uniform(-0.04, 0.09, 4)
+    strip = rng.uniform(-0.03, 0.1, 4)
     return (
         (x + slant[0] * y < strip[0])
         | (1 - x + slant[1] * y < strip[1])

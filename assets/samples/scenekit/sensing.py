@@ -22,6 +22,9 @@ CAMERAS = {
 MISREGISTERED = 0.4
 """Share of the pictures whose depth does not lie exactly on the colour."""
 
+DESPECKLED = 0.75
+"""Share of the pictures whose gaps of single pixels are closed, and whose single pixels are removed."""
+
 
 def sense(
     exact: np.ndarray,
@@ -65,7 +68,10 @@ def sense(
     view = View(met, normals, facing(normals, K), (rgb @ seen_by).astype(np.float32), flags, unlit)
     camera = list(CAMERAS)[int(rng.choice(len(CAMERAS), p=list(CAMERAS.values())))]
     depth, causes = camera(view, rng)
-    missing = gaps.together([lost, *causes], rng) | (met >= SKY)
+    missing = gaps.together([lost, *causes], rng)
+    if rng.random() < DESPECKLED:
+        missing = cv2.medianBlur(missing.astype(np.uint8), 3) > 0
+    missing |= met >= SKY
     measured = np.where(missing, np.nan, depth).astype(np.float32)
     return _misregistered(measured, rng) if rng.random() < MISREGISTERED else measured
 
