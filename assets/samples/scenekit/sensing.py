@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 
 import cv2
@@ -110,9 +111,9 @@ def _misregistered(measured: np.ndarray, rng: np.random.Generator) -> np.ndarray
     x = width / 2 + scale * (columns - width / 2) + shift[0] + drift * nearer
     y = height / 2 + scale * (rows - height / 2) + shift[1]
     moved = np.full((height + 2, width + 2), np.inf, np.float32)
-    # Rounded two ways, since neighbours that drift apart would leave a column between them.
-    for half in (0.3, 0.7):
-        at = np.clip(np.floor(y + half), -1, height).astype(int), np.clip(np.floor(x + half), -1, width).astype(int)
-        np.minimum.at(moved, (at[0] + 1, at[1] + 1), depth)
+    # Rounded two ways along each axis, since neighbours that drift apart would leave a line between them.
+    for down, right in itertools.product((0.3, 0.7), repeat=2):
+        row, column = np.floor(y + down).clip(-1, height), np.floor(x + right).clip(-1, width)
+        np.minimum.at(moved, (row.astype(int) + 1, column.astype(int) + 1), depth)
     moved = moved[1:-1, 1:-1]
     return np.where(np.isfinite(moved), moved, np.float32(np.nan))
