@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from .parts import Kit, Parts, height_of, moved, set_down, turned
-from .shapes import any_rotation, ball, bar, joined, lathe, lump, rotation, sheet, sheets, standing, wire
+from .parts import Kit, Parts, height_of, moved, one_object, set_down, turned
+from .shapes import any_rotation, ball, bar, joined, lathe, lump, rotation, sheet, sheets, standing, unit, wire
 from .solids import brick, fruit
 
 
+@one_object
 def carton(kit: Kit) -> Parts:
     size = kit.between(0.03, 0.3), kit.between(0.03, 0.3), kit.between(0.02, 0.2)
     parts: Parts = [(standing(size), kit.materials.pack())]
@@ -23,6 +24,7 @@ def carton(kit: Kit) -> Parts:
     return parts
 
 
+@one_object
 def bottle(kit: Kit) -> Parts:
     radius, height = kit.between(0.02, 0.05), kit.between(0.12, 0.34)
     neck, shoulder = radius * kit.between(0.25, 0.6), height * kit.between(0.5, 0.8)
@@ -39,6 +41,7 @@ def bottle(kit: Kit) -> Parts:
     return parts
 
 
+@one_object
 def can(kit: Kit) -> Parts:
     radius, height = kit.between(0.025, 0.06), kit.between(0.04, 0.18)
     tin = lathe(
@@ -48,6 +51,7 @@ def can(kit: Kit) -> Parts:
     return [(tin, kit.materials.metal()), (side, kit.materials.one_of("pack", "metal", "plastic", "glaze"))]
 
 
+@one_object
 def vessel(kit: Kit) -> Parts:
     """Cup, bowl, vase, plate, glass or pot: an open body of revolution with some wall."""
     radius = kit.between(0.03, 0.16)
@@ -85,6 +89,7 @@ def vessel(kit: Kit) -> Parts:
     return parts
 
 
+@one_object
 def bag(kit: Kit) -> Parts:
     size = kit.rng.uniform(0.08, 0.3, 3)
     return set_down(
@@ -99,6 +104,7 @@ def open_box(width: float, depth: float, height: float, wall: float, material: i
     return [(joined([floor, *sides, *ends]), material)]
 
 
+@one_object
 def basket(kit: Kit) -> Parts:
     """Open box, perhaps with bars for sides, with things in it."""
     width, depth, height = kit.between(0.15, 0.4), kit.between(0.15, 0.4), kit.between(0.08, 0.25)
@@ -113,6 +119,7 @@ def basket(kit: Kit) -> Parts:
     return parts
 
 
+@one_object
 def holder(kit: Kit) -> Parts:
     """Cup of pens."""
     radius, height = kit.between(0.03, 0.05), kit.between(0.08, 0.12)
@@ -135,6 +142,7 @@ def holder(kit: Kit) -> Parts:
     return parts
 
 
+@one_object
 def potted(kit: Kit) -> Parts:
     radius, height = kit.between(0.05, 0.2), kit.between(0.08, 0.35)
     pot = lathe(
@@ -153,6 +161,7 @@ def potted(kit: Kit) -> Parts:
     return [(pot, kit.materials.one_of("glaze", "plastic", "paint", "anything")), *moved(blades, y=height * 0.85)]
 
 
+@one_object
 def flowers(kit: Kit) -> Parts:
     parts = vessel(kit)
     height = height_of(parts)
@@ -163,6 +172,19 @@ def flowers(kit: Kit) -> Parts:
         parts.append((bar((0, height * 0.3, 0), tip, 0.002), green))
         parts.append((lump(kit.rng.uniform(0.025, 0.07, 3), 0.2, kit.rng).moved(*tip), bloom))
     return parts
+
+
+def foliage(kit: Kit, size: np.ndarray, count: int, leaf: float) -> Parts:
+    """Small leaves that fill an ellipsoid of a size (3,) about the origin, more of them near its surface."""
+    away = kit.rng.standard_normal((count, 3))
+    away *= (kit.rng.uniform(0.2, 1, (count, 1)) ** 0.4) / np.linalg.norm(away, axis=1, keepdims=True)
+    along, across = unit(kit.rng.standard_normal((2, count, 3)))
+    across = np.cross(along, across)
+    s, a = np.linspace(-1, 1, 4)[:, None, None], np.array([-1.0, 0.0, 1.0])[:, None]
+    half = 0.35 * np.sqrt(np.clip(1 - s**2, 0.01, 1))
+    lengths = leaf * kit.rng.uniform(0.5, 1, (count, 1, 1, 1))
+    blades = s * along[:, None, None] + half * a * across[:, None, None]
+    return [(sheets((away * size / 2)[:, None, None] + 0.5 * lengths * blades), kit.materials.leaves())]
 
 
 def leaves(kit: Kit, count: int, length: float, width: float, *, lift: tuple[float, float]) -> Parts:

@@ -19,21 +19,23 @@ Measured = tuple[np.ndarray, list[np.ndarray]]
 
 
 def structured_light(view: View, rng: np.random.Generator) -> Measured:
-    """Kinect v1, Xtion: steps that grow with the square of the depth, shadows on one side, ragged seams."""
+    """Kinect v1, Xtion: steps that grow with the square of the depth, windows for outlines, shadows on one side."""
     steps = rng.uniform(180, 700)
     shared = smooth_noise(view.shape, rng.uniform(1.5, 5), rng)
     error = rng.uniform(0.1, 0.8) * (shared + 0.6 * smooth_noise(view.shape, 1, rng))
-    seen = torn(fattened(view.depth, rng), rng)
+    seen, straddled = matched(torn(view.depth, rng), int(rng.choice([3, 5, 7], p=[0.4, 0.4, 0.2])), rng)
     depth = steps / np.maximum(np.round(steps / seen + error), 0.5)
     causes = [
         gaps.out_of_range(view, (0.3, 0.8), (3.5, 10), rng),
         gaps.shadow(view, rng),
+        straddled,
         gaps.unanswered(view, rng),
-        *often(0.75, gaps.seams, view, rng),
-        *often(0.45, gaps.weak, view, rng),
+        *often(0.5, gaps.parallax, view, rng),
+        *often(0.25, gaps.seams, view, rng),
+        *often(0.5, gaps.weak, view, rng),
         *often(0.4, gaps.steep, view, rng),
-        *often(0.5, gaps.dropouts, view, rng),
-        *often(0.5, gaps.border, view, rng),
+        *often(0.35, gaps.dropouts, view, rng),
+        *often(0.8, gaps.border, view, rng),
     ]
     return depth, causes
 
@@ -50,14 +52,17 @@ def time_of_flight(view: View, rng: np.random.Generator) -> Measured:
     depth *= 1 + rng.uniform(0, 0.06) * bent
     spread = rng.uniform(0.0005, 0.004) * (1 + 0.3 * depth) / np.sqrt(view.shade + 0.03)
     depth += spread * smooth_noise(view.shape, rng.choice([1, 1.5, 2.5]), rng)
+    removed = flying & (ragged(view.shape, rng.uniform(2, 10), rng) > rng.uniform(-2, 2))
     causes = [
         gaps.out_of_range(view, (0.2, 0.5), (3.5, 10), rng),
-        *often(0.3, gaps.outside_lens, view, rng),
+        removed,
+        *often(0.35, gaps.outside_lens, view, rng),
         gaps.unanswered(view, rng),
-        *often(0.45, gaps.weak, view, rng),
-        *often(0.6, gaps.seams, view, rng),
+        *often(0.5, gaps.parallax, view, rng),
+        *often(0.5, gaps.weak, view, rng),
+        *often(0.35, gaps.dropouts, view, rng),
+        *often(0.25, gaps.seams, view, rng),
         *often(0.3, gaps.steep, view, rng),
-        *often(0.5, gaps.dropouts, view, rng),
         *often(0.3, gaps.border, view, rng),
     ]
     return depth, causes
@@ -65,7 +70,7 @@ def time_of_flight(view: View, rng: np.random.Generator) -> Measured:
 
 def stereo(view: View, rng: np.random.Generator) -> Measured:
     """RealSense: blotches, smeared and displaced rims, a band and sides that the second camera does not see."""
-    seen = torn(fattened(view.depth, rng, at_most=6), rng)
+    seen, straddled = matched(torn(view.depth, rng), int(rng.choice([3, 5, 7, 9, 11])), rng, prefer_near=0.12)
     inverse = cv2.GaussianBlur(1 / seen, (0, 0), rng.uniform(0.4, 1.6))
     blotches = ragged(view.shape, rng.uniform(5, 30), rng)
     plain = 1 - np.clip(np.abs(cv2.Laplacian(view.shade, cv2.CV_32F, ksize=3)) * 8, 0, 1)
@@ -76,11 +81,12 @@ def stereo(view: View, rng: np.random.Generator) -> Measured:
     causes = [
         gaps.out_of_range(view, (0.1, 0.4), (3, 12), rng),
         gaps.hidden_from_second(view, shift),
+        *([straddled] if rng.random() < 0.5 else []),
         *often(0.5, gaps.unanswered, view, rng),
-        *often(0.4, gaps.textureless, view, rng),
-        *often(0.5, gaps.seams, view, rng),
+        *often(0.45, gaps.textureless, view, rng),
+        *often(0.25, gaps.seams, view, rng),
         *often(0.3, gaps.weak, view, rng),
-        *often(0.5, gaps.dropouts, view, rng),
+        *often(0.4, gaps.dropouts, view, rng),
         *often(0.2, gaps.border, view, rng),
     ]
     return depth, causes
@@ -101,6 +107,26 @@ def filled(view: View, rng: np.random.Generator) -> Measured:
 def often(chance: float, cause: Cause, view: View, rng: np.random.Generator) -> list[np.ndarray]:
     """A cause of gaps, or none, by chance."""
     return [cause(view, rng)] if rng.random() < chance else []
+
+
+def matched(
+    depth: np.ndarray, side: int, rng: np.random.Generator, prefer_near: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Depth as matching windows of `side` pixels see it, and where they cannot decide.
+
+    A window that straddles a jump takes the surface that fills more of it: outlines are rounded, bars thinner than
+    half a window vanish, and small gaps close. `prefer_near` is taken off the share that what is near needs.
+    """
+    window = np.ones((side, side), np.uint8)
+    inverse = 1 / depth
+    near, far = cv2.dilate(inverse, window), cv2.erode(inverse, window)
+    straddles = cv2.dilate(jumps(depth, 0.03).astype(np.uint8), window) > 0
+    share = (cv2.blur(inverse, (side, side)) - far) / np.maximum(near - far, 1e-6)
+    least = rng.uniform(0.38, 0.56) - prefer_near + rng.uniform(0.02, 0.14) * ragged(depth.shape, side, rng)
+    is_near = inverse > (near + far) / 2
+    taken = np.where(share > least, np.where(is_near, inverse, near), np.where(is_near, far, inverse))
+    undecided = straddles & (np.abs(share - least) < rng.uniform(0, 0.1))
+    return np.where(straddles, 1 / taken, depth), undecided
 
 
 def fattened(depth: np.ndarray, rng: np.random.Generator, at_most: int = 4) -> np.ndarray:

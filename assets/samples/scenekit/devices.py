@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .parts import Kit, Parts, moved, turned
+from .parts import Kit, Parts, moved, one_object, turned
 from .shapes import bar, beam, box, joined, lathe, rotation, standing, wire
 
 
+@one_object
 def keyboard(kit: Kit) -> Parts:
     rows, columns = kit.number(4, 6), kit.number(10, 16)
     keys = [
@@ -22,6 +23,7 @@ def keyboard(kit: Kit) -> Parts:
     )
 
 
+@one_object
 def monitor(kit: Kit) -> Parts:
     width = kit.between(0.3, 0.8)
     height, foot = width * kit.between(0.5, 0.75), kit.between(0.05, 0.2)
@@ -34,6 +36,7 @@ def monitor(kit: Kit) -> Parts:
     ], rotation(kit.rng.normal(0, 20)))  # fmt: skip
 
 
+@one_object
 def laptop(kit: Kit) -> Parts:
     shell, width, depth = (
         kit.materials.one_of("metal", "black", "plastic", "paint"),
@@ -58,6 +61,7 @@ def laptop(kit: Kit) -> Parts:
     )
 
 
+@one_object
 def table_lamp(kit: Kit) -> Parts:
     height, radius = kit.between(0.25, 0.6), kit.between(0.08, 0.2)
     foot = lathe([(0, 0), (0.08, 0), (0.08, 0.015), (0.015, 0.03), (0.012, height), (0, height)])
@@ -65,6 +69,7 @@ def table_lamp(kit: Kit) -> Parts:
     return [(foot, kit.materials.one_of("metal", "wood", "glaze")), (shade, kit.materials.lamp(kit.between(0.8, 3)))]
 
 
+@one_object
 def desk_lamp(kit: Kit) -> Parts:
     elbow, head = (
         np.array([kit.between(-0.2, 0.2), kit.between(0.25, 0.4), 0.1]),
@@ -91,6 +96,7 @@ def desk_lamp(kit: Kit) -> Parts:
     ]
 
 
+@one_object
 def cable(kit: Kit) -> Parts:
     t = np.linspace(0, 1, 60)
     reach, waves = kit.between(0.1, 0.5), kit.rng.normal(0, 1, (2, 2, 3))

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from .containers import leaves
-from .parts import Kit, Parts, moved, set_down
+from .parts import Kit, Parts, moved, one_object, set_down
 from .shapes import Shape, ball, bar, joined, lathe
 
 
+@one_object
 def person(kit: Kit) -> Parts:
     """Figure of rounded limbs that stands, sits or reaches out."""
     tall, cloth, legs_of, skin = (
@@ -48,6 +49,7 @@ def capsule(start: Sequence[float], end: Sequence[float], radius: float) -> Shap
     return joined([bar(start, end, radius), *ends])
 
 
+@one_object
 def big_plant(kit: Kit) -> Parts:
     radius, height = kit.between(0.12, 0.25), kit.between(0.2, 0.5)
     pot = lathe(
@@ -75,6 +77,7 @@ def big_plant(kit: Kit) -> Parts:
     )
 
 
+@one_object
 def floor_lamp(kit: Kit) -> Parts:
     height, radius = kit.between(1.2, 1.8), kit.between(0.1, 0.25)
     stand = [lathe([(0, 0), (0.14, 0), (0.14, 0.02), (0, 0.03)]), bar((0, 0.02, 0), (0, height, 0), 0.012)]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .parts import Kit, Parts
+from .parts import Kit, Parts, one_object
 from .shapes import Shape, ball, bar, beam, box, joined, rotation, sheet, wire
 
 
+@one_object
 def ladder(kit: Kit) -> Parts:
     width, height = kit.between(0.3, 0.5), kit.between(1.2, 2.5)
     rails = [beam((s * width / 2, 0, 0), (s * width / 2, height, 0.4), 0.03, 0.06) for s in (-1, 1)]
@@ -18,6 +19,7 @@ def ladder(kit: Kit) -> Parts:
     return [(joined(rails + rungs), kit.materials.one_of("metal", "wood", "paint"))]
 
 
+@one_object
 def rack(kit: Kit) -> Parts:
     """Coat stand or drying rack with cloth on it."""
     height = kit.between(1.0, 1.8)
@@ -46,6 +48,7 @@ def hanging(kit: Kit, width: float, length: float) -> Shape:
     return sheet(np.stack([x * width, -y * length, z], axis=-1))
 
 
+@one_object
 def bicycle(kit: Kit) -> Parts:
     angle, wheels = np.linspace(0, 2 * np.pi, 40), []
     for x in (-0.5, 0.5):
@@ -82,6 +85,17 @@ def bicycle(kit: Kit) -> Parts:
     return [(joined(wheels), kit.materials.black()), (joined(tubes), kit.materials.paint())]
 
 
+@one_object
+def partition(kit: Kit) -> Parts:
+    """Pane of glass in a thin frame, as of a glass door or a shower."""
+    width, height = kit.between(0.7, 2.0), kit.between(0.9, 2.1)
+    ends = [beam((x, 0, 0), (x, height, 0), 0.04, 0.04) for x in (-width / 2, width / 2)]
+    ends += [beam((-width / 2, y, 0), (width / 2, y, 0), 0.04, 0.04) for y in (0.03, height)]
+    pane = box((width, height, 0.01)).moved(y=height / 2)
+    return [(joined(ends), kit.materials.one_of("metal", "black", "paint")), (pane, kit.materials.glass())]
+
+
+@one_object
 def easel(kit: Kit) -> Parts:
     """Board on thin legs."""
     legs = [bar((x, 0, z), (0, 1.7, 0.1), 0.015) for x, z in ((-0.35, -0.15), (0.35, -0.15), (0, 0.5))]

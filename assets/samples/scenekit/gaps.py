@@ -36,10 +36,15 @@ def seams(view: View, rng: np.random.Generator) -> np.ndarray:
 
 def shadow(view: View, rng: np.random.Generator) -> np.ndarray:
     """What the projector does not reach, its outline that of the matching window."""
-    side = int(rng.choice([1, 3, 5]))
-    closed = cv2.morphologyEx(view.unlit.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    wide = cv2.dilate(closed, np.ones((side, side), np.uint8)) > 0
-    return wide & ((closed > 0) | (ragged(view.shape, 4, rng) > 0))
+    side = int(rng.choice([3, 5, 7]))
+    closed = cv2.morphologyEx(view.unlit.astype(np.float32), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    least = rng.uniform(0.15, 0.6) + 0.1 * ragged(view.shape, rng.uniform(3, 8), rng)
+    return cv2.blur(closed, (side, side)) > np.maximum(least, 0.02)
+
+
+def parallax(view: View, rng: np.random.Generator) -> np.ndarray:
+    """What the colour camera sees and the depth camera, which stands beside it, does not."""
+    return hidden_from_second(view, -rng.uniform(3, 12))
 
 
 def hidden_from_second(view: View, shift: float) -> np.ndarray:
@@ -59,16 +64,16 @@ def hidden_from_second(view: View, shift: float) -> np.ndarray:
 
 def weak(view: View, rng: np.random.Generator) -> np.ndarray:
     """Where too little light comes back: dark, far and steep surfaces, in ragged patches."""
-    dark, steep, far = rng.uniform(0, 1.2, 3)
+    dark, steep, far = rng.uniform(0, (1.2, 1.2, 1.6))
     returned = dark * np.log(view.shade + 0.04) + steep * np.log(view.facing + 0.04) - far * np.log(view.depth)
-    returned = cv2.blur(returned, (3, 3)) + rng.uniform(0.15, 0.8) * ragged(view.shape, rng.uniform(2, 14), rng)
+    returned = cv2.blur(returned, (3, 3)) + rng.uniform(0.05, 0.5) * ragged(view.shape, rng.uniform(4, 30), rng)
     return returned < np.quantile(returned, 0.3 * rng.random() ** 2)
 
 
 def unanswered(view: View, rng: np.random.Generator) -> np.ndarray:
     """Black, glossy and light-emitting things, each wholly, in part or not at all, and some of what is around."""
     gone = np.zeros(view.shape, bool)
-    field = ragged(view.shape, rng.uniform(4, 20), rng)
+    field = ragged(view.shape, rng.uniform(4, 40), rng)
     for name, usual in (("black", 0.4), ("glossy", -0.4), ("emitting", 0.6)):
         mask = view.flags[name]
         if mask.any():
@@ -115,7 +120,7 @@ def border(view: View, rng: np.random.Generator) -> np.ndarray:
     rows, columns = np.mgrid[:height, :width].astype(np.float32)
     x, y = columns / width, rows / height
     slant = rng.uniform(-0.02, 0.02, 4)
-    strip = rng.uniform(-0.04, 0.09, 4)
+    strip = rng.uniform(-0.03, 0.1, 4)
     return (
         (x + slant[0] * y < strip[0])
         | (1 - x + slant[1] * y < strip[1])

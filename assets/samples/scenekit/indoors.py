@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from .devices import cable
 from .furniture import BY_WALL, FREE
 from .light import Lamp
-from .parts import Ground, Kit, Parts, extent, footprint, height_of, moved, turned
+from .parts import Ground, Kit, Parts, copied, extent, footprint, height_of, moved, scaled, turned
 from .seats import chair, office_chair
 from .setting import Setting
 from .shapes import joined, rotation, standing
@@ -36,12 +37,15 @@ def furnished(kit: Kit, width: float, depth: float, height: float) -> Parts:
                 set_ = turned(moved(thing, x + half, 0, -reach - kit.between(0.01, 0.1)), rotation(turn))
                 parts += moved(set_, at[0], 0, at[1])
             x += 2 * half + kit.rng.choice([kit.between(0.02, 0.3), kit.between(0.3, 1.5)])
-    for _ in range(kit.number(0, 5)):
+    for _ in range(kit.number(0, 6)):
         parts += ground.put(turned(kit.one_of(FREE)(kit), rotation(kit.between(0, 360))))
     if kit.chance(0.5):
         parts += moved(rug(kit), kit.rng.normal(0, 0.5), 0.006, depth * kit.between(0.3, 0.7))
-    for _ in range(kit.number(0, 6)):
+    for _ in range(kit.number(0, 10)):
         parts += ground.put(kit.one_of(SMALL)(kit))
+    if kit.chance(0.3):
+        cord = scaled(cable(kit), kit.between(1.5, 4))
+        parts += moved(cord, kit.between(-0.3, 0.3) * width, 0, kit.between(0.3, 0.8) * depth)
     for _ in range(kit.rng.choice([0, 0, 1, 2])):
         parts += moved(hanging_lamp(kit), kit.between(-0.3, 0.3) * width, height, kit.between(0.3, 0.8) * depth)
     return parts
@@ -95,7 +99,9 @@ def seating(kit: Kit) -> Setting:
     for x in np.arange(-width / 2 + 0.7, width / 2 - 0.6, across):
         for z in np.arange(1.5, depth - 0.8, along):
             if kit.chance(0.75):
-                parts += moved(turned(one, rotation(facing + kit.rng.normal(0, 8))), x + kit.rng.normal(0, 0.05), 0, z)
+                parts += moved(
+                    turned(copied(one), rotation(facing + kit.rng.normal(0, 8))), x + kit.rng.normal(0, 0.05), 0, z
+                )
     for _ in range(kit.number(0, 3)):
         parts += moved(
             turned(kit.one_of(FREE)(kit), rotation(kit.between(0, 360))),

@@ -12,6 +12,6 @@ from .parts import Kit
 from .setting import Setting
 
 LAYOUTS: tuple[tuple[Callable[[Kit], Setting], float], ...] = (
-    (room, 0.27), (corridor, 0.07), (tabletop, 0.22), (picking, 0.12), (shelves, 0.08), (worktop, 0.06),
-    (seating, 0.05), (outdoors, 0.05), (stairwell, 0.03), (jumble, 0.05),
+    (room, 0.28), (corridor, 0.07), (tabletop, 0.22), (picking, 0.12), (shelves, 0.08), (worktop, 0.06),
+    (seating, 0.05), (outdoors, 0.08), (stairwell, 0.03), (jumble, 0.03),
 )  # fmt: skip

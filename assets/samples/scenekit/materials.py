@@ -17,6 +17,9 @@ WALLS = (
     "plain",
     "plain",
     "plain",
+    "plain",
+    "plain",
+    "plain",
     "stripes",
     "pinstripes",
     "diamonds",
@@ -141,7 +144,7 @@ class Materials:
         colours = {name: self.colour(0.35, 0.95, 0.35) for name in "abc"}
         if self.rng.random() < 0.12:
             return self.drawn(("bricks", "planks", "granite"), 0.15, 0.3, turn=0.0, grain=0.1, **colours)
-        return self.drawn(WALLS, 0.05, 0.5, turn=0.0, grain=self.rng.uniform(0.0, 0.08), grain_period=0.6, **colours)
+        return self.drawn(WALLS, 0.05, 0.5, turn=0.0, grain=0.1 * self.rng.random() ** 3, grain_period=0.6, **colours)
 
     def ceiling(self) -> int:
         return self.drawn(("plain", "plain", "tiles", "planks"), 0.3, 0.8, a=self.colour(0.6, 0.97, 0.2), turn=0.0)
@@ -163,6 +166,10 @@ class Materials:
     def grass(self) -> int:
         green = np.array([0.08, 0.2, 0.04]) * self.rng.uniform(0.5, 2, 3)
         return self.add(pattern="granite", period=0.05, a=green, b=green * 1.7, c=green * 0.5, grain=0.25)
+
+    def bark(self) -> int:
+        brown = np.array([0.16, 0.11, 0.07]) * self.rng.uniform(0.4, 1.8) * self.rng.uniform(0.85, 1.15, 3)
+        return self.add(pattern="wood", period=0.06, a=brown, b=0.4 * brown, turn=np.pi / 2, grain=0.3)
 
     def wood(self) -> int:
         light = np.array([0.45, 0.27, 0.13]) * self.rng.uniform(0.25, 1.5) * self.rng.uniform(0.8, 1.2, 3)
@@ -226,6 +233,15 @@ class Materials:
     def lamp(self, strength: float = 3.0) -> int:
         warm = np.array([1.0, self.rng.uniform(0.75, 1), self.rng.uniform(0.5, 1)])
         return self.add(a=warm * strength, grain=0.0, emitting=True)
+
+    def outside(self) -> int:
+        """What is seen through a window: bright, with something of a picture in it."""
+        strength = self.rng.uniform(0.5, 4)
+        colours = {name: strength * self.colour(0.3, 0.97, 0.6) for name in "abc"}
+        return self.drawn(("picture", "gradient", "blotches"), 0.4, 1.5, turn=0.0, emitting=True, grain=0.1, **colours)
+
+    def mirror(self) -> int:
+        return self.add(a=np.full(3, 0.03), grain=0.0, gloss=0.85, shine=900.0, glossy=True)
 
     def skin(self) -> int:
         return self.add(a=np.array([0.5, 0.28, 0.19]) * self.rng.uniform(0.15, 1.4), grain=0.03)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .containers import leaves
+from .containers import foliage, leaves
 from .figures import big_plant, floor_lamp, person
 from .frames import bicycle
-from .parts import Ground, Kit, Parts, moved, turned
+from .parts import Ground, Kit, Parts, moved, one_object, turned
 from .seats import chair
 from .setting import Setting
 from .shapes import bar, joined, lump, rotation, standing
@@ -56,27 +56,47 @@ def outdoors(kit: Kit) -> Setting:
     )
 
 
+@one_object
 def bush(kit: Kit) -> Parts:
     size = kit.rng.uniform(0.4, 1.6, 3)
     core = lump(0.8 * size, 0.2, kit.rng).moved(y=size[1] * 0.4)
     return [
         (core, kit.materials.grass()),
-        *leaves(kit, kit.number(60, 250), float(size.max()) * 0.7, 0.08, lift=(0.0, 1.6)),
+        *_green(kit, size),
     ]
 
 
+def _green(kit: Kit, size: np.ndarray) -> Parts:
+    """Blades or small leaves all over a bush."""
+    if kit.chance(0.4):
+        return leaves(kit, kit.number(60, 250), float(size.max()) * 0.7, 0.08, lift=(0.0, 1.6))
+    return moved(foliage(kit, 1.1 * size, kit.number(200, 900), kit.between(0.04, 0.15)), y=size[1] * 0.4)
+
+
+@one_object
 def tree(kit: Kit) -> Parts:
     height, bark = kit.between(1.5, 4), kit.materials.wood()
     parts: Parts = [(bar((0, 0, 0), (kit.rng.normal(0, 0.1), height, 0), kit.between(0.05, 0.2), 0.03), bark)]
     for _ in range(kit.number(3, 9)):
         tip = kit.rng.normal((0, height, 0), 0.6)
         parts.append((bar((0, height * kit.between(0.4, 0.9), 0), tip, 0.025, 0.008), bark))
-        parts += moved(leaves(kit, kit.number(15, 60), 0.6, 0.1, lift=(-1.0, 1.6)), *tip)
+        if kit.chance(0.5):
+            parts += moved(leaves(kit, kit.number(15, 60), 0.6, 0.1, lift=(-1.0, 1.6)), *tip)
+        else:
+            crown = foliage(kit, kit.rng.uniform(0.5, 1.4, 3), kit.number(60, 250), kit.between(0.06, 0.16))
+            parts += moved(crown, *tip)
     return parts
 
 
+@one_object
+def trunk(kit: Kit) -> Parts:
+    """Stem of a large tree, whose crown is above the picture."""
+    radius, height = kit.between(0.08, 0.35), kit.between(3, 6)
+    return [(bar((0, 0, 0), (kit.rng.normal(0, 0.3), height, 0), radius, 0.7 * radius), kit.materials.bark())]
+
+
 OUTSIDE = (
-    bush, tree, column, bush, tree, person, person, big_plant, floor_lamp, box_pile, bicycle, table, table, table,
-    chair,
+    bush, tree, trunk, trunk, column, bush, tree, person, person, big_plant, floor_lamp, box_pile, bicycle, table,
+    table, table, chair,
 )  # fmt: skip
 """What stands under the sky."""

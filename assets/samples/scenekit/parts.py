@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import wraps
+from typing import ParamSpec
 
 import numpy as np
 
 from .materials import Materials
 from .shapes import Shape
+
+Arguments = ParamSpec("Arguments")
 
 Parts = list[tuple[Shape, int]]
 """Shapes and the numbers of their materials."""
@@ -37,6 +41,29 @@ class Kit:
 
 Thing = Callable[[Kit], Parts]
 """Makes something that stands on the floor at the origin."""
+
+
+def one_object(make: Callable[Arguments, Parts]) -> Callable[Arguments, Parts]:
+    """Decorator: what the function makes is one object, except shapes that belong to another already."""
+
+    @wraps(make)
+    def made(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Parts:
+        owner = object()
+        return [
+            (replace(shape, owner=owner) if shape.owner is None else shape, material)
+            for shape, material in make(*args, **kwargs)
+        ]
+
+    return made
+
+
+def copied(parts: Parts) -> Parts:
+    """The same shapes again, as other objects."""
+    owners: dict[int, object] = {}
+    return [
+        (replace(shape, owner=None if shape.owner is None else owners.setdefault(id(shape.owner), object())), material)
+        for shape, material in parts
+    ]
 
 
 def moved(parts: Parts, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Parts:

@@ -31,7 +31,9 @@ class Picture:
     normals : ndarray of float32
         Of the triangles, in camera coordinates, towards the camera.
     part : ndarray of int32
-        Number of the smooth surface.
+        Number of the smooth surface, -1 = none.
+    object : ndarray of int32
+        Number of the object whose surface it is; a wall or a floor is one too; -1 = none.
     flags : dict of ndarray of bool
         "black", "glossy", "transparent", "emitting".
     unlit : ndarray of bool
@@ -45,6 +47,7 @@ class Picture:
     behind: np.ndarray
     normals: np.ndarray
     part: np.ndarray
+    object: np.ndarray
     flags: dict[str, np.ndarray]
     unlit: np.ndarray
     intrinsics: tuple[float, float, float, float]
@@ -77,6 +80,7 @@ def photographed(
         behind=np.where(flags["transparent"], behind, np.nan).astype(np.float32),
         normals=(hits.flat @ camera.axes.T).astype(np.float32).reshape(height, width, 3),
         part=part,
+        object=np.where(hits.found, hits.object, -1).astype(np.int32).reshape(shape),
         flags=flags,
         unlit=unlit,
         intrinsics=camera.intrinsics,
@@ -98,13 +102,15 @@ def _coloured(
     surfaces = np.where(solid.found, solid.part, -1).reshape(height, width)
     direct, shiny = _lamplight(world, lighting, solid, views, rng)
     direct = smoothed(direct.reshape(height, width, 3), surfaces, (1, 2))
+    shiny = _softened(shiny.reshape(direct.shape), world.table.shine[solid.material].reshape(height, width), surfaces)
     open_ = smoothed(openness(world, lighting, solid, rng).reshape(height, width, 1), surfaces, (1, 3, 8))
     light = direct + lighting.ambient(solid.normals, open_.ravel()).reshape(height, width, 3)
-    centres = _radiance(world, lighting, solid, views, light.reshape(-1, 3), shiny).reshape(height, width, 3)
+    centres = _radiance(world, lighting, solid, views, light.reshape(-1, 3), shiny.reshape(-1, 3))
+    centres = centres.reshape(light.shape)
     columns, rows = np.meshgrid(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5)
     corner_views = camera.rays(columns, rows)
     corners = world.cast(camera.position, corner_views, through_glass=True)
-    both = np.concatenate([light, shiny.reshape(light.shape)], axis=2)
+    both = np.concatenate([light, shiny], axis=2)
     between = _radiance(
         world,
         lighting,
@@ -158,6 +164,13 @@ def _lamplight(
     if mirrors.size:
         shiny[mirrors] += _mirrored(world, lighting, hits.rows(mirrors), views[mirrors], rng)
     return light, shiny
+
+
+def _softened(shiny: np.ndarray, shine: np.ndarray, surfaces: np.ndarray) -> np.ndarray:
+    """What surfaces mirror (H, W, 3), evened out on those that are not polished: their rays scatter at random."""
+    return np.where(
+        (shine > 250)[..., None], shiny, smoothed(np.minimum(shiny, 4 * shiny.mean() + 1), surfaces, (1, 2, 4))
+    )
 
 
 def _light(

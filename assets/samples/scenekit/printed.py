@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .parts import Kit, Parts, extent, height_of, moved, set_down, turned
+from .parts import Kit, Parts, extent, height_of, moved, one_object, set_down, turned
 from .shapes import box, joined, rotation, sheet
 
 
+@one_object
 def book(kit: Kit, upright: bool = False) -> Parts:
     height, width, thick = kit.between(0.12, 0.3), kit.between(0.09, 0.22), kit.between(0.008, 0.05)
     cover, pages = kit.materials.pack(), kit.materials.paper()
@@ -43,6 +44,7 @@ def books(kit: Kit) -> Parts:
     return set_down(parts)
 
 
+@one_object
 def open_book(kit: Kit) -> Parts:
     width, height = kit.between(0.08, 0.16), kit.between(0.15, 0.28)
     paper = kit.materials.paper()
@@ -55,6 +57,7 @@ def open_book(kit: Kit) -> Parts:
     return [(half, paper) for half in halves]
 
 
+@one_object
 def papers(kit: Kit) -> Parts:
     parts: Parts = []
     for n in range(kit.number(1, 5)):
@@ -67,6 +70,7 @@ def papers(kit: Kit) -> Parts:
     return parts
 
 
+@one_object
 def frame(kit: Kit) -> Parts:
     """Picture frame that leans."""
     width, height = kit.between(0.1, 0.3), kit.between(0.1, 0.35)

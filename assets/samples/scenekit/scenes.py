@@ -63,7 +63,7 @@ def _worth(world: World, camera: Camera, size: tuple[int, int]) -> float | None:
     if np.isfinite(depth).mean() < 0.55 or np.nanpercentile(depth, 2) < 0.25:
         return None
     _, counts = np.unique(hits.part, return_counts=True)
-    if counts.max() > 0.8 * len(depth) or len(counts) < 4 or np.nanmedian(depth) < 0.35:
+    if counts.max() > 0.7 * len(depth) or len(counts) < 6 or np.nanmedian(depth) < 0.35:
         return None
     low, high = np.nanpercentile(depth, (5, 95))
     return len(counts) ** 0.5 * (0.3 + np.log(high / low))

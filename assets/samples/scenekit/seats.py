@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .parts import Kit, Parts, moved, turned
+from .parts import Kit, Parts, moved, one_object, turned
 from .shapes import Shape, ball, bar, beam, box, joined, lathe, rotation, sheet, standing
 
 
+@one_object
 def chair(kit: Kit) -> Parts:
     seat, width, depth = kit.between(0.4, 0.48), kit.between(0.36, 0.48), kit.between(0.36, 0.46)
     top, thick = seat + kit.between(0.3, 0.6), kit.between(0.009, 0.022)
@@ -53,6 +54,7 @@ def chair(kit: Kit) -> Parts:
     ]
 
 
+@one_object
 def office_chair(kit: Kit) -> Parts:
     black, cloth = kit.materials.one_of("black", "metal", "plastic"), kit.materials.one_of("cloth", "black", "paint")
     spokes = [bar((0, 0.1, 0), (0.3 * np.cos(a), 0.05, 0.3 * np.sin(a)), 0.02) for a in np.arange(5) * 2 * np.pi / 5]
@@ -77,6 +79,7 @@ def office_chair(kit: Kit) -> Parts:
     return [*parts, (ball((0.48, 0.09, 0.46), 0.35).moved(y=seat), cloth), (back, cloth)]
 
 
+@one_object
 def stool(kit: Kit) -> Parts:
     height, radius = kit.between(0.4, 0.8), kit.between(0.14, 0.22)
     legs = [
@@ -96,11 +99,13 @@ def stool(kit: Kit) -> Parts:
     ]
 
 
+@one_object
 def cushion(kit: Kit) -> Parts:
     size = kit.between(0.3, 0.5)
     return [(ball((size, size, kit.between(0.1, 0.2)), 0.55), kit.materials.cloth())]
 
 
+@one_object
 def sofa(kit: Kit) -> Parts:
     seats, each, depth = kit.number(1, 3), kit.between(0.55, 0.75), kit.between(0.75, 1.0)
     length, cloth, round_ = seats * each + 0.4, kit.materials.cloth(), kit.between(0.12, 0.4)
@@ -144,6 +149,7 @@ def draped(kit: Kit, width: float, depth: float, fold: float = 0.03) -> Shape:
     )
 
 
+@one_object
 def bed(kit: Kit) -> Parts:
     width, length, height = kit.between(0.8, 1.8), kit.between(1.9, 2.1), kit.between(0.3, 0.55)
     wood, cloth = kit.materials.one_of("wood", "paint", "cloth"), kit.materials.cloth()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .parts import Kit, Parts, moved, set_down, turned
+from .parts import Kit, Parts, moved, one_object, set_down, turned
 from .shapes import ball, bar, box, lathe, prism, rotation, wire
 
 
+@one_object
 def fruit(kit: Kit) -> Parts:
     size = np.array([1, kit.between(0.7, 1.4), 1]) * kit.between(0.04, 0.12)
     parts: Parts = [(ball(size).moved(y=size[1] / 2), kit.materials.one_of("paint", "anything", "plastic"))]
@@ -16,6 +17,7 @@ def fruit(kit: Kit) -> Parts:
     return parts
 
 
+@one_object
 def brick(kit: Kit) -> Parts:
     """Rounded block: soap, a sponge, a toy, a mouse."""
     size = kit.rng.uniform(0.03, 0.16, 3) * (1, 0.6, 1)
@@ -23,6 +25,7 @@ def brick(kit: Kit) -> Parts:
     return [(body, kit.materials.one_of("paint", "plastic", "cloth", "black", "anything"))]
 
 
+@one_object
 def polygon(kit: Kit) -> Parts:
     """Prism, gear-like slab or wedge with a random outline."""
     angle = np.sort(kit.rng.uniform(0, 2 * np.pi, kit.number(3, 8)))
@@ -30,6 +33,7 @@ def polygon(kit: Kit) -> Parts:
     return [(prism(outline, kit.between(0.01, 0.2)), kit.materials.one_of("paint", "plastic", "pack", "metal", "wood"))]
 
 
+@one_object
 def ring(kit: Kit) -> Parts:
     """Roll of tape, a ring or a wheel, standing or lying."""
     radius, thick = kit.between(0.03, 0.1), kit.between(0.01, 0.06)
@@ -39,6 +43,7 @@ def ring(kit: Kit) -> Parts:
     return set_down(turned(parts, rotation(90, "x") @ rotation(kit.between(0, 90)))) if kit.chance(0.3) else parts
 
 
+@one_object
 def tool(kit: Kit) -> Parts:
     """Screwdriver, hammer, brush, spoon or pen, lying."""
     grip, length = kit.between(0.004, 0.02), kit.between(0.08, 0.35)
@@ -53,6 +58,7 @@ def tool(kit: Kit) -> Parts:
     return turned(moved(parts, x=-length / 2), rotation(kit.between(0, 360)))
 
 
+@one_object
 def pliers(kit: Kit) -> Parts:
     """Scissors or tongs: two bent arms that cross."""
     arms, t = [], np.linspace(-1, 1, 14)

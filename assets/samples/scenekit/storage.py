@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .containers import bag, carton, open_box
 from .devices import monitor
-from .parts import Ground, Kit, Parts, Thing, moved, set_down, turned
+from .parts import Ground, Kit, Parts, Thing, moved, one_object, set_down, turned
 from .shapes import bar, beam, box, joined, lathe, rotation, standing
 from .small_things import SMALL
 from .solids import fruit
@@ -18,6 +18,7 @@ def laid_out(kit: Kit, width: float, depth: float, y: float, count: int, things:
     return parts
 
 
+@one_object
 def table(kit: Kit) -> Parts:
     width, depth = kit.between(0.5, 2.0), kit.between(0.4, 1.0)
     height, thick = (
@@ -59,6 +60,7 @@ def table(kit: Kit) -> Parts:
     return parts + laid_out(kit, width * 0.9, depth * 0.85, height + 0.002, kit.number(0, 12))
 
 
+@one_object
 def desk(kit: Kit) -> Parts:
     width, depth, height = kit.between(1.0, 1.8), kit.between(0.5, 0.8), kit.between(0.7, 0.78)
     wood, other = kit.materials.one_of("wood", "paint", "black"), kit.materials.one_of("wood", "paint", "metal")
@@ -73,6 +75,7 @@ def desk(kit: Kit) -> Parts:
     return parts + laid_out(kit, width * 0.9, depth * 0.8, height, kit.number(2, 10))
 
 
+@one_object
 def cupboard_of(kit: Kit, width: float, height: float, depth: float) -> Parts:
     """Closed box with doors or drawers and their knobs."""
     body, front = (
@@ -104,6 +107,7 @@ def shelf(kit: Kit) -> Parts:
     return shelf_of(kit, width, height, depth)
 
 
+@one_object
 def shelf_of(kit: Kit, width: float, height: float, depth: float) -> Parts:
     wood, thick = kit.materials.one_of("wood", "paint", "metal", "black"), kit.between(0.01, 0.035)
     boards = [standing((thick, height, depth)).moved(x=s * width / 2) for s in (-1, 1)]
@@ -142,6 +146,7 @@ def box_pile(kit: Kit) -> Parts:
     return parts
 
 
+@one_object
 def tub(kit: Kit) -> Parts:
     """Open crate on the floor with things in it."""
     width, depth, height = kit.between(0.3, 0.7), kit.between(0.3, 0.6), kit.between(0.2, 0.5)
@@ -149,6 +154,7 @@ def tub(kit: Kit) -> Parts:
     return parts + laid_out(kit, width * 0.5, depth * 0.5, 0.02, kit.number(1, 6), (carton, bag, fruit))
 
 
+@one_object
 def bin_(kit: Kit) -> Parts:
     radius, height = kit.between(0.1, 0.2), kit.between(0.2, 0.5)
     shell = lathe(

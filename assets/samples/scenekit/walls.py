@@ -6,8 +6,9 @@ import numpy as np
 
 from .frames import hanging
 from .furniture import BY_WALL
-from .parts import Kit, Parts, extent, moved, turned
+from .parts import Kit, Parts, extent, moved, one_object, turned
 from .shapes import Shape, ball, bar, box, joined, lathe, rotation, standing
+from .storage import laid_out
 
 Opening = tuple[float, float, float, float]
 """Left, right, bottom and top of a hole in a wall [m]."""
@@ -26,6 +27,7 @@ def wall_with(width: float, height: float, thick: float, openings: list[Opening]
     return joined(boxes).moved(z=thick / 2)
 
 
+@one_object
 def door_leaf(kit: Kit, width: float, height: float, turn: float) -> Parts:
     """Door hung at the origin that opens by a turn [degrees]."""
     leaf = standing((width, height, 0.04)).moved(x=width / 2)
@@ -56,7 +58,7 @@ def one_wall(kit: Kit, width: float, height: float, paint: int) -> tuple[Parts, 
             openings.append(opening)
             parts += panes
         elif kit.chance(0.5):
-            parts += _hung_picture(kit, x, wide, height)
+            parts += kit.one_of(ON_WALL)(kit, x, wide, height)
         x += wide + kit.between(0.1, 1.5)
     parts.append((wall_with(width, height, thick, openings), paint))
     if kit.chance(0.5):
@@ -85,6 +87,7 @@ def _window_in_wall(kit: Kit, x: float, wide: float, height: float, thick: float
     return opening, parts
 
 
+@one_object
 def _hung_picture(kit: Kit, x: float, wide: float, height: float) -> Parts:
     tall = kit.between(0.25, 1.1)
     middle = x + wide / 2, kit.between(1.0, height - tall / 2 - 0.1), -0.012
@@ -93,17 +96,58 @@ def _hung_picture(kit: Kit, x: float, wide: float, height: float) -> Parts:
     return [frame, canvas]
 
 
+@one_object
+def _board(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    """Whiteboard, mirror or screen in a frame."""
+    tall, wide = kit.between(0.5, 1.2), 0.95 * wide
+    middle = x + wide / 2, min(kit.between(1.1, 1.6), height - tall / 2 - 0.05), -0.01
+    frame = box((wide, tall, 0.02)).moved(*middle), kit.materials.one_of("metal", "wood", "black")
+    face = kit.materials.one_of("paper", "mirror", "screen")
+    return [frame, (box((wide - 0.05, tall - 0.05, 0.002)).moved(*middle[:2], -0.021), face)]
+
+
+def _wall_shelf(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    """Board with things on it."""
+    y, deep = kit.between(1.1, height - 0.4), kit.between(0.15, 0.3)
+    board = standing((wide, 0.02, deep)), kit.materials.one_of("wood", "paint", "black")
+    things = laid_out(kit, 0.9 * wide, 0.6 * deep, 0.022, kit.number(2, 9))
+    return moved([board, *things], x + wide / 2, y, -deep / 2)
+
+
+@one_object
+def _radiator(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    """Ribs between two pipes."""
+    tall, pitch = kit.between(0.4, 0.8), kit.between(0.04, 0.08)
+    ribs = [standing((0.7 * pitch, tall, 0.08)).moved(x + at, 0.12, -0.08) for at in np.arange(0, wide, pitch)]
+    pipes = [bar((x, y, -0.08), (x + wide, y, -0.08), 0.015) for y in (0.15, 0.09 + tall)]
+    return [(joined(ribs + pipes), kit.materials.paint())]
+
+
+@one_object
+def _pipes(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    """Pipes or cords that run up the wall."""
+    thick, parts = kit.between(0.004, 0.04), []
+    for at in x + wide * np.sort(kit.rng.uniform(0, 1, kit.number(1, 4))):
+        parts.append((bar((at, 0, -0.05), (at, height, -0.05), thick), kit.materials.one_of("paint", "metal", "black")))
+    return parts
+
+
+ON_WALL = (_hung_picture, _hung_picture, _hung_picture, _board, _board, _wall_shelf, _wall_shelf, _radiator, _pipes)
+"""What hangs on or stands at a wall, given its left end and its width along the wall and the wall's height [m]."""
+
+
 def _between_doors(width: float, doors: list[Opening]) -> list[tuple[float, float]]:
     ends = [0.0, *(x for door in sorted(doors) for x in door[:2]), width]
     return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > 0.02]
 
 
+@one_object
 def window(kit: Kit, width: float, height: float) -> Parts:
     """Frame with bars before a bright or dark outside."""
     bars = [standing((0.05, height, 0.05)).moved(x) for x in np.linspace(0.025, width - 0.025, kit.number(2, 4))]
     bars += [standing((width, 0.05, 0.05)).moved(width / 2, y) for y in np.linspace(0, height - 0.05, kit.number(2, 4))]
     outside = box((width, height, 0.005)).moved(width / 2, height / 2, 0.05)
-    sky = kit.materials.lamp(kit.between(0.5, 4)) if kit.chance(0.6) else kit.materials.black()
+    sky = kit.materials.one_of("lamp", "outside", "outside", "outside", "black")
     return [(joined(bars), kit.materials.paint()), (outside, sky)]
 
 
@@ -126,7 +170,7 @@ def shell(kit: Kit, width: float, depth: float, height: float, paint: int) -> Pa
             other = kit.materials.wall()
             back = standing((right - left + 2 * wide, height, 0.1)).moved((left + right) / 2, 0, away)
             sides = [standing((0.1, height, away)).moved(x_, 0, away / 2) for x_ in (left - wide, right + wide)]
-            wall.append((joined([back, *sides]), other))
+            wall += [(shape, other) for shape in (back, *sides)]
             if kit.chance(0.5):
                 thing = kit.one_of(BY_WALL)(kit)
                 wall += moved(thing, (left + right) / 2 + kit.rng.normal(0, 0.3), 0, away - 0.4)
@@ -143,7 +187,8 @@ def backdrop(kit: Kit, low: float, high: float) -> Parts:
     wall = moved(wall, -5, 0, away)
     ends = [standing((14, height, 0.1)).moved(0, 0, z) for z in (-5, away + kit.between(0.8, 4))]
     ends += [standing((0.1, height, 18)).moved(x, 0, 0) for x in (-kit.between(1.5, 5), kit.between(1.5, 5))]
-    wall.append((joined(ends), kit.materials.wall()))
+    other = kit.materials.wall()
+    wall += [(end, other) for end in ends]
     wall.append((standing((18, 0.1, 18)).moved(0, height, 0), kit.materials.ceiling()))
     if kit.chance(0.7):
         for _ in range(kit.number(1, 4)):
@@ -153,12 +198,14 @@ def backdrop(kit: Kit, low: float, high: float) -> Parts:
     return parts + turned(wall, rotation(kit.rng.normal(0, 20)))
 
 
+@one_object
 def rug(kit: Kit) -> Parts:
     size = kit.between(0.8, 2.5), 0.012, kit.between(0.8, 2.0)
     flat = box(size) if kit.chance(0.7) else lathe([(size[0] / 2, -0.006), (size[0] / 2, 0.006), (0, 0.006)], 40)
     return [(flat.turned(rotation(kit.rng.normal(0, 10))), kit.materials.rug())]
 
 
+@one_object
 def hanging_lamp(kit: Kit) -> Parts:
     drop, radius = kit.between(0.2, 1.0), kit.between(0.06, 0.25)
     shade = (
@@ -172,6 +219,7 @@ def hanging_lamp(kit: Kit) -> Parts:
     ]
 
 
+@one_object
 def railing(kit: Kit, length: float, slope: float) -> Parts:
     """Rails along x that rise with a slope, on many thin posts."""
     high, pitch, thin = kit.between(0.8, 1.1), float(kit.rng.choice([0.1, 0.14, 1.0])), kit.between(0.005, 0.015)
@@ -181,6 +229,7 @@ def railing(kit: Kit, length: float, slope: float) -> Parts:
     return [(joined(bars), kit.materials.one_of("metal", "paint", "black", "wood"))]
 
 
+@one_object
 def column(kit: Kit) -> Parts:
     radius, height = kit.between(0.08, 0.4), kit.between(1, 4)
     shaft = (

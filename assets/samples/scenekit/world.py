@@ -65,6 +65,10 @@ class Hits:
     def part(self) -> np.ndarray:
         return self._world.part[self._triangle]
 
+    @cached_property
+    def object(self) -> np.ndarray:
+        return self._world.object[self._triangle]
+
     def _mean(self, of_vertices: np.ndarray) -> np.ndarray:
         a, b, c = self._world.triangles[self._triangle].T
         u, v = self._share.T[..., None]
@@ -90,6 +94,9 @@ class World:
         self.normals, self.uv = whole.normals.astype(np.float32), whole.uv.astype(np.float32)
         self.part = whole.face[self.triangles[:, 0]]
         self.material = np.repeat([number for _, number in parts], [len(shape.triangles) for shape, _ in parts])
+        owners: dict[int, int] = {}
+        objects = [owners.setdefault(id(shape.owner or shape), len(owners)) for shape, _ in parts]
+        self.object = np.repeat(objects, [len(shape.triangles) for shape, _ in parts])
         a, b, c = (vertices[corner] for corner in self.triangles.T)
         self.flat = unit(np.cross(b - a, c - a))
         solid = ~table.transparent[self.material]

@@ -12,11 +12,13 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "assets" / "samples"))
 
 import make_scenes
 from scenekit.camera import Camera
+from scenekit.containers import foliage
 from scenekit.light import Lighting, smoothed
 from scenekit.materials import Materials, Table
-from scenekit.parts import Parts
+from scenekit.parts import Kit, Parts, copied, moved
 from scenekit.picture import BASELINE, Picture, photographed
 from scenekit.shapes import box, joined, lathe
+from scenekit.storage import desk
 from scenekit.world import World
 
 SIZE = (64, 48)
@@ -57,8 +59,8 @@ def test_files_keep_the_contract(folder):
         plane = SIZE[::-1]
         assert kinds == {
             "rgb": ("uint8", (*plane, 3)), "exact": ("float32", plane), "measured": ("float32", plane),
-            "normals": ("float16", (*plane, 3)), "part": ("int32", plane), "jump": ("uint8", plane),
-            "crease": ("uint8", plane), "K": ("float32", (4,)),
+            "normals": ("float16", (*plane, 3)), "part": ("int32", plane), "object": ("int32", plane),
+            "jump": ("uint8", plane), "crease": ("uint8", plane), "K": ("float32", (4,)),
         }  # fmt: skip
         assert 12 < made["rgb"].mean() < 243
         assert np.isfinite(made["exact"]).mean() > 0.5
@@ -93,6 +95,38 @@ def test_normals_are_those_of_the_depth(folder):
         assert flat.sum() > 200
         assert np.median(np.abs(off[flat]) / exact[:, :-1][flat]) < 1e-3
         assert (np.abs(off[flat]) < 0.02 * exact[:, :-1][flat]).mean() > 0.97
+
+
+def test_a_part_belongs_to_one_object(folder):
+    several = 0
+    for number in range(4):
+        made = np.load(folder / f"{number:06d}.npz")
+        pairs = np.unique(np.stack([made["part"].ravel(), made["object"].ravel()]), axis=1)
+        assert len(np.unique(pairs[0])) == pairs.shape[1]
+        assert np.array_equal(made["part"] == -1, made["object"] == -1)
+        several += pairs.shape[1] - len(np.unique(pairs[1]))
+    assert several > 20
+
+
+def test_what_is_made_together_is_one_object(materials):
+    kit = Kit(np.random.default_rng(2), materials)
+    one = desk(kit)
+    owners = {id(shape.owner) for shape, _ in one}
+    assert 1 < len(owners) < len(one)
+    again = moved(copied(one), 5)
+    assert len({id(shape.owner) for shape, _ in again}) == len(owners)
+    assert not owners & {id(shape.owner) for shape, _ in again}
+    walls: Parts = [(box((1, 1, 1)).moved(9 * k), materials.wall()) for k in range(2)]
+    world = World([*one, *again, *walls], Table(materials.rows))
+    assert len(np.unique(world.object)) == 2 * len(owners) + 2
+
+
+def test_foliage_fills_its_ellipsoid(materials):
+    size = np.array([2.0, 1.0, 0.5])
+    [(shape, _)] = foliage(Kit(np.random.default_rng(4), materials), size, 300, 0.05)
+    assert (np.linalg.norm(2 * shape.vertices / (size + 0.06), axis=1) < 1).all()
+    assert (shape.high - shape.low > 0.8 * size).all()
+    assert len(np.unique(shape.face)) == 300
 
 
 def test_glass_is_seen_and_what_is_behind_it_is_known(materials):

@@ -48,6 +48,18 @@ def test_what_is_measured_is_near_the_truth_and_some_of_it_is_missing() -> None:
     assert not np.array_equal(sensed(view, 3), sensed(view, 4), equal_nan=True)
 
 
+def test_sensing_leaves_the_scene_as_it_is() -> None:
+    view = view_of_box(("glossy", "transparent"))
+    exact = np.where(view.unlit, np.nan, view.depth).astype(np.float32)
+    rgb = np.repeat((255 * view.shade).astype(np.uint8)[..., None], 3, axis=2)
+    behind = exact + 1
+    given = [exact, view.normals, rgb, *view.flags.values(), behind, view.unlit]
+    before = [array.copy() for array in given]
+    for seed in range(8):
+        sensing.sense(exact, view.normals, rgb, view.flags, behind, view.unlit, K, np.random.default_rng(seed))
+    assert all(np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in zip(given, before, strict=True))
+
+
 def test_sky_is_never_measured() -> None:
     view = view_of_box()
     view.depth[:60] = SKY
@@ -76,6 +88,49 @@ def test_structured_light_steps_grow_with_the_square_of_the_depth() -> None:
     steps = np.diff(levels)
     assert np.allclose(steps / steps.min(), np.round(steps / steps.min()), atol=0.05)
     assert levels.size < 200
+
+
+def test_windows_lose_thin_bars_and_keep_wide_ones() -> None:
+    depth = np.full(SHAPE, 3.0, np.float32)
+    depth[:, 100:102], depth[:, 200:220] = 1.5, 1.5
+    for seed in range(6):
+        seen, undecided = depth_cameras.matched(depth, 9, np.random.default_rng(seed))
+        assert set(np.unique(seen)) <= {np.float32(1.5), np.float32(3.0)}
+        assert (seen[:, 96:106] == 3.0).mean() > 0.9
+        assert (seen[:, 205:215] == 1.5).all()
+        near_a_rim = np.zeros(SHAPE[1], bool)
+        near_a_rim[[*range(94, 108), *range(194, 206), *range(214, 226)]] = True
+        assert np.array_equal(seen[:, ~near_a_rim], depth[:, ~near_a_rim])
+        assert not undecided[:, ~near_a_rim].any()
+
+
+def test_windows_that_prefer_what_is_near_make_it_wider() -> None:
+    view = view_of_box()
+    wide = [
+        (depth_cameras.matched(view.depth, 9, np.random.default_rng(3), prefer)[0] < 2).sum() for prefer in (0, 0.2)
+    ]
+    assert wide[1] > wide[0]
+
+
+def test_the_colour_camera_sees_more_on_the_other_side_of_what_is_near() -> None:
+    for seed in range(4):
+        row = np.flatnonzero(gaps.parallax(view_of_box(), np.random.default_rng(seed))[140])
+        beside = row[row < 300]
+        assert beside.size == 0 or (beside.min() == 180 and beside.max() < 186)
+
+
+def test_misregistered_depth_moves_and_keeps_its_values() -> None:
+    depth = view_of_box().depth
+    for seed in range(8):
+        moved = sensing._misregistered(depth, np.random.default_rng(seed))
+        known = np.isfinite(moved)
+        assert set(np.unique(moved[known])) <= {np.float32(1.5), np.float32(3.0)}
+        # the far wall shows beside the box, where that has moved away, and nowhere else
+        assert known[20:60, 20:-20].all()
+        near = np.argwhere(moved == 1.5)
+        assert (np.abs(near.min(axis=0) - (80, 100)) < 7).all()
+        assert (np.abs(near.max(axis=0) - (199, 179)) < 7).all()
+    assert np.isnan(sensing._misregistered(np.full(SHAPE, np.nan, np.float32), np.random.default_rng(1))).all()
 
 
 @pytest.mark.parametrize(("shift", "columns"), [(30.0, range(91, 100)), (-30.0, range(180, 189))])
