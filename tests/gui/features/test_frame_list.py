@@ -16,6 +16,7 @@ from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import FrameFilter, FrameListModel, counts, last_line, tooltip_text
 from gui.features.frame_list.panel import FramesPanel
+from gui.features.frame_list.row_painter import close_box
 from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.entries import Entries, Entry
 from gui.state.workspace import Workspace
@@ -152,6 +153,32 @@ def test_click_opens_and_cross_takes_out(panel, qtbot):
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, shift, _row(panel, 3).center())
         qtbot.keyClick(panel.view, Qt.Key.Key_Delete)
     assert blocker.args == [entries[1:]]
+
+
+def test_a_click_beside_the_cross_is_one_on_it_equally_far_on_all_sides(panel, qtbot):
+    removed = []
+    panel.view.removal_requested.connect(removed.append)
+    row, viewport = _row(panel, 2), panel.view.viewport()
+    cross = close_box(row)
+
+    def reach(side: QPoint, outwards: QPoint) -> int:
+        """How far beyond this side of the cross a click is still one on it [px]."""
+        for distance in range(1, 9):
+            removed.clear()
+            qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=side + distance * outwards)
+            if not removed:
+                return distance - 1
+        raise AssertionError("wherever it is clicked")
+
+    middle = cross.center()
+    sides = (
+        (QPoint(cross.left(), middle.y()), QPoint(-1, 0)),
+        (QPoint(cross.right(), middle.y()), QPoint(1, 0)),
+        (QPoint(middle.x(), cross.top()), QPoint(0, -1)),
+        (QPoint(middle.x(), cross.bottom()), QPoint(0, 1)),
+    )
+    reaches = [reach(side, outwards) for side, outwards in sides]
+    assert min(reaches) == max(reaches) > 0
 
 
 def test_chosen_row_can_be_read(panel, qtbot):

@@ -68,6 +68,13 @@ def test_they_stack_in_the_corner_and_take_no_focus(window: QMainWindow, toasts:
     assert QApplication.focusWidget() is field
 
 
+def test_what_fits_on_a_line_takes_one(toasts: Toasts) -> None:
+    for message in ("Saved", "Saved to the folder of the frame", "Exported 12 files to /home/me/room"):
+        toasts.show_message(message, 10_000)
+    word, sentence, path = (toast.height() for toast in toasts.shown)
+    assert word == sentence == path
+
+
 def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
     at = QPointF(3, 3)
     return QEnterEvent(at, at, at) if kind is QEnterEvent else QEvent(QEvent.Type.Leave)

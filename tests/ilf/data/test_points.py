@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ilf.data.camera import CameraIntrinsics
-from ilf.data.points import PointCloud, back_project, in_axes, point_cloud
+from ilf.data.points import FARTHEST, NEAREST, PointCloud, back_project, in_axes, point_cloud
 from ilf.errors import InputError, ParameterError
 
 CAMERA = CameraIntrinsics(fx=100.0, fy=200.0, cx=2.0, cy=1.0)
@@ -14,6 +14,7 @@ def test_back_projection_by_hand():
     depth = np.full((3, 5), np.nan, np.float32)
     depth[1, 2], depth[0, 4], depth[2, 0] = 3.0, 2.0, 1.0
     depth[0, 0], depth[0, 1], depth[0, 2] = 0.0, -1.0, np.inf
+    depth[1, 0], depth[1, 1] = NEAREST, FARTHEST
     rgb = np.arange(45, dtype=np.uint8).reshape(3, 5, 3)
     cloud = point_cloud(depth, rgb, CAMERA)
     expected = [[0.04, -0.01, 2.0], [0.0, 0.0, 3.0], [-0.02, 0.005, 1.0]]
