@@ -234,7 +234,7 @@ def _find(
     strength, crease = detected, None
     notes: tuple[str, ...] = ()
     if isinstance(network, DepthEdgeNetwork):
-        contours, notes = _bundled_contours(frame)
+        contours, notes = None, ()
         strength, crease = joined(detected, contours), depth_edges(frame, network).crease
     strength = np.where(_relief(frame, *jump).edges, np.float32(1), strength)
     sha256 = None if network is None else network.sha256

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ....data.pixel_grids import Pairs, mark, sides
+from ....data.pixel_grids import Pairs, different_labels, mark, sides
 from ....errors import InputError
 from ....segmentation.edges.depth_edges import depth_features, filled_log_depth
 
@@ -43,7 +43,7 @@ UNCHANGED_SHARE = 0.12
 PATTERN_COUNTS = (0.55, 0.35, 0.1)
 """Probabilities of one, two or three combined patterns."""
 
-MIN_KNOWN = 0.02
+MIN_KNOWN = 6e-4
 """Minimum share of the picture with known depth; patterns that would leave less are skipped."""
 
 AREA_SEMI_AXES = (0.03, 0.12)
@@ -143,13 +143,29 @@ def sparse(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -
     return rng.random(measured.shape, np.float32) < rng.uniform(0.3, 0.97)
 
 
+def points(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
+    """All but a few hundred points, as of a map of features."""
+    return rng.random(measured.shape, np.float32) > math.exp(rng.uniform(math.log(8e-4), math.log(3e-2)))
+
+
+def scan_lines(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
+    """All but some rows, straight or slightly bent, as of a lidar."""
+    height, width = measured.shape
+    count = math.exp(rng.uniform(math.log(6), math.log(48)))
+    rows = np.arange(height, dtype=np.float32)[:, None] + rng.uniform(-8, 8) * np.square(np.linspace(-1, 1, width))
+    phase = (rows * count / height + rng.random()) % 1
+    return (phase >= count / height) | (rng.random(measured.shape) < rng.choice([0.0, 0.5]))
+
+
 PATTERNS: dict[Pattern, float] = {
-    ellipses: 0.34,
-    blobs: 0.16,
-    surfaces: 0.2,
+    ellipses: 0.32,
+    blobs: 0.15,
+    surfaces: 0.19,
     far_or_near: 0.08,
     bands: 0.06,
-    sparse: 0.16,
+    sparse: 0.1,
+    points: 0.06,
+    scan_lines: 0.04,
 }
 """Pattern -> relative frequency."""
 
@@ -162,9 +178,6 @@ def _lowest(values: Array, rng: np.random.Generator) -> Mask:
 HELD_OUT = 40
 """Pictures with lower numbers are held out."""
 
-DETAILS = 0.3
-"""Share of the samples that show a quarter of a picture at twice its size."""
-
 _SMOOTH = 0.01
 """Maximum difference of interpolated depth on one surface, as a share of depth."""
 
@@ -174,7 +187,7 @@ _APART = 0.015
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """One generated picture.
+    """One generated picture, and its depth as completed by the filter, if it has been.
 
     Attributes
     ----------
@@ -183,55 +196,79 @@ class Picture:
         Depth [m]; NaN = no surface, or missing.
     part : ndarray of int32, shape (H, W)
         Number of the visible smooth surface.
+    thing : ndarray of int32, shape (H, W)
+        Number of the visible object, wall, floor or the like.
     lines : ndarray of uint8, shape (H, W, 2)
         1 on jumps and on creases.
+    completed : ndarray of float32, shape (H, W), or None
+        Measured depth completed by the filter [m]; None if it is not.
     """
 
     rgb: NDArray[np.uint8]
     exact: Array
     measured: Array
     part: NDArray[np.int32]
+    thing: NDArray[np.int32]
     lines: NDArray[np.uint8]
+    completed: Array | None = None
 
     @property
     def mirrored(self) -> Picture:
         """The picture mirrored left to right."""
-        return Picture(
-            np.ascontiguousarray(self.rgb[:, ::-1]),
-            np.ascontiguousarray(self.exact[:, ::-1]),
-            np.ascontiguousarray(self.measured[:, ::-1]),
-            np.ascontiguousarray(self.part[:, ::-1]),
-            # lines are recomputed, because they mark the left or upper pixel of a pair
-            self._lines_of(lambda right, below: (right[:, ::-1], below[:, ::-1])),
+        return self._changed(
+            lambda values: np.ascontiguousarray(values[:, ::-1]),
+            lambda depth: np.ascontiguousarray(depth[:, ::-1]),
+            lambda right, below: (right[:, ::-1], below[:, ::-1]),
         )
 
-    def detail(self, top: int, left: int) -> Picture:
-        """A quarter of the picture from a corner, at twice its size and as soft as a frame of a larger sensor."""
-        rows, columns = (
-            slice(start, start + size // 2) for start, size in zip((top, left), self.part.shape, strict=True)
+    @property
+    def upside_down(self) -> Picture:
+        """The picture mirrored top to bottom."""
+        return self._changed(
+            lambda values: np.ascontiguousarray(values[::-1]),
+            lambda depth: np.ascontiguousarray(depth[::-1]),
+            lambda right, below: (right[::-1], below[::-1]),
         )
-        return self.window(rows, columns).enlarged
 
     def window(self, rows: slice, columns: slice) -> Picture:
         """A part of the picture."""
-        return Picture(
-            self.rgb[rows, columns],
-            self.exact[rows, columns],
-            self.measured[rows, columns],
-            self.part[rows, columns],
-            self.lines[rows, columns],
+        return self._changed(
+            lambda values: values[rows, columns],
+            lambda depth: depth[rows, columns],
+            lambda right, below: (
+                right[rows, columns.start : columns.stop - 1],
+                below[rows.start : rows.stop - 1, columns],
+            ),
         )
 
     @property
     def enlarged(self) -> Picture:
-        """The picture at twice its size."""
+        """The picture at twice its size, as soft as a frame of a larger sensor."""
+        soft = np.asarray(cv2.resize(self.rgb, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR), np.uint8)
+        return replace(self._changed(_twice, _twice_the_depth, _twice_the_pairs), rgb=soft)
+
+    def _changed(
+        self,
+        change: Callable[[NDArray[Any]], NDArray[Any]],
+        of_depth: Callable[[Array], Array],
+        of_pairs: Callable[[NDArray[np.bool_], NDArray[np.bool_]], Pairs],
+    ) -> Picture:
+        """The picture with all of its arrays changed, depth and lines in their own ways; lines are marked anew,
+        because they mark the left or upper pixel of a pair."""
         return Picture(
-            np.asarray(cv2.resize(self.rgb, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR), np.uint8),
-            _twice_the_depth(self.exact),
-            _twice_the_depth(self.measured),
-            _twice(self.part),
-            self._lines_of(_twice_the_pairs),
+            change(self.rgb),
+            of_depth(self.exact),
+            of_depth(self.measured),
+            change(self.part),
+            change(self.thing),
+            self._lines_of(of_pairs),
+            None if self.completed is None else of_depth(self.completed),
         )
+
+    @property
+    def border(self) -> NDArray[np.uint8]:
+        """1 on jumps and between things."""
+        return mark(different_labels(self.thing)) | (self.lines[..., 0] > 0)
 
     def _lines_of(self, change: Callable[[NDArray[np.bool_], NDArray[np.bool_]], Pairs]) -> NDArray[np.uint8]:
         """Lines of the changed pairs of neighbours, given a change of the pairs that are marked now."""
@@ -282,7 +319,8 @@ def read_picture(path: Path) -> Picture:
         with np.load(path) as file:
             lines = np.stack([file["jump"], file["crease"]], axis=2)
             exact, measured = (np.asarray(file[name], np.float32) for name in ("exact", "measured"))
-            return Picture(file["rgb"], exact, measured, file["part"], lines)
+            completed = np.asarray(file["completed"], np.float32) if "completed" in file else None
+            return Picture(file["rgb"], exact, measured, file["part"], file["object"], lines, completed)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} is not a generated picture. Make it again.") from error
 
@@ -317,25 +355,23 @@ def _twice_the_pairs(right: NDArray[np.bool_], below: NDArray[np.bool_]) -> Pair
     return across, down
 
 
-def random_sample(picture: Picture, rng: np.random.Generator) -> tuple[Array, Array, Array, Array]:
-    """Make a sample: a picture, at random mirrored or reduced to a detail, changed in colour, with depth hidden.
+def random_sample(picture: Picture, rng: np.random.Generator) -> tuple[Array, ...]:
+    """Make a sample of a picture: at random mirrored, with changed colour and hidden depth, unless it is completed.
 
     The features do not depend on the scale of depth, so it is not changed.
 
     Returns
     -------
-    image : ndarray of float32, shape (H, W, 3)
-        In [0, 1].
-    features : ndarray of float32, shape (H, W, 6)
-    lines : ndarray of float32, shape (H, W, 2)
-    log_depth : ndarray of float32, shape (H, W, 1)
-        Exact, in the unit of the features, NaN where there is none.
+    See `sample_of`.
     """
     if rng.random() < 0.5:
         picture = picture.mirrored
-    if rng.random() < DETAILS:
-        picture = picture.detail(*(int(rng.integers(size // 2 + 1)) for size in picture.part.shape))
-    return sample_of(picture, random_colour(picture.rgb, rng), with_hidden_depth(picture, rng))
+    if rng.random() < UPSIDE_DOWN:
+        picture = picture.upside_down
+    image = random_colour(picture.rgb, rng) if picture.completed is None else random_light(picture.rgb, rng)
+    depth = with_hidden_depth(picture, rng) if picture.completed is None else picture.measured
+    guide = simulated_guide(picture, rng) if rng.random() < GUIDED else None
+    return sample_of(picture, image, depth, guide)
 
 
 def with_hidden_depth(picture: Picture, rng: np.random.Generator) -> Array:
@@ -343,12 +379,91 @@ def with_hidden_depth(picture: Picture, rng: np.random.Generator) -> Array:
     return np.where(hide(picture.measured, picture.part, rng), np.float32(np.nan), picture.measured)
 
 
-def sample_of(picture: Picture, image: Array, depth: Array) -> tuple[Array, Array, Array, Array]:
-    """Make a sample as in `random_sample`, from a picture with given colours and known depth."""
-    median = filled_log_depth(depth)[1] if np.isfinite(depth).any() else 0
-    log_depth = np.log(picture.exact) - np.float32(median)
+def sample_of(
+    picture: Picture, image: Array, depth: Array, guide: tuple[Array, Array] | None = None
+) -> tuple[Array, ...]:
+    """Make a sample from a picture with given colours, known depth and guide.
+
+    Returns
+    -------
+    image : ndarray of float32, shape (H, W, 3)
+        In [0, 1].
+    features : ndarray of float32, shape (H, W, 6)
+    lines : ndarray of float32, shape (H, W, 3)
+        1 on jumps, creases and borders.
+    log_depth : ndarray of float32, shape (H, W, 1)
+        Exact, in the unit of the features, NaN where there is none.
+    completed : ndarray of float32, shape (H, W, 1)
+        By the filter; filled from around, as in the features, if there is none.
+    guide : ndarray of float32, shape (H, W, 2)
+        Log depth of the guide and the confidence in it, 0 where there is none.
+    thing : ndarray of float32, shape (H, W, 1)
+        Number of the object.
+    """
+    filled, median = np.zeros(depth.shape, np.float32), 0.0
+    if np.isfinite(depth).any():
+        filled, median = filled_log_depth(depth)
+        filled = filled - np.float32(median)
+    completed = filled
+    if picture.completed is not None:
+        there = np.isfinite(picture.completed)
+        logarithm = np.log(np.where(there, picture.completed, 1), dtype=np.float32) - np.float32(median)
+        completed = np.where(there, logarithm, filled)
+    guided = np.zeros((*depth.shape, 2), np.float32)
+    if guide is not None:
+        guided[..., 0] = np.nan_to_num(guide[0] - np.float32(median))
+        guided[..., 1] = guide[1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        log_depth = np.log(picture.exact) - np.float32(median)
+    lines = np.concatenate([picture.lines, picture.border[..., None]], axis=2)
     features = np.ascontiguousarray(np.moveaxis(depth_features(depth), 0, 2))
-    return image, features, picture.lines.astype(np.float32), log_depth[..., None]
+    return (
+        image,
+        features,
+        lines.astype(np.float32),
+        log_depth[..., None],
+        completed[..., None].astype(np.float32),
+        guided,
+        picture.thing[..., None].astype(np.float32),
+    )
+
+
+# Guides as networks for a single image give them, after they have been fitted to known depth.
+
+GUIDED = 0.4
+"""Share of the samples with a guide."""
+
+UPSIDE_DOWN = 0.1
+"""Share of the samples that are upside down."""
+
+_MISSED, _BENT, _TILTED, _GUIDE_BLUR = 0.25, 0.12, (0.01, 0.12), (1.0, 8.0)
+"""Share of the objects that are missing in a guide; standard deviation of the bend of its scale and range of that of
+its slowly varying error, in log depth; range of its blur [px]."""
+
+
+def simulated_guide(picture: Picture, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Simulate a guide: with objects missing, a bent scale, a slowly varying error, blurred jumps and noise.
+
+    Returns
+    -------
+    log_depth, confidence : ndarray of float32, shape (H, W)
+    """
+    known = np.isfinite(picture.exact)
+    if not known.any():
+        return np.zeros(known.shape, np.float32), np.zeros(known.shape, np.float32)
+    exact = np.log(np.where(known, picture.exact, np.nanmax(picture.exact)), dtype=np.float32)
+    things = np.unique(picture.thing)
+    missed = np.isin(picture.thing, things[rng.random(things.size) < rng.uniform(0, _MISSED)])
+    if rng.random() < 0.5 and not missed.all():
+        exact = filled_log_depth(np.where(missed, np.float32(np.nan), np.exp(exact)))[0]
+    middle = np.float32(np.median(exact))
+    exact = middle + (exact - middle) * np.float32(np.exp(_BENT * rng.standard_normal()))
+    side = float(max(known.shape))
+    exact = exact + np.float32(rng.uniform(*_TILTED)) * smooth_noise(known.shape, rng.uniform(0.15, 0.6) * side, rng)
+    exact = cv2.GaussianBlur(exact, (0, 0), math.exp(rng.uniform(*np.log(_GUIDE_BLUR))))
+    if rng.random() < 0.3:
+        exact = exact + np.float32(rng.uniform(0, 0.02)) * rng.standard_normal(known.shape, np.float32)
+    return np.asarray(exact, np.float32), np.full(known.shape, rng.choice([1.0, rng.uniform(0.3, 1)]), np.float32)
 
 
 def random_colour(rgb: NDArray[np.uint8], rng: np.random.Generator) -> Array:
@@ -363,4 +478,12 @@ def random_colour(rgb: NDArray[np.uint8], rng: np.random.Generator) -> Array:
         image = np.asarray(cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 1.2)), np.float32)
     if rng.random() < 0.4:
         image += np.float32(rng.uniform(0, 0.04)) * rng.standard_normal(image.shape, np.float32)
+    return np.clip(image, 0, 1)
+
+
+def random_light(rgb: NDArray[np.uint8], rng: np.random.Generator) -> Array:
+    """Change colours slightly, in [0, 1]: for pictures that have been completed with their own colours."""
+    image = (rgb * (rng.uniform(0.85, 1.15) * rng.uniform(0.95, 1.05, 3) / 255)).astype(np.float32)
+    if rng.random() < 0.3:
+        image += np.float32(rng.uniform(0, 0.02)) * rng.standard_normal(image.shape, np.float32)
     return np.clip(image, 0, 1)
