@@ -4,7 +4,7 @@
 
 Writes one NNNNNN.npz a picture: rgb uint8 (H, W, 3); exact and measured float32 (H, W) [m], NaN where there is
 nothing and where the sensor gave nothing; normals float16 (H, W, 3) in camera coordinates; part int32 (H, W), the
-smooth surface seen; jump and crease uint8 (H, W), lines 1 px wide; K float32 (fx, fy, cx, cy). A picture depends on
+smooth surface seen; object int32 (H, W), the object seen; jump and crease uint8 (H, W), lines 1 px wide; K float32 (fx, fy, cx, cy). A picture depends on
 the seed and its number alone. Those that exist are kept, and each appears whole, so that a training run may read the
 folder while it grows.
 """
@@ -37,6 +37,7 @@ def record(seed: int, number: int, size: tuple[int, int] = SIZE) -> dict[str, np
         "measured": measured,
         "normals": taken.normals.astype(np.float16),
         "part": taken.part,
+        "object": taken.item,
         "jump": jump,
         "crease": crease,
         "K": intrinsics,

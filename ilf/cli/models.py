@@ -8,7 +8,7 @@ from pathlib import Path
 from .._runtime.networks.models import (
     BUNDLED,
     CORRECTION,
-    DEPTH_EDGES,
+    SURFACES,
     model_names,
     model_path,
     models_folder,
@@ -20,7 +20,7 @@ from ..segmentation.edges.importing import add_model
 from .output import table
 from .usage import Parser
 
-_BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, for detector rgbd", CORRECTION: "bundled, depth correction"}
+_BUNDLED = {BUNDLED: "bundled", SURFACES: "bundled, for detector rgbd", CORRECTION: "bundled, depth correction"}
 
 
 def add_arguments(parser: Parser) -> None:
@@ -59,7 +59,7 @@ def add_arguments(parser: Parser) -> None:
 def run_list(arguments: argparse.Namespace) -> None:
     """List the networks."""
     rows = []
-    for name in (*model_names(), DEPTH_EDGES, CORRECTION):
+    for name in (*model_names(), SURFACES, CORRECTION):
         try:
             size = _size(model_path(name))
         except (InputError, OSError):

@@ -19,12 +19,11 @@ from ..data.frame import RGBDFrame
 from ..data.frame_cache import FrameCache
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
-from ..errors import InputError
-from ..segmentation.edges.frame_edges import FrameEdges
+from ..segmentation.edges.frame_edges import load_surface_network, surfaces_of
 from ..segmentation.extraction import found_blocks
 from .block import BlockTask
 from .correction_network import Array, CorrectionNetwork, load_correction_network
-from .filter import edges_for, is_guided
+from .filter import is_guided
 
 UNCORRECTED = preset("best", correction=False)
 """Parameters of the completions that the network was trained on."""
@@ -115,8 +114,6 @@ class BaseCompletion:
     ----------
     frame : RGBDFrame
     extraction : BlockParameters
-    edges : FrameEdges
-        The filter's edges.
     own : tuple of int
         Labels of the run's blocks that are as extracted and completed as in the base completion.
     rest : tuple of BlockTask
@@ -125,7 +122,6 @@ class BaseCompletion:
 
     frame: RGBDFrame
     extraction: BlockParameters
-    edges: FrameEdges
     own: tuple[int, ...]
     rest: tuple[BlockTask, ...]
 
@@ -135,12 +131,10 @@ class BaseCompletion:
         Raises
         ------
         InputError
-            If it is missing or broken, or its input from the edge network is missing.
+            If it or the surface network is missing or broken.
         """
-        network = load_correction_network()
-        if self.edges.network is None:
-            raise InputError("the correction network needs the contours of the edge network.")
-        return network
+        surfaces_of(self.frame, load_surface_network())
+        return load_correction_network()
 
     def correction(self, network: CorrectionNetwork, results: Iterable[BlockResult]) -> Correction:
         """Run a network on the base completion and cache the correction with the frame.
@@ -162,7 +156,8 @@ class BaseCompletion:
         left = frame.unfilled_mask()
         if left is not None:  # whatever the run's parameters are
             completed[left] = np.nan
-        change = applied_change(network.change(frame.rgb, frame.depth, completed, self.edges.detected), frame.known)
+        surfaces = surfaces_of(frame, load_surface_network())
+        change = applied_change(network.change(surfaces, frame.depth, completed), frame.known)
         release_memory(change.size)
         return corrections.keep(frame, self.extraction, Correction(completed, change, network.sha256))
 
@@ -176,8 +171,6 @@ def find_base_completion(tasks: Sequence[BlockTask]) -> BaseCompletion | Correct
     known = corrections.find(frame, extraction)
     if known is not None or is_guided(frame) or not changes_anywhere(frame.known):
         return known
-    edges = edges_for(frame, UNCORRECTED, extraction)
-    assert edges is not None  # of the edge-aware filter
     alike = {_block_key(task.block): task.block.label for task in tasks if _matches_base(task)}
     own, rest = [], []
     for block in find_blocks(found_blocks(frame, extraction).blocks).values():
@@ -186,7 +179,7 @@ def find_base_completion(tasks: Sequence[BlockTask]) -> BaseCompletion | Correct
             rest.append(BlockTask(frame, block, UNCORRECTED, extraction))
         else:
             own.append(label)
-    return BaseCompletion(frame, extraction, edges, tuple(own), tuple(rest))
+    return BaseCompletion(frame, extraction, tuple(own), tuple(rest))
 
 
 def needs_correction(result: BlockResult) -> bool:

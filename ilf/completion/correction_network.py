@@ -1,4 +1,4 @@
-"""The correction network: its input features, and the conversion of its output to changes of log depth."""
+"""The correction network: from what the surface network has found and completed depth to changes of log depth."""
 
 from __future__ import annotations
 
@@ -8,59 +8,12 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from .._runtime.networks.models import CORRECTION, model_path
-from .._runtime.networks.network import OnnxNetwork, RefusedInputError, as_input, reflected
+from .._runtime.networks.network import OnnxNetwork, RefusedInputError, reflected
 from ..errors import FormatError
-from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
-from ..segmentation.edges.depth_edges import features_of, filled_log_depth
+from ..segmentation.edges.surfaces import AROUND, CELL, MULTIPLE, Surfaces, filled_log_depth, nearest_depth
 
 Array = NDArray[np.float32]
 Floats = NDArray[np.floating]
-
-# Input features of the correction network: the same in training and in use.
-
-CHANNELS = (*KNOWN_CHANNELS, "completed", "departure", "completed relief", "contours")
-"""The channels of `correction_features`, in this order."""
-
-_DEPARTURE_GAIN, _RELIEF_GAIN = 4, 20
-_FINE = 5
-_LIMIT = 4
-
-
-def correction_features(depth: Array, completed: Array, contours: Array) -> tuple[Array, Array]:
-    """Compute the network's input from known and completed depth and contours, independent of scale.
-
-    Parameters
-    ----------
-    depth : ndarray of float32, shape (H, W)
-        Known depth [m], NaN = missing; at least one known pixel.
-    completed : ndarray of float32, shape (H, W)
-        Completed depth [m]; NaN where it has not been completed.
-    contours : ndarray of float32, shape (H, W)
-        Strength of the filter's edges, in [0, 1].
-
-    Returns
-    -------
-    features : ndarray of float32, shape (10, H, W)
-        In the order of `CHANNELS`: those of `depth_features`; the completed log depth; its difference from log depth
-        with gaps filled from around; its difference from its mean in 5 x 5 pixels; the contours.
-    log_depth : ndarray of float32, shape (H, W)
-        The completed log depth minus the median of the known one, filled from around where it has not been completed.
-    """
-    filled, median = filled_log_depth(depth)
-    filled -= np.float32(median)
-    with np.errstate(invalid="ignore"):
-        log_depth = np.where(np.isfinite(completed), np.log(completed) - np.float32(median), filled).astype(np.float32)
-    more = np.stack(
-        [
-            log_depth,
-            _DEPARTURE_GAIN * (log_depth - filled),
-            _RELIEF_GAIN * (log_depth - cv2.blur(log_depth, (_FINE, _FINE))),
-            contours,
-        ]
-    )
-    features = np.concatenate([features_of(filled, np.isfinite(depth)), np.clip(more, -_LIMIT, _LIMIT, out=more)])
-    return features.astype(np.float32, copy=False), log_depth
-
 
 # Changes of depth spread from cell to cell, according to the conductance of the links.
 
@@ -126,27 +79,60 @@ def spread(links: NDArray[np.float32]) -> NDArray[np.float32]:
     if height > width:
         # the cost grows with the square of the side that cells are numbered along
         return np.ascontiguousarray(spread(links[[1, 0, 3, 2, 4, 5]].transpose(0, 2, 1)).T)
-    right, below, rise_right, rise_below, held, pull = links
+    # in double precision, because the factors fade below the smallest normal numbers of single, which take ten times as long
+    right, below, rise_right, rise_below, held, pull = links.astype(np.float64)
     right, rise_right, below, rise_below = right[:, :-1], rise_right[:, :-1], below[:-1], rise_below[:-1]
     load = load_of(right, below, rise_right, rise_below, pull)
-    return solve(factors_of(right, below, held), load)
+    return solve(factors_of(right, below, held), load).astype(np.float32)
 
 
-# The correction network in use: changes of completed depth from colour, known and completed depth.
+# The state of completion: what a step of the network sees of depth, the same in training and in use.
 
-CELL = 4
-"""Side [px] of the cells that changes spread between."""
+_DEPARTURE_GAIN, _FINE_GAIN, _WIDE_GAIN, _GUIDE_GAIN, _LIMIT = 4, 20, 4, 4, 4
+_FINE, _WIDE = 3, 13
+"""Weights that scale differences of some per cent to about 1, the value at which they are clipped, and the sides of the
+squares [cells] whose mean is subtracted for the relief."""
 
-MULTIPLE = 32
-"""The sides of the network's input are multiples of this."""
+
+def state_of(cells: Array, known: Array, filled: Array, coarse: Array, guide: Array, guided: Array) -> Array:
+    """The state of completion.
+
+    Parameters
+    ----------
+    cells, known, filled, coarse, guide, guided : ndarray of float32, shape (h, w)
+        Of the cells: completed log depth and filled one, both minus the median of the known one; share of known
+        pixels; coarse log depth minus the filled one; the guide's log depth minus the median; the confidence in it.
+
+    Returns
+    -------
+    ndarray of float32, shape (7, h, w)
+    """
+    departure = cells - filled
+    channels = [
+        known,
+        _DEPARTURE_GAIN * departure,
+        _DEPARTURE_GAIN * (departure - coarse),
+        _FINE_GAIN * (cells - _mean(cells, _FINE)),
+        _WIDE_GAIN * (cells - _mean(cells, _WIDE)),
+        _GUIDE_GAIN * (guide - cells) * guided,
+        guided,
+    ]
+    return np.clip(np.stack(channels), -_LIMIT, _LIMIT).astype(np.float32, copy=False)
+
+
+def _mean(values: Array, side: int) -> Array:
+    return np.asarray(cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE), np.float32)
+
+
+# The correction network in use: changes of completed depth, in a few steps.
+
+STEPS = 2
+"""Number of steps: as many as in training."""
 
 LARGEST = 1.0
 """Maximum change of log depth."""
 
-LONGEST_SIDE = 640
-"""A frame with a longer side [px] is scaled down to this: the network was trained at this size."""
-
-_LINKS, _AROUND, _PAIR = 6, 9, 2
+_LINKS, _HIDDEN, _CONTEXT, _STATE, _PAIR = 6, 16, 36, 7, 2
 
 _NOISE_LEVEL = 0.008
 """Change of log depth above which most of it is applied: smaller changes are no better than noise."""
@@ -158,81 +144,99 @@ _WINDOW, _ALIKE_COLOUR, _NEAR = 13, 0.03, 4.0
 """The bilateral filter that removes the cells' grid: its side [px] and its standard deviations, in change of log depth
 and in position [px]."""
 
-_TRIAL_SHAPES = ((64, 64), (64, 96))
+_TRIAL_SHAPES = ((16, 16), (16, 24))
 
 
 class CorrectionNetwork(OnnxNetwork):
     """A correction network, ready to run. `load` creates one; it may be used from any thread.
 
-    The file is an ONNX network of two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `features`, the
-    `correction_features`, H and W multiples of 32. Its outputs are `links`, (1, 6, H/4, W/4), in the order that
-    `spread` expects, and `logits`, (1, 36, H/2, W/2): for each pixel the unnormalised logarithms of its weights for the
-    9 cells around it; those of 2 x 2 pixels together.
+    The file is an ONNX network for one step, with the inputs `context`, (1, 36, h, w), of `Surfaces`; `state`,
+    (1, 7, h, w), see `state_of`; `passed`, (1, 16, h, w), from the step before, 0 in the first; and `cells`,
+    (1, 1, h, w), the completed log depth of the cells. Its outputs are `links`, (1, 6, h, w), as `spread` takes them,
+    and `next`, (1, 16, h, w), for the next step.
     """
 
     KIND = "correction network"
 
-    def change(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
+    def change(
+        self, surfaces: Surfaces, depth: Array, completed: Array, guide: tuple[Array, Array] | None = None
+    ) -> Array:
         """Compute the change of the logarithm of completed depth.
 
         Parameters
         ----------
-        rgb : ndarray of uint8, shape (H, W, 3)
+        surfaces : Surfaces
+            Of the frame with this known depth.
         depth : ndarray of float32, shape (H, W)
             Known depth [m], NaN = missing; at least one known pixel.
         completed : ndarray of float32, shape (H, W)
             Completed depth [m], NaN where it is missing.
-        contours : ndarray of float32, shape (H, W)
-            Strength of the filter's contours, in [0, 1].
+        guide : pair of ndarray of float32, shape (H, W), optional
+            Depth of a guide [m], and the confidence in it, 0 to 1, 0 where it has no value.
 
         Returns
         -------
         ndarray of float32, shape (H, W)
         """
-        height, width = depth.shape
-        scale = LONGEST_SIDE / max(height, width)
-        if scale < 1:
-            size = max(1, round(width * scale)), max(1, round(height * scale))
-            rgb, contours = (cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in (rgb, contours))  # type: ignore[assignment]
-            small = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)
-            if np.isfinite(small).any():
-                completed = cv2.resize(completed, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
-                found = self._predict(rgb, np.asarray(small, np.float32), completed, contours)
-                return np.asarray(cv2.resize(found, (width, height), interpolation=cv2.INTER_LINEAR), np.float32)
+        size = surfaces.size
+        small = nearest_depth(depth, size)
+        known = np.isfinite(small)
+        if not known.any():
             return np.zeros(depth.shape, np.float32)
-        return self._predict(rgb, depth, completed, contours)
+        filled, median = filled_log_depth(small)
+        filled -= np.float32(median)
+        log_depth = _log_or(nearest_depth(completed, size), median, filled)
+        shares = np.zeros(size, np.float32)
+        of_guide = log_depth
+        if guide is not None:
+            of_guide = _log_or(nearest_depth(guide[0], size), median, log_depth)
+            shares = nearest_depth(guide[1], size)
+        pictures = [reflected(one, MULTIPLE) for one in (known, filled, of_guide, shares, log_depth)]
+        window = pictures[0][1]
+        *constant, now = (one for one, _ in pictures)
+        known_cells, filled_cells, guide_cells, guided = (_cells(one) for one in constant)
+        coarse, before = surfaces.coarse[0], now
+        passed = np.zeros((_HIDDEN, *coarse.shape), np.float32)
+        for _ in range(STEPS):
+            cells = _cells(now)
+            state = state_of(cells, known_cells, filled_cells, coarse, guide_cells, guided)
+            links, passed = self._step(surfaces.context, state, passed, cells)
+            now = now + _weighted(spread(links), surfaces.weights)
+        found = smoothed((now - before)[window])
+        if size == depth.shape:
+            return found
+        return np.asarray(cv2.resize(found, depth.shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
 
-    def _predict(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
-        image, window = reflected(rgb, MULTIPLE)
-        features, _ = correction_features(depth, completed, contours)
-        size = image.shape[:2]
-        colour = as_input(image)
-        whole = np.stack([reflected(channel, MULTIPLE)[0] for channel in features])
+    def _step(self, context: Array, state: Array, passed: Array, cells: Array) -> tuple[Array, Array]:
+        inputs = {"context": context, "state": state, "passed": passed, "cells": cells[None]}
         try:
-            outputs = self._forward({"image": colour, "features": whole[None]})
+            outputs = self._forward({name: one[None] for name, one in inputs.items()})
         except RefusedInputError as error:
-            raise FormatError(
-                f"{self.path.name} is not a correction network: it does not accept an image of {size} and its depth."
-            ) from error
-        shapes = [one.shape for one in outputs]
-        cells, pairs = (tuple(side // length for side in size) for length in (CELL, _PAIR))
-        if shapes != [(1, _LINKS, *cells), (1, _AROUND * _PAIR**2, *pairs)]:
-            raise FormatError(
-                f"{self.path.name} is not a correction network: its output shapes for an image of {size} are {shapes}."
-            )
+            raise FormatError(f"{self.path.name} is not a {self.KIND}: it does not accept its inputs.") from error
+        shapes, size = [one.shape for one in outputs], cells.shape
+        if shapes != [(1, _LINKS, *size), (1, _HIDDEN, *size)]:
+            raise FormatError(f"{self.path.name} is not a {self.KIND}: its outputs are {shapes} for {size} cells.")
         if not all(np.isfinite(one).all() for one in outputs):
             raise FormatError(f"{self.path.name} returns values that are not finite for this frame.")
-        links, logits = outputs[0][0], outputs[1][0]
-        return smoothed(_weighted(spread(links), logits))[window]
+        return outputs[0][0], outputs[1][0]
 
     def _try(self) -> None:
-        for height, width in _TRIAL_SHAPES:
-            ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
-            depth = np.asarray(1 + ramp[..., 0] / 255, np.float32)
-            known = np.where(ramp[..., 1] > 128, depth, np.float32(np.nan))
-            found = self._predict(ramp, known, depth, np.zeros_like(depth))
-            if not np.isfinite(found).all():
-                raise FormatError(f"{self.path.name} is not a correction network: its changes are not finite.")
+        for size in _TRIAL_SHAPES:
+            flat = np.zeros(size, np.float32)
+            channels = (np.zeros((count, *size), np.float32) for count in (_CONTEXT, _STATE, _HIDDEN))
+            self._step(*channels, flat)
+
+
+def _log_or(depth: Array, median: float, otherwise: Array) -> Array:
+    """The logarithm of depth minus a median, and other values where it is missing."""
+    there = np.isfinite(depth)
+    return np.where(there, np.log(np.where(there, depth, 1), dtype=np.float32) - np.float32(median), otherwise)
+
+
+def _cells(values: NDArray) -> Array:
+    """The means of cells."""
+    size = values.shape[1] // CELL, values.shape[0] // CELL
+    return np.asarray(cv2.resize(values.astype(np.float32), size, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def smoothed(change: Array) -> Array:
@@ -249,7 +253,7 @@ def _weighted(cells: Array, logits: Array) -> Array:
     height, width = logits.shape[1:]
     # a cell's value is repeated at each of its pairs of pixels, like the logits
     around = np.pad(cells, 1, mode="edge").repeat(CELL // _PAIR, axis=0).repeat(CELL // _PAIR, axis=1)
-    of_cells = logits.reshape(_AROUND, _PAIR**2, height, width)
+    of_cells = logits.reshape(AROUND, _PAIR**2, height, width)
     largest = of_cells.max(axis=0)
     total, weights = np.zeros_like(largest), np.zeros_like(largest)
     for k, of_cell in enumerate(of_cells):

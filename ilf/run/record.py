@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
-from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, model_path
+from .._runtime.networks.models import CORRECTION, SURFACES, model_path
 from .._runtime.schema import PlainName, plain
 from ..completion.correction_network import load_correction_network
 from ..data.declarations import Value
@@ -24,7 +24,7 @@ from ..data.guide import Guide
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockOutcome, Completion
 from ..errors import InputError
-from ..segmentation.edges.depth_edges import DepthEdgeNetwork
+from ..segmentation.edges.surfaces import SurfaceNetwork
 from ..segmentation.edges.detectors import load_model
 from .options import DRAWN_FILE, GUIDE_FILE, INVALID_MASK_FILE, LABELS_FILE, OUTSIDE_FILE, ExportOptions
 from .setup import RunSetup
@@ -48,9 +48,9 @@ def requested_networks(detector: str, model: str) -> Requested:
     Examples
     --------
     >>> requested_networks("rgbd", "edges"), requested_networks("combined", "mine")
-    (('depth-edges', 'edges'), ('mine',))
+    (('surfaces',), ('mine',))
     """
-    return {"canny": (), "rgbd": (DEPTH_EDGES, model)}.get(detector, (model,))
+    return {"canny": (), "rgbd": (SURFACES,)}.get(detector, (model,))
 
 
 def used_network(sha256: str | None, requested: Requested) -> dict[str, str]:
@@ -71,7 +71,7 @@ def installed_sha256(name: str) -> str | None:
     try:
         if name == CORRECTION:
             return load_correction_network().sha256
-        return (DepthEdgeNetwork.load(model_path(name)) if name == DEPTH_EDGES else load_model(name)).sha256
+        return (SurfaceNetwork.load(model_path(name)) if name == SURFACES else load_model(name)).sha256
     except InputError:
         return None
 

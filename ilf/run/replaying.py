@@ -15,7 +15,7 @@ from .._runtime.files import file_sha256
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
-from .._runtime.networks.models import CORRECTION, DEPTH_EDGES
+from .._runtime.networks.models import CORRECTION, SURFACES
 from ..data.frame import InputFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.results import Completion
@@ -113,7 +113,7 @@ def network_differences(record: RunRecord) -> list[str]:
                     "Install the recorded version."
                 )
                 continue
-            remedy = "Install the recorded version" if name == DEPTH_EDGES else "Import the recorded one"
+            remedy = "Install the recorded version" if name == SURFACES else "Import the recorded one"
             sentences.append(f"The edge network {name!r} {had} {state}: {means}. {remedy}.")
     return sentences
 

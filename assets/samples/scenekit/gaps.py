@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ilf.lab.training.depth_edges.pictures import smooth_noise
+from ilf.lab.training.surfaces.pictures import smooth_noise
 
 from .view import View, jumps, patches, ragged
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from .furniture import BY_WALL, FREE
@@ -91,11 +93,13 @@ def seating(kit: Kit) -> Setting:
         kit.between(0.8, 1.8),
         kit.between(0, 360),
     )
-    one = thing(kit)
+    one = [(replace(shape, item=0), material) for shape, material in thing(kit)]
     for x in np.arange(-width / 2 + 0.7, width / 2 - 0.6, across):
         for z in np.arange(1.5, depth - 0.8, along):
             if kit.chance(0.75):
-                parts += moved(turned(one, rotation(facing + kit.rng.normal(0, 8))), x + kit.rng.normal(0, 0.05), 0, z)
+                parts += kit.item(
+                    moved(turned(one, rotation(facing + kit.rng.normal(0, 8))), x + kit.rng.normal(0, 0.05), 0, z)
+                )
     for _ in range(kit.number(0, 3)):
         parts += moved(
             turned(kit.one_of(FREE)(kit), rotation(kit.between(0, 360))),

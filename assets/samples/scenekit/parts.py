@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import count
 
 import numpy as np
 
@@ -20,6 +22,7 @@ class Kit:
 
     rng: np.random.Generator
     materials: Materials
+    _numbers: Iterator[int] = field(default_factory=lambda: count(1))
 
     def between(self, low: float, high: float) -> float:
         return float(self.rng.uniform(low, high))
@@ -32,7 +35,16 @@ class Kit:
         return int(self.rng.integers(low, high + 1))
 
     def one_of(self, choices: Sequence[Thing]) -> Thing:
-        return choices[self.rng.integers(len(choices))]
+        chosen = choices[self.rng.integers(len(choices))]
+        return partial(self._made, chosen) if callable(chosen) else chosen
+
+    def item(self, parts: Parts) -> Parts:
+        """The parts as one object, except for those that belong to another."""
+        number = next(self._numbers)
+        return [(shape if shape.item else replace(shape, item=number), material) for shape, material in parts]
+
+    def _made(self, thing: Thing, kit: Kit) -> Parts:
+        return self.item(thing(kit))
 
 
 Thing = Callable[[Kit], Parts]

@@ -32,6 +32,8 @@ class Picture:
         Of the triangles, in camera coordinates, towards the camera.
     part : ndarray of int32
         Number of the smooth surface.
+    item : ndarray of int32
+        Number of the object.
     flags : dict of ndarray of bool
         "black", "glossy", "transparent", "emitting".
     unlit : ndarray of bool
@@ -45,6 +47,7 @@ class Picture:
     behind: np.ndarray
     normals: np.ndarray
     part: np.ndarray
+    item: np.ndarray
     flags: dict[str, np.ndarray]
     unlit: np.ndarray
     intrinsics: tuple[float, float, float, float]
@@ -67,6 +70,7 @@ def photographed(
         for name in ("black", "glossy", "transparent", "emitting")
     }
     part = np.where(hits.found, hits.part, -1).astype(np.int32).reshape(shape)
+    item = np.where(hits.found, hits.item, -1).astype(np.int32).reshape(shape)
     projector = camera.position + BASELINE * camera.axes[0]
     start = hits.points + 3 * OFF_SURFACE * hits.flat
     unlit = (world.blocked(start, projector - start, 0.99) & seen).reshape(shape)
@@ -77,6 +81,7 @@ def photographed(
         behind=np.where(flags["transparent"], behind, np.nan).astype(np.float32),
         normals=(hits.flat @ camera.axes.T).astype(np.float32).reshape(height, width, 3),
         part=part,
+        item=item,
         flags=flags,
         unlit=unlit,
         intrinsics=camera.intrinsics,

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
-from ilf.lab.training.depth_edges.pictures import smooth_noise
+from ilf.lab.training.surfaces.pictures import smooth_noise
 
 from . import depth_cameras, gaps
 from .view import SKY, View, facing, patches

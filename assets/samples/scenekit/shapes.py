@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -28,6 +28,8 @@ class Shape:
         Number of the smooth surface that a vertex belongs to.
     triangles : ndarray (T, 3)
         Rows of vertices.
+    item : int
+        Number of the object that it is a part of; 0 if it is an object of its own.
     """
 
     vertices: np.ndarray
@@ -35,15 +37,16 @@ class Shape:
     uv: np.ndarray
     face: np.ndarray
     triangles: np.ndarray
+    item: int = 0
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Shape:
-        return Shape(self.vertices + np.array([x, y, z]), self.normals, self.uv, self.face, self.triangles)
+        return replace(self, vertices=self.vertices + np.array([x, y, z]))
 
     def turned(self, matrix: np.ndarray) -> Shape:
-        return Shape(self.vertices @ matrix.T, self.normals @ matrix.T, self.uv, self.face, self.triangles)
+        return replace(self, vertices=self.vertices @ matrix.T, normals=self.normals @ matrix.T)
 
     def scaled(self, factor: float) -> Shape:
-        return Shape(self.vertices * factor, self.normals, self.uv * factor, self.face, self.triangles)
+        return replace(self, vertices=self.vertices * factor, uv=self.uv * factor)
 
     @cached_property
     def low(self) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ilf.lab.training.depth_edges.pictures import smooth_noise
+from ilf.lab.training.surfaces.pictures import smooth_noise
 
 SKY = 60.0
 """Depth [m] that stands for nothing there while a camera is simulated."""

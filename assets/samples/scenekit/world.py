@@ -65,6 +65,10 @@ class Hits:
     def part(self) -> np.ndarray:
         return self._world.part[self._triangle]
 
+    @cached_property
+    def item(self) -> np.ndarray:
+        return self._world.item[self._triangle]
+
     def _mean(self, of_vertices: np.ndarray) -> np.ndarray:
         a, b, c = self._world.triangles[self._triangle].T
         u, v = self._share.T[..., None]
@@ -89,7 +93,10 @@ class World:
         self.triangles = whole.triangles
         self.normals, self.uv = whole.normals.astype(np.float32), whole.uv.astype(np.float32)
         self.part = whole.face[self.triangles[:, 0]]
-        self.material = np.repeat([number for _, number in parts], [len(shape.triangles) for shape, _ in parts])
+        sizes = [len(shape.triangles) for shape, _ in parts]
+        self.material = np.repeat([number for _, number in parts], sizes)
+        # what is no part of an object is one of its own: a wall, a floor
+        self.item = np.repeat([shape.item or -k for k, (shape, _) in enumerate(parts, 2)], sizes)
         a, b, c = (vertices[corner] for corner in self.triangles.T)
         self.flat = unit(np.cross(b - a, c - a))
         solid = ~table.transparent[self.material]

@@ -14,13 +14,13 @@ from ..installation import asset_path
 BUNDLED = "edges"
 """The bundled contour network."""
 
-DEPTH_EDGES = "depth-edges"
-"""The bundled depth-edge network, the only one of its kind."""
+SURFACES = "surfaces"
+"""The bundled network that looks at a frame, the only one of its kind."""
 
 CORRECTION = "correction"
 """The bundled network that corrects completed depth, the only one of its kind."""
 
-_OURS = (BUNDLED, DEPTH_EDGES, CORRECTION)
+_OURS = (BUNDLED, SURFACES, CORRECTION)
 
 _SUFFIX = ".onnx"
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,100}")
@@ -45,7 +45,7 @@ def model_path(name: str) -> Path:
     Parameters
     ----------
     name : str
-        One of `model_names`, `DEPTH_EDGES` or `CORRECTION`.
+        One of `model_names`, `SURFACES` or `CORRECTION`.
 
     Raises
     ------

@@ -9,14 +9,14 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_path
+from ..._runtime.networks.models import BUNDLED, SURFACES, model_path
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ...data.parameters import BlockParameters
 from ...errors import InputError
-from .depth_edges import DepthEdgeNetwork, DepthEdges
 from .detectors import EdgeNetwork, canny_edges, check_image, colour_gradient, gradient_strength, load_model
 from .relief import Relief, find_relief
+from .surfaces import SurfaceNetwork, Surfaces
 
 Array = NDArray[np.float32]
 
@@ -143,22 +143,22 @@ def clear_evidence_cache(frame: RGBDFrame) -> None:
     clear_cached(frame.rgb, _lines)
 
 
-def load_depth_network() -> DepthEdgeNetwork:
-    """Load the bundled depth-edge network.
+def load_surface_network() -> SurfaceNetwork:
+    """Load the bundled surface network.
 
     Raises
     ------
     InputError
         If its file is missing.
     FormatError
-        If it is not a depth-edge network.
+        If it is not a surface network.
     """
-    return DepthEdgeNetwork.load(model_path(DEPTH_EDGES))
+    return SurfaceNetwork.load(model_path(SURFACES))
 
 
 @once_per_frame
-def depth_edges(frame: RGBDFrame, network: DepthEdgeNetwork) -> DepthEdges:
-    """Depth jumps and creases predicted from the frame's colour and depth, cached with the frame."""
+def surfaces_of(frame: RGBDFrame, network: SurfaceNetwork) -> Surfaces:
+    """What the network finds in the frame's colour and depth, cached with the frame."""
     return network.look(frame.rgb, frame.depth)
 
 
@@ -200,12 +200,12 @@ def _jump(parameters: BlockParameters) -> tuple[float, float]:
 
 def _working_network(
     frame: RGBDFrame, parameters: BlockParameters
-) -> tuple[DepthEdgeNetwork | EdgeNetwork | None, tuple[str, ...]]:
+) -> tuple[SurfaceNetwork | EdgeNetwork | None, tuple[str, ...]]:
     """The first network that works, starting from the requested one, None for Canny; and why the others do not."""
     detector, notes = parameters.detector, []
     while detector in _FALLBACKS:
         try:
-            network = load_depth_network() if detector == "rgbd" else load_model(parameters.model)
+            network = load_surface_network() if detector == "rgbd" else load_model(parameters.model)
             _network_output(frame, network, parameters.multiscale)
         except InputError as error:
             detector, what = _FALLBACKS[detector]
@@ -215,38 +215,29 @@ def _working_network(
     return None, tuple(notes)
 
 
-def _network_output(frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
+def _network_output(frame: RGBDFrame, network: SurfaceNetwork | EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
     """Strength of edges by a network."""
     if isinstance(network, EdgeNetwork):
         return network_strength(frame.rgb, network, multiscale)
-    return depth_edges(frame, network).jump
+    return surfaces_of(frame, network).border
 
 
 @once_per_frame
 def _find(
     frame: RGBDFrame,
-    network: DepthEdgeNetwork | EdgeNetwork | None,
+    network: SurfaceNetwork | EdgeNetwork | None,
     multiscale: bool,
     canny: tuple[float, float, float],
     jump: tuple[float, float],
 ) -> FrameEdges:
     detected = _canny_of_frame(frame.rgb, *canny) if network is None else _network_output(frame, network, multiscale)
     strength, crease = detected, None
-    notes: tuple[str, ...] = ()
-    if isinstance(network, DepthEdgeNetwork):
-        contours, notes = None, ()
-        strength, crease = joined(detected, contours), depth_edges(frame, network).crease
+    if isinstance(network, SurfaceNetwork):
+        surfaces = surfaces_of(frame, network)
+        strength, crease = joined(surfaces.jump, surfaces.border), surfaces.crease
     strength = np.where(_relief(frame, *jump).edges, np.float32(1), strength)
     sha256 = None if network is None else network.sha256
-    return FrameEdges(detected, strength, sha256, crease, notes)
-
-
-def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tuple[str, ...]]:
-    """Contours by the bundled network, to be combined with depth edges; or a note on why there are none."""
-    try:
-        return network_strength(frame.rgb, load_model(BUNDLED), False), ()
-    except InputError as error:
-        return None, (f"Depth edges are not combined with contours of the colour image: {error}",)
+    return FrameEdges(detected, strength, sha256, crease)
 
 
 # Edge strength of a frame or of a colour image, by one detector.
@@ -313,7 +304,7 @@ def edge_strength(
         return find_relief(frame.depth, defaults.depth_jump, defaults.depth_jump_share).edges.astype(np.float32)
     # no fallback for a missing network here
     if detector == "rgbd":
-        depth_edges(frame, load_depth_network())
+        surfaces_of(frame, load_surface_network())
         return find_edges(frame, defaults.replace(detector="rgbd")).strength.copy()
     by_network = network_strength(frame.rgb, load_model(model), multiscale)
     return (by_network if detector == "hed" else find_edges(frame, defaults).strength).copy()

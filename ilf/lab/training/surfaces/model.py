@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ....segmentation.edges.depth_edges import CHANNELS
+from ....segmentation.edges.surfaces import AROUND, CELL, CHANNELS
 from .conduction import Links, conduct
 
 WIDTHS = (24, 32, 48, 64, 96, 96)
@@ -59,7 +59,7 @@ class SurfaceModel(nn.Module):
     """Network from colour and features of the known depth to lines, coarse depth, an embedding, and what the
     correction of the depth needs.
 
-    The image is (N, 3, H, W), RGB in [0, 1], the features are (N, 6, H, W), H and W multiples of 64. `forward` gives
+    The image is (N, 3, H, W), RGB in [0, 1], the features are (N, 6, H, W), H and W multiples of 32. `forward` gives
     the logits of jump, crease and border, (N, 3, H, W); the coarse depth, (N, 2, H/4, W/4): the log depth minus the
     filled one of the features, and the log of its mean error; the embedding, (N, 8, H/4, W/4); the context of the
     correction, (N, CONTEXT, H/4, W/4); and logits of the weights with which each pixel averages the changes of the
@@ -108,7 +108,8 @@ class SurfaceModel(nn.Module):
             x = stage(x)
             finer.append(x)
         for k in reversed(range(len(UP_WIDTHS))):
-            above = functional.interpolate(self.up[k](x), scale_factor=2.0, mode="bilinear", align_corners=False)
+            # of that size, because the coarsest stage halves odd sides
+            above = functional.interpolate(self.up[k](x), finer[k].shape[2:], mode="bilinear", align_corners=False)
             x = self.refine[k](functional.relu(above + self.across[k](finer[k])))
             if k == 1:
                 quarter = x
@@ -119,12 +120,6 @@ class SurfaceModel(nn.Module):
 
 CONTEXT = 4 + UP_WIDTHS[1]
 """Channels of the context: jumps to the right and below, coarse depth and its error, and features."""
-
-CELL = 4
-"""Side [px] of the cells that changes spread between."""
-
-AROUND = 9
-"""Number of cells whose changes are averaged for a pixel: its own and its neighbours."""
 
 STATE = ("known", "departure", "coarse departure", "fine relief", "wide relief", "guide", "guided")
 """Channels of the state of completion, see `Frame.state`."""

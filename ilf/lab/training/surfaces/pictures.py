@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ....data.pixel_grids import Pairs, different_labels, mark, sides
 from ....errors import InputError
-from ....segmentation.edges.depth_edges import depth_features, filled_log_depth
+from ....segmentation.edges.surfaces import depth_features, filled_log_depth
 
 # Noise that gives outlines of holes.
 

@@ -13,11 +13,11 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ....segmentation.edges.depth_edges import CHANNELS, COARSE, LOG_SPREADS
+from ....segmentation.edges.surfaces import CELL, CHANNELS, LOG_SPREADS
 from ..trainer import Arrays, TrainingTask, write_onnx
 from .initialisation import initialise_from
 from .measures import LineScore
-from .model import CELL, CONTEXT, HIDDEN, LINES, STATE, CorrectionModel, FrameModel, SurfaceModel
+from .model import CONTEXT, HIDDEN, LINES, STATE, CorrectionModel, FrameModel, SurfaceModel
 from .pictures import Picture, PictureFolder, random_sample, read_picture, sample_of, with_hidden_depth
 
 # Loss: lines, coarse depth and embedding, and the error of the corrected depth.
@@ -70,7 +70,7 @@ def coarse_loss(coarse: Tensor, log_depth: Tensor, features: Tensor) -> Tensor:
 
 def at_quarter(values: Tensor) -> Tensor:
     """Take one pixel of each 4 x 4, not their mean, which could lie between two surfaces."""
-    return values[..., COARSE // 2 :: COARSE, COARSE // 2 :: COARSE]
+    return values[..., CELL // 2 :: CELL, CELL // 2 :: CELL]
 
 
 def _where_missing(features: Tensor) -> Tensor:

@@ -1,4 +1,4 @@
-"""Inference of the depth-edge network: jumps and creases from colour and known depth."""
+"""The surface network: one look at colour and known depth for jumps, creases, borders, and what the correction needs."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from ..._runtime.networks.network import OnnxNetwork, RefusedInputError, as_input, reflected
 from ...data.pixel_grids import nearest_values
 from ...errors import FormatError, InputError
-from .detectors import LONGEST_SIDE, check_image
+from .detectors import check_image
 
 Array = NDArray[np.float32]
 
-# Input features of the depth-edge network from known depth: the same in training and inference.
+# Input features of the network from known depth: the same in training and inference.
 
 CHANNELS = ("known", "filled", "fine relief", "wide relief", "distance", "nearest")
 """The channels of `depth_features`, in this order."""
@@ -96,22 +96,30 @@ def _fill(values: Array, weights: Array) -> Array:
 # The network.
 
 MULTIPLE = 32
-COARSE = 4
-"""Divisor of the sides of the network's input, and the size in pixels of one value of its coarse depth."""
+"""The sides of the network's input are multiples of this."""
+
+LONGEST_SIDE = 640
+"""A frame with a longer side [px] is scaled down to this: the network was trained at this size."""
+
+CELL = 4
+"""Side of a cell in pixels of the network's input."""
+
+AROUND = 9
+"""Number of cells whose values are averaged for a pixel: its own and its neighbours."""
+
+_PAIR = 2
+_LINES, _EMBEDDING, _CONTEXT = 3, 8, 36
+"""Channels of the outputs."""
 
 LOG_SPREADS = (-7.0, 3.0)
 """Minimum and maximum log of the expected error of the coarse depth."""
-
-SCALES = (1.0, 0.5, 0.25)
-"""Scales at which the network runs. It was trained on images of 320 x 256, so for 640 x 480 these cover both details
-and the whole image."""
 
 _TRIAL_SHAPES = ((64, 64), (64, 96))
 
 
 @dataclass(frozen=True, eq=False)
-class DepthEdges:
-    """The network's predictions for a frame.
+class Surfaces:
+    """What the network finds in a frame.
 
     Attributes
     ----------
@@ -119,38 +127,49 @@ class DepthEdges:
         Probability that depth jumps between this pixel and its right or lower neighbour.
     crease : ndarray of float32, shape (H, W)
         Probability that the surface bends sharply there.
-    coarse : ndarray of float32, shape (H, W), or None
-        Depth [m] everywhere, without fine detail where it is missing. None if no depth is known at all, or the network
-        does not predict it.
-    spread : ndarray of float32, shape (H, W), or None
-        Predicted mean error of `coarse`, as a fraction of the depth.
+    border : ndarray of float32, shape (H, W)
+        Probability that one object ends there, or that depth jumps.
+    size : tuple of int
+        Height and width of the network's input, without the padding to multiples of `MULTIPLE`.
+    embedding : ndarray of float32, shape (8, h, w)
+        Of the cells of the padded input, see `CELL`: near each other in one object, and apart in different ones.
+    coarse : ndarray of float32, shape (2, h, w)
+        Log depth of the cells minus the filled one of the features, and the log of its expected mean error.
+    context : ndarray of float32, shape (36, h, w)
+        What the correction needs.
+    weights : ndarray of float32, shape (36, 2 h, 2 w)
+        Logits of the weights with which each pixel averages the values of the 9 cells around it: for each cell those
+        of 2 x 2 pixels.
     """
 
     jump: Array
     crease: Array
-    coarse: Array | None
-    spread: Array | None
+    border: Array
+    size: tuple[int, int]
+    embedding: Array
+    coarse: Array
+    context: Array
+    weights: Array
 
 
-class DepthEdgeNetwork(OnnxNetwork):
-    """A depth-edge network, ready to run. `load` creates one; it may be used from any thread.
+class SurfaceNetwork(OnnxNetwork):
+    """A surface network, ready to run. `load` creates one; it may be used from any thread.
 
     The file is an ONNX network with two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `depth`, the
-    `depth_features`, H and W multiples of 32. Its outputs are `jump` and `crease`, (1, 1, H, W) in [0, 1], and
-    optionally `coarse`, (1, 2, H/4, W/4): the log depth minus the filled one of the features, and the log of its
-    expected mean error.
+    `depth_features`, H and W multiples of 32. Its outputs are `lines`, jump, crease and border, (1, 3, H, W) in [0, 1];
+    and `coarse`, (1, 2, H/4, W/4), `embedding`, (1, 8, H/4, W/4), `context`, (1, 36, H/4, W/4), and `weights`,
+    (1, 36, H/2, W/2), as in `Surfaces`.
     """
 
-    KIND = "depth-edge network"
+    KIND = "surface network"
 
-    def look(self, rgb: NDArray[np.uint8], depth: Array) -> DepthEdges:
-        """Predict the depth edges of a frame.
+    def look(self, rgb: NDArray[np.uint8], depth: Array) -> Surfaces:
+        """Find the surfaces of a frame.
 
         Parameters
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
-            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that. The result is the
-            mean of the predictions at the scales of `SCALES`; for depth, the mean of its logarithm.
+            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that.
         depth : ndarray of float32, shape (H, W)
             Depth [m], NaN = missing.
 
@@ -158,59 +177,67 @@ class DepthEdgeNetwork(OnnxNetwork):
         ------
         InputError
             If the image is not of this shape and type, has no pixels, or the depth has another shape.
+        FormatError
+            If the file is not such a network.
         """
         check_image(rgb)
         height, width = rgb.shape[:2]
         if depth.shape != (height, width):
-            raise InputError(f"Depth edges require depth of the image's shape {(height, width)}, not {depth.shape}.")
-        full = min(1.0, LONGEST_SIDE / max(height, width))
-        predictions = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
-        jump, crease = np.clip(np.mean([look[:2] for look in predictions], axis=0), 0, 1)
-        coarse = [look[2:] for look in predictions if len(look) > 2]
-        if not coarse:
-            return DepthEdges(jump, crease, None, None)
-        log_depth, log_spread = np.mean(coarse, axis=0)
-        return DepthEdges(jump, crease, np.exp(log_depth), np.exp(np.clip(log_spread, *LOG_SPREADS)))
+            raise InputError(f"Edges require depth of the image's shape {(height, width)}, not {depth.shape}.")
+        size = input_size((height, width))
+        lines, coarse, embedding, context, weights, window = self._run(resized(rgb, size), nearest_depth(depth, size))
+        jump, crease, border = (
+            np.clip(np.asarray(cv2.resize(line[window], (width, height), interpolation=cv2.INTER_LINEAR)), 0, 1)
+            for line in lines
+        )
+        return Surfaces(jump, crease, border, size, embedding, coarse, context, weights)
 
-    def _at_scale(self, rgb: NDArray[np.uint8], depth: Array, scale: float) -> list[Array]:
-        """Predictions for the image resized by a factor, each resized back: lines, and, if the network predicts them
-        and depth is known at that scale, log depth and log spread."""
-        height, width = depth.shape
-        if scale != 1:
-            size = (max(1, round(width * scale)), max(1, round(height * scale)))
-            rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-            depth = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
-        found = self._run(rgb, depth)
-        if not np.isfinite(depth).any():
-            found = found[:2]
-        elif len(found) > 2:
-            found[2] = found[2] + filled_log_depth(depth)[0]
-        return [cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in found]  # type: ignore[misc]
-
-    def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
-        """The outputs of the network, each (H, W) of the image's size."""
+    def _run(self, rgb: NDArray[np.uint8], depth: Array) -> tuple[Array, ...]:
+        """The outputs of the network, and the image's window in them."""
         image, window = reflected(rgb, MULTIPLE)
         features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE)
-        size = image.shape[:2]
+        height, width = image.shape[:2]
         inputs = {"image": as_input(image), "depth": np.moveaxis(features, 2, 0)[None]}
         try:
             outputs = self._forward(inputs)
         except RefusedInputError as error:
             raise FormatError(
-                f"{self.path.name} is not a depth-edge network: it does not accept an image of {size} and its depth."
+                f"{self.path.name} is not a {self.KIND}: it does not accept an image of {(height, width)} and its depth."
             ) from error
-        lines, quarter = (1, 1, *size), (1, 2, size[0] // COARSE, size[1] // COARSE)
-        shapes = [one.shape for one in outputs]
-        if shapes not in ([lines, lines], [lines, lines, quarter]):
+        cells, pairs = ((height // side, width // side) for side in (CELL, CELL // _PAIR))
+        wanted = [(_LINES, height, width), (2, *cells), (_EMBEDDING, *cells), (_CONTEXT, *cells)]
+        shapes = [one.shape[1:] for one in outputs]
+        if shapes != [*wanted, (AROUND * _PAIR**2, *pairs)]:
             raise FormatError(
-                f"{self.path.name} is not a depth-edge network: its outputs are {shapes} for an image of {size}."
+                f"{self.path.name} is not a {self.KIND}: its outputs are {shapes} for an image of {(height, width)}."
             )
-        maps = [map_ for output in outputs for map_ in output[0]]
-        return [cv2.resize(one, size[::-1], interpolation=cv2.INTER_LINEAR)[window] for one in maps]
+        if not all(np.isfinite(one).all() for one in outputs):
+            raise FormatError(f"{self.path.name} returns values that are not finite for this frame.")
+        return *(one[0] for one in outputs), window
 
     def _try(self) -> None:
         for height, width in _TRIAL_SHAPES:
             ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
-            lines = self._run(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))[:2]
-            if not all(np.isfinite(one).all() and one.min() >= -1e-3 and one.max() <= 1 + 1e-3 for one in lines):
-                raise FormatError(f"{self.path.name} is not a depth-edge network: its output is not within 0 to 1.")
+            lines = self._run(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))[0]
+            if not (lines.min() >= -1e-3 and lines.max() <= 1 + 1e-3):
+                raise FormatError(f"{self.path.name} is not a {self.KIND}: its output is not within 0 to 1.")
+
+
+def input_size(shape: tuple[int, int]) -> tuple[int, int]:
+    """Height and width at which the network sees a frame of this height and width."""
+    scale = min(1.0, LONGEST_SIDE / max(shape))
+    return max(1, round(shape[0] * scale)), max(1, round(shape[1] * scale))
+
+
+def resized(image: NDArray, size: tuple[int, int]) -> NDArray:
+    """An image at the size at which the network sees it."""
+    if image.shape[:2] == size:
+        return image
+    return np.asarray(cv2.resize(image, size[::-1], interpolation=cv2.INTER_AREA))
+
+
+def nearest_depth(depth: Array, size: tuple[int, int]) -> Array:
+    """Depth at the size at which the network sees it, without mixing depths."""
+    if depth.shape == size:
+        return depth
+    return np.asarray(cv2.resize(depth, size[::-1], interpolation=cv2.INTER_NEAREST), np.float32)
