@@ -1,4 +1,4 @@
-"""Menus and dialogs of the main window."""
+"""Menus, dialogs and keys of the main window."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction, QImage
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QApplication, QFileDialog
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from ilf.run.preset_files import read_preset
 
 
 @pytest.fixture
@@ -49,3 +51,24 @@ def test_a_picture_of_the_window_is_saved_where_it_is_asked_for(
     assert set(tmp_path.iterdir()) == before, "cancelled"
     window.documents.ask_save_picture()
     assert QImage(str(path)).size() == window.size() * window.devicePixelRatio()
+
+
+def test_a_preset_is_written_where_it_is_asked_for(
+    window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = ["", str(tmp_path / "mine")]
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (answers.pop(0), ""))
+    monkeypatch.chdir(tmp_path)
+    before = set(tmp_path.iterdir())
+    window.actions_["export_preset"].trigger()
+    assert {path.name for path in set(tmp_path.iterdir()) - before} <= {"settings"}, "cancelled"
+    window.actions_["export_preset"].trigger()
+    assert read_preset(tmp_path / "mine.json").parameters == window.workspace.parameters.current
+
+
+def test_space_pans_only_while_the_window_has_the_keyboard(window: MainWindow) -> None:
+    view = window.views.cells["colour"].view
+    window.views.set_space(True)
+    assert view.viewport().cursor().shape() == Qt.CursorShape.OpenHandCursor
+    QApplication.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))  # its release goes to another window
+    assert view.viewport().cursor().shape() != Qt.CursorShape.OpenHandCursor

@@ -149,7 +149,7 @@ def test_a_cloud_of_the_same_frame_keeps_the_point_of_view(qtbot, view, scene):
 def test_points_and_pixels_find_each_other(qtbot, view, scene):
     canvas = view.canvas
     assert scene.pixel_of(61) == (1, 1)
-    assert scene.index_of((1, 1)) == 61
+    assert (scene.index_of((1, 1)), scene.index_of((0, 1))) == (61, 60)
     assert scene.index_of((62, 1)) is scene.index_of((64, 0)) is scene.index_of((0, 50)) is None
     hovered, picked = [], []
     canvas.hovered.connect(hovered.append)

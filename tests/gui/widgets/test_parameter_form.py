@@ -173,6 +173,8 @@ def test_sliders_reach_both_ends_rise_throughout_and_return_to_where_they_were()
         assert all(declaration.checked(value) == value for value in values)
         assert all(scale.value(scale.position(value)) == value for value in values)
         assert scale.position(declaration.default) in range(scale.last + 1)
+    whole = ValueScale(sizes["margin"])
+    assert [whole.value(position) for position in range(whole.last + 1)] == list(range(-1, 21))
     middle = ValueScale(sizes["stiffness"])
     assert middle.value(middle.position(1.0)) == pytest.approx(1.0, rel=0.1)
     assert middle.position(1.0) == pytest.approx(middle.last / 3, abs=1), "equal ratios are equally far apart"

@@ -23,6 +23,7 @@ import ilf.batch.batch
 import ilf.batch.pictures
 import ilf.batch.workers
 from ilf._runtime.formatting import grouped
+from ilf._runtime.networks.models import BUNDLED, CORRECTION
 from ilf.batch.batch import open_batch, write_manifest
 from ilf.batch.frame_record import FrameStatus, read_frame, read_frame_record
 from ilf.batch.frames import BatchFrame, folder_name, frames_of_sources, named_frames, shard_of, slice_frames
@@ -479,6 +480,16 @@ def test_settings_hold_what_their_files_do(source, tmp_path):
     cv2.imwrite(str(mask), np.full((24, 32), 255, np.uint8))
     assert before != settings.facts()
     assert before["hidden"] == {"pattern": "areas", "seeds": [0]}
+
+
+def test_settings_name_the_networks_that_have_a_part_in_the_results():
+    def networks(**parameters):
+        configuration = replace(QUICK, parameters=ilf.preset("best", edges="canny", **parameters))
+        return set(replace(SETTINGS, configuration=configuration).facts()["networks"])
+
+    assert networks(correction=True) == {CORRECTION}
+    assert networks(correction=False) == set()
+    assert BUNDLED in BatchSettings().facts()["networks"]
 
 
 def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, in_this_process, capsys):

@@ -221,6 +221,19 @@ def test_blocks_that_are_as_extracted_are_iterated_on_only_once(
     assert len(made) > len(np.unique(other[other > 0])), "the network sees them as extracted"
 
 
+def test_no_blocks_are_found_for_a_correction_that_is_not_wanted(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+    real = extraction._blocks
+    monkeypatch.setattr(extraction, "_blocks", lambda *args: found.append(True) or real(*args))
+    joined = np.where(blocks > 0, 1, 0).astype(np.int32)
+    ilf.complete(anew(frame), joined, ilf.preset(correction=False))
+    assert not found
+    ilf.complete(anew(frame), joined, ilf.preset())
+    assert found
+
+
 def test_data_go_one_way_blocks_filter_correction(
     frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -156,6 +156,9 @@ def test_curve_is_monotone_and_goes_on_beyond_what_is_known() -> None:
     found = np.exp(curve(1 / asked))
     assert np.all(np.diff(found) >= 0)
     assert found == pytest.approx(asked, rel=0.03)
+    for factor in (0.001, 1000.0):
+        again = fit_curve(1 / depth, np.log(outliers), np.full(4000, factor))
+        assert np.exp(again(1 / asked)) == pytest.approx(found, rel=1e-6), "weights count relative to each other"
 
 
 def test_hidden_depth_has_no_part_in_the_fit() -> None:

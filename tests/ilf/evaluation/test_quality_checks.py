@@ -120,6 +120,19 @@ def test_border_beside_its_edge_in_missing_depth():
     assert abs(place.point[0] - 76) <= 2
 
 
+def test_a_border_does_less_harm_the_nearer_another_edge_is():
+    depth = two_walls()
+    depth[20:70, 30:100] = np.nan
+    labels = halves()
+    labels[30:60, 60:76] = 1
+    scores = []
+    for columns in ([60], [60, 88], [60, 84]):
+        edge = NOWHERE.copy()
+        edge[:, columns] = 1
+        scores.append(only_place(find_places(frame_of(depth), labels, edge)).score)
+    assert scores[0] > scores[1] > scores[2]
+
+
 def test_high_expected_error_counts_where_it_is_given():
     depth = two_walls()
     depth[20:60, 10:50] = np.nan

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from collections.abc import Generator
@@ -80,6 +81,18 @@ def test_threads_are_stopped_when_nobody_wants_more(wish: threading.Event) -> No
     steps.close()
     assert len(seen) <= 2, "a task that was not at work need not be stopped"
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("ilf-block")]
+
+
+def test_threads_take_turns_more_often_only_while_they_share_work() -> None:
+    usual = sys.getswitchinterval()
+
+    def task() -> Generator[float, None, None]:
+        yield sys.getswitchinterval()
+
+    for _ in range(2):
+        during = list(run_in_parallel([task(), task()], 2))
+        assert max(during) < usual
+        assert sys.getswitchinterval() == usual
 
 
 def test_whoever_waits_for_a_lock_stops_waiting(wish: threading.Event) -> None:

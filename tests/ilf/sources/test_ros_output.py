@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import cv2
@@ -15,9 +16,11 @@ from ilf.data.camera import CameraIntrinsics
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import ExportError, ParameterError
 from ilf.io.rosbags import StampedDepth, write_rosbag
+from ilf.run.options import ExportOptions
 from ilf.sources.opening import close_all
 from ilf.sources.source import open_source
 from tests.ilf.bags import COLOUR, DEPTH, START, H, W, write_aligned
+from tests.ilf.small_runs import small_run, written
 
 METRES = np.where(DEPTH > 0, DEPTH / 1000, np.nan).astype(np.float32)
 CAMERA = CameraIntrinsics(30.0, 31.0, 15.5, 11.5)
@@ -65,6 +68,19 @@ def test_depth_and_camera_as_ros_has_them(tmp_path: Path, storage: str, encoding
     info = found["/camera_info"][0][1]
     assert (info.width, info.k.tolist()) == (W, [30, 0, 15.5, 0, 31, 11.5, 0, 0, 1])
     assert sorted(path.parent.iterdir()) == [path]
+
+
+def test_frames_without_times_follow_each_other_at_the_rate_that_is_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written(small_run(tmp_path), tmp_path / "runs" / "a", ExportOptions(cloud=None))
+    for name in ("b", "c"):
+        shutil.copytree(tmp_path / "runs" / "a", tmp_path / "runs" / name)
+    assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "none")]) == 1
+    assert "has no timestamp. Give the frame rate (--rate)." in capsys.readouterr().err
+    assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "out"), "--rate", "4"]) == 0
+    found = _messages(tmp_path / "out")
+    assert [stamp for stamp, _ in found["/depth_completed"]] == [0, 250_000_000, 500_000_000]
 
 
 def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
