@@ -216,12 +216,13 @@ def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
 
 def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, session) -> None:
     entry = Entry.of(FrameSource("/nowhere/a"))
+    assert entry.origin == FrameSource("/nowhere/a")
     workspace.frames.add_entries([entry])
     workspace.frames.set_note(entry, "dark")
     assert (entry.note, entry.unsaved) == ("dark", True)
     session.id, session.key = entry.id, entry.key
     workspace.frames.entries.attach(session)
-    assert session.note == "dark"
+    assert (session.note, entry.origin) == ("dark", session.origin)
     assert session.unsaved
 
 
