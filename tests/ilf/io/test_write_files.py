@@ -5,6 +5,8 @@ import errno
 import io
 import math
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -331,3 +333,9 @@ def test_a_path_that_cannot_be_looked_at_is_told_of_in_words(code, tmp_path, mon
     with pytest.raises(InputError, match="cannot be read") as caught:
         read_file(tmp_path / "depth.png")
     assert "Errno" not in str(caught.value)
+
+
+def test_files_are_known_without_numpy() -> None:
+    """What every command imports first takes no time."""
+    code = "import sys, ilf._runtime.files; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
