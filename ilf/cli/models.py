@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from importlib.metadata import metadata, packages_distributions
 from pathlib import Path
 
 from .._runtime.networks.models import (
     BUNDLED,
     CORRECTION,
     DEPTH_EDGES,
+    installed_models,
     model_names,
     model_path,
     models_folder,
@@ -21,9 +23,9 @@ from .output import table
 from .usage import Parser
 
 _BUNDLED = {
-    BUNDLED: ("bundled, contours", "non-commercial use only (BSDS500)"),
+    BUNDLED: ("bundled, contours", "MIT"),
     DEPTH_EDGES: ("bundled, for detector rgbd", "MIT"),
-    CORRECTION: ("bundled, depth correction", f"MIT; it needs {BUNDLED}"),
+    CORRECTION: ("bundled, depth correction", "MIT"),
 }
 """Name -> what a bundled network is for, and its licence."""
 
@@ -69,9 +71,18 @@ def run_list(arguments: argparse.Namespace) -> None:
             size = _size(model_path(name))
         except (InputError, OSError):
             size = "missing"
-        rows.append((name, size, *_BUNDLED.get(name, ("your own", ""))))
+        rows.append((name, size, *_BUNDLED.get(name, _origin(name))))
     print("\n".join(table(("name", "size", "origin", "licence"), rows)))
     print(f"\nYour own networks are in {models_folder()}")
+
+
+def _origin(name: str) -> tuple[str, str]:
+    """Where a network that is not bundled comes from, and its licence."""
+    package = installed_models().get(name)
+    if package is None or model_path(name).parent == models_folder():
+        return "your own", ""
+    about = metadata(packages_distributions()[package][0])
+    return f"package {about['Name']}", ", ".join(about.get_all("License-Expression", []))
 
 
 def run_import(arguments: argparse.Namespace) -> None:

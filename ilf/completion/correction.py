@@ -162,7 +162,7 @@ class BaseCompletion:
         left = frame.unfilled_mask()
         if left is not None:  # whatever the run's parameters are
             completed[left] = np.nan
-        change = applied_change(network.change(frame.rgb, frame.depth, completed, self.edges.detected), frame.known)
+        change = applied_change(network.change(frame.rgb, frame.depth, completed, self.edges.probability), frame.known)
         release_memory(change.size)
         return corrections.keep(frame, self.extraction, Correction(completed, change, network.sha256))
 

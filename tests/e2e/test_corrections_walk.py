@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from ilf import RGBDFrame, Run
 from tests.bench.corrections.driver import Count, Driver
 from tests.bench.corrections.hand import Brush, Click, Command, Key, Use, stroke
-from tests.bench.corrections.scenes import frames_folder, load_scene
+from tests.bench.corrections.scenes import frames_folder, load_scene, their_network
 from tests.bench.corrections.targets import Correction, read_corrections, target_map, wrong_pixels
 from tests.bench.corrections.tools import ACTIONS
 
@@ -52,7 +52,8 @@ def test_what_cannot_be_done_is_an_error(driver: Driver, small_frame: RGBDFrame,
 def test_one_stroke_gives_a_tables_rim_back(driver: Driver) -> None:
     scenes, corrections = read_corrections()
     correction = next(one for one in corrections if one.name == "rim of the table")
-    run = Run.of(load_scene(scenes[correction.frame], frames_folder()).frame)
+    with their_network():
+        run = Run.of(load_scene(scenes[correction.frame], frames_folder()).frame)
     target = target_map(run.blocks, correction)
     assert wrong_pixels(run.blocks, target, correction).sum() > 1000
     session = driver.open(run, correction)

@@ -143,7 +143,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert [row.name for row in rows] == ["Current values", "paper", "Preset released-code"]
     assert len({row.cells[3] for row in rows}) == 1
     assert 1000 * kept.hold_out_error == pytest.approx(float(rows[1].cells[0]), abs=0.06)
-    assert errors_shown(window)[0] == f"{1000 * accuracy.hidden.outcome.current_result.blocks[label].rmse:.1f}"
+    assert errors_shown(window)[0] == millimetres(accuracy.hidden.outcome.current_result.blocks[label].rmse)
     assert panel.tested.tone() == "muted"
     panel.hold_out_table.selectAll()
     assert panel.hold_out_table.text().splitlines()[1].startswith("Current values\t")

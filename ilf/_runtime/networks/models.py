@@ -1,9 +1,12 @@
-"""Names and files of the available networks: the bundled ones and the user's own."""
+"""Names and files of the available networks: the bundled ones, the user's own, and those of installed packages."""
 
 from __future__ import annotations
 
 import os
 import re
+from functools import cache
+from importlib.metadata import entry_points
+from importlib.resources import files
 from pathlib import Path
 
 import platformdirs
@@ -22,6 +25,9 @@ CORRECTION = "correction"
 
 _OURS = (BUNDLED, DEPTH_EDGES, CORRECTION)
 
+_PACKAGES = "ilf.networks"
+"""Group of entry points: the name of a network, and the package that contains `<name>.onnx`."""
+
 _SUFFIX = ".onnx"
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,100}")
 
@@ -34,9 +40,16 @@ def models_folder() -> Path:
 
 
 def model_names() -> tuple[str, ...]:
-    """Return the names of all contour networks: the bundled one, then the user's in alphabetical order."""
+    """Return the names of all contour networks: the bundled one, then the user's and installed ones in alphabetical
+    order."""
     own = {path.stem for path in models_folder().glob(f"*{_SUFFIX}") if path.is_file() and _NAME.fullmatch(path.stem)}
-    return (BUNDLED, *sorted(own - set(_OURS)))
+    return (BUNDLED, *sorted((own | installed_models().keys()) - set(_OURS)))
+
+
+@cache
+def installed_models() -> dict[str, str]:
+    """Return the networks of installed packages: name -> package."""
+    return {one.name: one.value for one in entry_points(group=_PACKAGES) if _NAME.fullmatch(one.name)}
 
 
 def model_path(name: str) -> Path:
@@ -60,7 +73,10 @@ def model_path(name: str) -> Path:
             f"There is no edge network {name!r} on this computer, only {', '.join(names)}. "
             "Choose one of these, or import it: ilf models import FILE --name NAME."
         )
-    return _own_path(name)
+    own = _own_path(name)
+    if own.is_file() or name not in installed_models():
+        return own
+    return Path(str(files(installed_models()[name]).joinpath(f"{name}{_SUFFIX}")))
 
 
 def new_model_path(name: str, replace: bool = False) -> Path:
@@ -112,6 +128,9 @@ def remove_model(name: str) -> Path:
     if name in _OURS:
         raise InputError(f"{name!r} is a bundled edge network, which cannot be removed.")
     path = model_path(name)
+    if path != _own_path(name):
+        package = installed_models()[name]
+        raise InputError(f"{name!r} belongs to the package {package}. Uninstall that package to remove it.")
     try:
         path.unlink()
     except OSError as error:

@@ -62,6 +62,8 @@ class Session:
         """Name of the first input, "" if there is none."""
         self.first_shape = tuple(side if isinstance(side, int) else None for side in shape)
         """Its shape; None where the size is free."""
+        self.outputs = tuple(str(one.name) for one in self._session.get_outputs())
+        """Names of the outputs."""
 
     def run(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """Return all outputs for named inputs.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -109,27 +111,56 @@ def _otsu(strength: NDArray[np.float32]) -> float:
 
 # Inference of the edge network: boundary strength of a colour image.
 
-MULTIPLE = 16
+MULTIPLE = 32
+_MARGIN = 16
+"""Reflected pixels around an image, at least."""
+
 SCALES = (0.5, 1.0, 1.5)
 LONGEST_SIDE = 1600
 """Pixels: larger images do not improve the boundaries of objects, and take gigabytes."""
 
-_TRIAL_SHAPES = ((48, 48), (64, 96))
+_PROBABILITY = "probability"
+"""Name of the output with the probability of a boundary, which only some networks have."""
+
+_TRIAL_SHAPES = ((64, 64), (64, 96))
 
 
 class OutputRangeError(FormatError):
     """Error: the network runs, but its output is not within 0 to 1."""
 
 
+@dataclass(frozen=True, eq=False)
+class Contours:
+    """What an edge network finds in an image, in [0, 1].
+
+    Attributes
+    ----------
+    strength : ndarray of float32, shape (H, W)
+        Boundary strength, in which faint lines count: blocks need closed outlines.
+    probability : ndarray of float32, shape (H, W)
+        Probability of a boundary, for the filter, which depth crosses where it is low; the strength if the network
+        does not give it.
+    """
+
+    strength: NDArray[np.float32]
+    probability: NDArray[np.float32]
+
+
 class EdgeNetwork(OnnxNetwork):
     """An edge network, ready to run. `load` creates one; it may be used from any thread.
 
-    The file is an ONNX network with one input, RGB in [0, 1] as float32 (1, 3, H, W) with H and W multiples of 16. Its
-    last output is the boundary strength in [0, 1] as float32 (1, 1, H, W).
+    The file is an ONNX network with one input, RGB in [0, 1] as float32 (1, 3, H, W) with H and W multiples of 32. Its
+    last output is the boundary strength in [0, 1] as float32 (1, 1, H, W); an output `probability` of the same shape
+    may be among the others.
     """
 
     def strength(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> NDArray[np.float32]:
-        """Predict the boundary strength of an image.
+        """Predict the boundary strength of an image; the arguments are those of `contours`, the result is of shape
+        (H, W)."""
+        return self.contours(rgb, multiscale).strength
+
+    def contours(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> Contours:
+        """Predict the boundaries of an image.
 
         Parameters
         ----------
@@ -140,8 +171,7 @@ class EdgeNetwork(OnnxNetwork):
 
         Returns
         -------
-        ndarray of float32, shape (H, W)
-            In [0, 1].
+        Contours
 
         Raises
         ------
@@ -150,36 +180,42 @@ class EdgeNetwork(OnnxNetwork):
         """
         check_image(rgb)
         full = min(1.0, LONGEST_SIDE / max(rgb.shape[:2]))
-        if not multiscale:
-            return self._at_scale(rgb, full)
-        return np.mean([self._at_scale(rgb, full * scale) for scale in SCALES], axis=0, dtype=np.float32)
+        scales = SCALES if multiscale else (1.0,)
+        found = np.stack([self._at_scale(rgb, full * scale) for scale in scales])
+        maps = np.asarray(found.mean(axis=0, dtype=np.float32), np.float32)
+        return Contours(maps[0], maps[-1])
 
     def _at_scale(self, rgb: NDArray[np.uint8], scale: float) -> NDArray[np.float32]:
+        """Strength, and probability if the network gives it, shape (1 or 2, H, W)."""
         height, width = rgb.shape[:2]
         if scale != 1:
             size = (max(1, round(width * scale)), max(1, round(height * scale)))
             rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)  # type: ignore[assignment]
-        padded, window = reflected(rgb, MULTIPLE, MULTIPLE)
-        strength = self._run(padded)[window]
+        padded, window = reflected(rgb, MULTIPLE, _MARGIN)
+        maps = self._run(padded)[:, *window]
         if scale != 1:
-            strength = cv2.resize(strength, (width, height), interpolation=cv2.INTER_LINEAR)  # type: ignore[assignment]
-        return np.clip(strength, 0, 1)
+            maps = np.stack([cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in maps])
+        return np.clip(maps, 0, 1)
 
     def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:
         image = as_input(padded)
         try:
-            output = self._forward({"": image})[-1]
+            outputs = dict(zip(self._session.outputs, self._forward({"": image}), strict=True))
         except RefusedInputError as error:
             raise FormatError(
                 f"{self.path.name} is not an edge network: it does not accept one RGB image of shape "
                 f"{(1, 3, *padded.shape[:2])}."
             ) from error
-        if output.shape != (1, 1, *padded.shape[:2]):
-            raise FormatError(
-                f"{self.path.name} is not an edge network: its output is {output.shape} for an image of "
-                f"{padded.shape[:2]}, not {(1, 1, *padded.shape[:2])}."
-            )
-        return output[0, 0]
+        maps = [next(reversed(outputs.values()))]
+        if _PROBABILITY in outputs:
+            maps.append(outputs[_PROBABILITY])
+        for output in maps:
+            if output.shape != (1, 1, *padded.shape[:2]):
+                raise FormatError(
+                    f"{self.path.name} is not an edge network: its output is {output.shape} for an image of "
+                    f"{padded.shape[:2]}, not {(1, 1, *padded.shape[:2])}."
+                )
+        return np.stack([output[0, 0] for output in maps])
 
     def _try(self) -> None:
         for height, width in _TRIAL_SHAPES:

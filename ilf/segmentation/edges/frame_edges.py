@@ -15,7 +15,7 @@ from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ...data.parameters import BlockParameters
 from ...errors import InputError
 from .depth_edges import DepthEdgeNetwork, DepthEdges
-from .detectors import EdgeNetwork, canny_edges, check_image, colour_gradient, gradient_strength, load_model
+from .detectors import Contours, EdgeNetwork, canny_edges, check_image, colour_gradient, gradient_strength, load_model
 from .relief import Relief, find_relief
 
 Array = NDArray[np.float32]
@@ -88,9 +88,11 @@ class FrameEdges:
         Strength in [0, 1] by the detector: contours that a network predicts from colour; Canny's edges, 1 along its
         lines and lower elsewhere; or the probability of a depth jump that a network predicts from colour and known
         depth.
+    probability : ndarray of float32, shape (H, W)
+        The same as probabilities of a boundary, if the network gives them (`Contours`).
     strength : ndarray of float32, shape (H, W)
-        Edges for the edge-aware filter: `detected` (for depth edges, their crests combined with contours by `joined`),
-        and depth jumps of any length at 1.
+        Edges for the edge-aware filter: `probability` (for depth edges, their crests combined with contours by
+        `joined`), and depth jumps of any length at 1.
     network : str or None
         SHA-256 of the network of `detected`; None for Canny.
     crease : ndarray of float32, shape (H, W), or None
@@ -100,6 +102,7 @@ class FrameEdges:
     """
 
     detected: NDArray[np.float32]
+    probability: NDArray[np.float32]
     strength: NDArray[np.float32]
     network: str | None
     crease: NDArray[np.float32] | None = None
@@ -163,9 +166,9 @@ def depth_edges(frame: RGBDFrame, network: DepthEdgeNetwork) -> DepthEdges:
 
 
 @once_per_image
-def network_strength(rgb: NDArray[np.uint8], network: EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
-    """Boundary strength of a frame's colour by the network, cached with the colour."""
-    return network.strength(rgb, multiscale)
+def network_contours(rgb: NDArray[np.uint8], network: EdgeNetwork, multiscale: bool) -> Contours:
+    """Contours of a frame's colour by the network, cached with the colour."""
+    return network.contours(rgb, multiscale)
 
 
 def canny_strength(rgb: NDArray[np.uint8], sigma: float, high: float, low_ratio: float) -> NDArray[np.float32]:
@@ -215,11 +218,12 @@ def _working_network(
     return None, tuple(notes)
 
 
-def _network_output(frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
-    """Strength of edges by a network."""
+def _network_output(frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool) -> Contours:
+    """Edges by a network."""
     if isinstance(network, EdgeNetwork):
-        return network_strength(frame.rgb, network, multiscale)
-    return depth_edges(frame, network).jump
+        return network_contours(frame.rgb, network, multiscale)
+    jump = depth_edges(frame, network).jump
+    return Contours(jump, jump)
 
 
 @once_per_frame
@@ -230,21 +234,25 @@ def _find(
     canny: tuple[float, float, float],
     jump: tuple[float, float],
 ) -> FrameEdges:
-    detected = _canny_of_frame(frame.rgb, *canny) if network is None else _network_output(frame, network, multiscale)
-    strength, crease = detected, None
+    if network is None:
+        lines = _canny_of_frame(frame.rgb, *canny)
+        found = Contours(lines, lines)
+    else:
+        found = _network_output(frame, network, multiscale)
+    strength, crease = found.probability, None
     notes: tuple[str, ...] = ()
     if isinstance(network, DepthEdgeNetwork):
         contours, notes = _bundled_contours(frame)
-        strength, crease = joined(detected, contours), depth_edges(frame, network).crease
+        strength, crease = joined(strength, contours), depth_edges(frame, network).crease
     strength = np.where(_relief(frame, *jump).edges, np.float32(1), strength)
     sha256 = None if network is None else network.sha256
-    return FrameEdges(detected, strength, sha256, crease, notes)
+    return FrameEdges(found.strength, found.probability, strength, sha256, crease, notes)
 
 
 def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tuple[str, ...]]:
     """Contours by the bundled network, to be combined with depth edges; or a note on why there are none."""
     try:
-        return network_strength(frame.rgb, load_model(BUNDLED), False), ()
+        return network_contours(frame.rgb, load_model(BUNDLED), False).probability, ()
     except InputError as error:
         return None, (f"Depth edges are not combined with contours of the colour image: {error}",)
 
@@ -269,8 +277,9 @@ def edge_strength(
         A frame, or a colour image (RGB) for "hed" and "canny".
     detector : str
         "hed": contours by the edge network. "canny": Canny's edges at 1, the colour gradient up to 0.9 elsewhere.
-        "depth": 1 at jumps of the known depth, 0 elsewhere. "combined": the larger of "hed" and "depth". "rgbd": the
-        probability of a depth jump by the network for colour and known depth, and 1 at jumps of the known depth.
+        "depth": 1 at jumps of the known depth, 0 elsewhere. "combined": the larger of the probability of a contour and
+        "depth", as the filter sees them. "rgbd": the probability of a depth jump by the network for colour and known
+        depth, and 1 at jumps of the known depth.
     model : str
         Name of the network of "hed" and "combined", one of `ilf._runtime.networks.models.model_names()`.
     multiscale : bool
@@ -315,5 +324,5 @@ def edge_strength(
     if detector == "rgbd":
         depth_edges(frame, load_depth_network())
         return find_edges(frame, defaults.replace(detector="rgbd")).strength.copy()
-    by_network = network_strength(frame.rgb, load_model(model), multiscale)
+    by_network = network_contours(frame.rgb, load_model(model), multiscale).strength
     return (by_network if detector == "hed" else find_edges(frame, defaults).strength).copy()

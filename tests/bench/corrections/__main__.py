@@ -33,7 +33,7 @@ from ilf.segmentation.editing.patches import patch_between, redrawn
 from . import brush, tools
 from .driver import Driver
 from .hand import Action
-from .scenes import frames_folder, load_scene
+from .scenes import frames_folder, load_scene, their_network
 from .targets import Correction, Labels, Scene, read_corrections, target_map, wrong_pixels
 
 _HEAD = (
@@ -117,7 +117,8 @@ def _walk(driver: Driver, folder: Path, way: str, part: str, hand: int) -> Itera
 
 def _open(scene: Scene, folder: Path) -> tuple[Task, Run]:
     task = load_scene(scene, folder)
-    run = Run.of(task.frame)
+    with their_network():
+        run = Run.of(task.frame)
     found = hashlib.sha256(run.blocks.astype("<i4").tobytes()).hexdigest()
     if not found.startswith(scene.labels):
         print(f"{scene.name}: the blocks have changed since the corrections were selected.", file=sys.stderr)

@@ -139,7 +139,8 @@ class Driver:
         while not done():
             if time.monotonic() > end:
                 raise TimeoutError(f"{failure}, after a long wait.")
-            QTest.qWait(10)
+            QApplication.processEvents()
+            time.sleep(0.01)  # unlike QTest.qWait it lets other threads run
 
     def _settle(self) -> None:
         QApplication.processEvents()

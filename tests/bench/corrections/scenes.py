@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from unittest.mock import patch
 
 from ilf._runtime.files import read_json
 from ilf.lab.bench.frames import GROUND_TRUTH_FILE, BenchFrame
 from ilf.lab.bench.patterns import Task, make_task
+from ilf.segmentation.edges.detectors import EdgeNetwork
 from ilf.sources.frames import META_NAME, load_frame
 
 from .targets import Scene
 
 DEPTH_FILE = "depth.png"
+
+NETWORK = Path(__file__).parents[3] / "assets" / "models" / "bsds500" / "ilf_bsds500" / "bsds500.onnx"
+"""The contour network with whose blocks the corrections were chosen."""
+
+
+@contextmanager
+def their_network() -> Iterator[None]:
+    """Find contours by `NETWORK` during the block, whatever network is asked for."""
+    with patch("ilf.segmentation.edges.frame_edges.load_model", lambda name: EdgeNetwork.load(NETWORK)):
+        yield
 
 
 def frames_folder() -> Path:

@@ -9,7 +9,7 @@ import pytest
 
 from ilf.completion.correction_network import CHANNELS
 from ilf.errors import InputError
-from ilf.lab.training.correction.samples import SampleFolder, augmented, read_sample
+from ilf.lab.training.correction.samples import UNKNOWN_LINES, SampleFolder, augmented, read_sample
 
 SHAPE = (24, 32)
 
@@ -61,3 +61,11 @@ def test_a_mirrored_sample_marks_the_same_pairs(tmp_path: Path) -> None:
     seen = {augmented(sample, np.random.default_rng(seed))[2][0, :, 0].argmax() for seed in range(8)}
     # pixels 5 and 6 are the pair; mirrored, 25 and 26 are
     assert seen == {5, 25}
+
+
+def test_lines_of_real_frames_are_not_known(tmp_path: Path) -> None:
+    path = write_sample(tmp_path, "900000-0")
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **{**arrays, "lines": np.full((*SHAPE, 2), UNKNOWN_LINES, np.uint8)})
+    assert np.isnan(read_sample(path)[2]).all()

@@ -11,7 +11,7 @@ import pytest
 from ilf import extract_blocks
 from tests.bench.corrections import brush
 from tests.bench.corrections.hand import TREMOR, Stroke, by_hand, stroke
-from tests.bench.corrections.scenes import frames_folder, load_scene
+from tests.bench.corrections.scenes import frames_folder, load_scene, their_network
 from tests.bench.corrections.targets import Correction, Piece, inside, read_corrections, target_map, wrong_pixels
 
 _RIGHT_EDGE = Piece(((25, 0), (30, 0), (30, 20), (25, 20)), ((20, 5),), taker=(35, 5))
@@ -92,7 +92,8 @@ def test_the_corrections_fit_their_frames() -> None:
         pytest.skip(f"no test data in {folder}: set ILF_TEST_DATA to the folder that holds rgbd/")
     scenes, corrections = read_corrections()
     assert len(corrections) == 12
-    blocks = {name: extract_blocks(load_scene(scene, folder).frame) for name, scene in scenes.items()}
+    with their_network():
+        blocks = {name: extract_blocks(load_scene(scene, folder).frame) for name, scene in scenes.items()}
     for correction in corrections:
         before = blocks[correction.frame]
         target = target_map(before, correction)

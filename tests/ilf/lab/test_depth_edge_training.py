@@ -26,6 +26,7 @@ def write_picture(folder: Path, number: int) -> Path:
         "exact": exact,
         "measured": exact + np.float32(0.01),
         "part": part,
+        "object": np.where(part == 3, 1, 0).astype(np.int32),
         "jump": jump.astype(np.uint8),
         "crease": (mark(different_labels(part)) & ~jump).astype(np.uint8),
     }

@@ -1,7 +1,8 @@
-"""What the edge network learns from: boundaries that stay thin and in register, and images held out."""
+"""What the network of BSDS500 learns from: boundaries that stay thin and in register, and images held out."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import cv2
@@ -10,7 +11,10 @@ import pytest
 from scipy.io import savemat
 
 from ilf.errors import InputError
-from ilf.lab.training.contours.data import Example, boundary, consensus, load_examples, random_sample
+
+sys.path.insert(0, str(Path(__file__).parents[3] / "assets" / "models" / "bsds500"))
+
+from ilf_bsds500.data import Example, boundary, consensus, load_examples, random_sample
 
 
 def disc() -> Example:

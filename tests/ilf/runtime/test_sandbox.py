@@ -155,7 +155,7 @@ def test_a_network_that_crashes_with_larger_images_is_refused_at_the_next_start(
             EdgeNetwork, "_results", lambda self, inputs: kill() if inputs[""].size > 10**5 else looks(self, inputs)
         )
         for _ in range(2):
-            with pytest.raises(FormatError, match=r"own\.onnx .* image of about 336 x 240 pixels, and fails again"):
+            with pytest.raises(FormatError, match=r"own\.onnx .* image of about 352 x 256 pixels, and fails again"):
                 EdgeNetwork.load(path)
     # what was killed for another reason is no longer suspected
     network = EdgeNetwork.load(path)

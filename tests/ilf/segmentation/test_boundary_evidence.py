@@ -45,7 +45,7 @@ def found() -> Found:
     bend[2, 25] = 9.0
     bend[17, 3] = 0.9
     relief = Relief(np.ones(SHAPE, bool), (right, below), (long, below), np.ones(SHAPE, bool), bend)
-    return Found(FrameEdges(colour, colour, "0" * 64), lines, relief)
+    return Found(FrameEdges(colour, colour, colour, "0" * 64), lines, relief)
 
 
 def test_network_lines_of_canny_and_long_jumps_make_boundaries(found: Found) -> None:

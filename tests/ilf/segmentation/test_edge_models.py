@@ -285,7 +285,7 @@ def test_the_command_imports_lists_and_removes(tmp_path: Path, capsys: pytest.Ca
     assert main(["models", "list"]) == 0
     rows = [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()]
     assert [row[0] for row in rows[1:5]] == [BUNDLED, "mine", DEPTH_EDGES, CORRECTION]
-    assert rows[1][2:] == ["bundled, contours", "non-commercial use only (BSDS500)"]
+    assert rows[1][2:] == ["bundled, contours", "MIT"]
     assert rows[2][2:] == ["your own"]
     assert rows[3][3] == "MIT"
     assert main(["models", "remove", "mine"]) == 0

@@ -242,9 +242,9 @@ def test_the_filter_sees_the_edges_of_the_extraction() -> None:
     assert not np.array_equal(seen.detected, edges_for(frame, ilf.preset(edges="canny")).detected)
     assert edges_for(frame, ilf.preset(), own).network == find_edges(frame, NETWORK).network
     flat = edges_for(frame, ilf.preset(), BlockParameters(depth_jump=2.0))
-    assert np.array_equal(flat.strength, flat.detected), "no jump is that large"
+    assert np.array_equal(flat.strength, flat.probability), "no jump is that large"
     usual = edges_for(frame, ilf.preset())
-    assert not np.array_equal(usual.strength, usual.detected)
+    assert not np.array_equal(usual.strength, usual.probability)
     # where the extraction takes no notice of depth, its jumps are the usual ones for the filter
     flat = edges_for(frame, ilf.preset(), BlockParameters(use_depth=False, depth_jump=2.0))
     assert np.array_equal(flat.strength, usual.strength)
@@ -287,7 +287,9 @@ def test_huge_images_are_looked_at_scaled_down(monkeypatch: pytest.MonkeyPatch) 
     network = EdgeNetwork.load(asset_path("models/edges.onnx"))
     monkeypatch.setattr("ilf.segmentation.edges.detectors.LONGEST_SIDE", 160)
     sizes = []
-    monkeypatch.setattr(network, "_run", lambda padded: sizes.append(padded.shape) or padded[..., 0] / np.float32(255))
+    monkeypatch.setattr(
+        network, "_run", lambda padded: sizes.append(padded.shape) or padded[None, ..., 0] / np.float32(255)
+    )
     strength = network.strength(rgb)
     assert strength.shape == (300, 480)
     assert max(sizes[0]) <= 160 + 2 * 32
@@ -334,14 +336,15 @@ def test_blocks_and_filter_see_as_many_scales_as_they_ask_for(multiscale: bool) 
     assert np.array_equal(find_edges(frame, BlockParameters(multiscale=multiscale)).detected, expected)
     assert np.array_equal(edges_for(frame, ilf.preset(multiscale=multiscale)).detected, expected)
     combined = ilf.edge_strength(frame, "combined", multiscale=multiscale)
-    assert np.array_equal(combined, np.where(relief_of(frame, CANNY).edges, 1, expected))
+    likely = find_edges(frame, BlockParameters(multiscale=multiscale)).probability
+    assert np.array_equal(combined, np.where(relief_of(frame, CANNY).edges, 1, likely))
 
 
 def test_canny_stands_in_for_a_network_that_fails_on_the_image_too(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: object) -> None:
         raise FormatError("own.onnx is no edge network: it does not take the image.")
 
-    monkeypatch.setattr(EdgeNetwork, "strength", fails)
+    monkeypatch.setattr(EdgeNetwork, "contours", fails)
     frame = _frame()
     found = find_edges(frame, NETWORK)
     assert found.notes == (

@@ -29,6 +29,9 @@ from ilf.segmentation.extraction import (
 )
 from ilf.segmentation.merging import keep_existing
 
+CANNY = BlockParameters(detector="canny")
+"""For tests of what extraction makes of edges, whatever a network finds."""
+
 
 @pytest.fixture
 def frame() -> RGBDFrame:
@@ -58,13 +61,13 @@ def test_every_stage_has_its_picture(frame: RGBDFrame) -> None:
 
 
 def test_blocks_follow_colour_and_depth(frame: RGBDFrame) -> None:
-    blocks = ilf.extract_blocks(frame)
+    blocks = ilf.extract_blocks(frame, CANNY)
     assert blocks.max() == 3
     square, ground, back = blocks[55, 45], blocks[100, 60], blocks[60, 140]
     assert len({int(square), int(ground), int(back)}) == 3
     assert (blocks[33:77, 23:67] == square).all()
     assert (blocks[:, 113:] == back).all()
-    without_depth = ilf.extract_blocks(frame, BlockParameters(use_depth=False))
+    without_depth = ilf.extract_blocks(frame, CANNY.replace(use_depth=False))
     assert without_depth[60, 140] == without_depth[100, 60]
 
 
@@ -93,8 +96,8 @@ def test_regions_without_depth_are_taken_in_by_neighbours(frame: RGBDFrame) -> N
     depth = frame.depth.copy()
     depth[28:82, 18:72] = np.nan
     dark = RGBDFrame(frame.rgb, depth)
-    assert ilf.extract_blocks(dark)[55, 45] == ilf.extract_blocks(dark)[100, 60]
-    own = ilf.extract_blocks(dark, BlockParameters(min_known_share=0.0))
+    assert ilf.extract_blocks(dark, CANNY)[55, 45] == ilf.extract_blocks(dark, CANNY)[100, 60]
+    own = ilf.extract_blocks(dark, CANNY.replace(min_known_share=0.0))
     assert own[55, 45] != own[100, 60]
 
 
@@ -120,9 +123,9 @@ def test_a_hole_without_depth_of_its_own_ends_in_a_block_that_has_some() -> None
 def test_depth_that_goes_on_merges_what_colour_parts(frame: RGBDFrame) -> None:
     """A picture on a wall: one block where the depth is seen, two where colour alone counts."""
     flat = RGBDFrame(frame.rgb, np.full(frame.shape, 2.0))
-    seen = ilf.extract_blocks(flat)
+    seen = ilf.extract_blocks(flat, CANNY)
     assert seen[55, 45] == seen[100, 60]
-    colour = ilf.extract_blocks(flat, BlockParameters(use_depth=False))
+    colour = ilf.extract_blocks(flat, CANNY.replace(use_depth=False))
     assert colour[55, 45] != colour[100, 60]
     hidden = np.full(frame.shape, 2.0)
     hidden[22:88, 12:78] = np.nan

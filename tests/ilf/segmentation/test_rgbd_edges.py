@@ -70,7 +70,7 @@ def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network: 
     seen = DepthEdgeNetwork.load(network).look(frame.rgb, frame.depth)
     np.testing.assert_array_equal(found.detected, seen.jump)
     np.testing.assert_array_equal(found.crease, seen.crease)
-    contours = find_edges(frame, HED).detected
+    contours = find_edges(frame, HED).probability
     np.testing.assert_array_equal(
         found.strength, np.where(relief_of(frame, RGBD).edges, 1, joined(seen.jump, contours))
     )

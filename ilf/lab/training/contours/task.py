@@ -1,7 +1,8 @@
-"""Training task of the contour network: random crops of BSDS500's images, evaluated on held-out images."""
+"""Training task of the contour network: generated pictures with exact lines, and real frames with measured depth."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
@@ -10,183 +11,115 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
-from torch.nn.utils.fusion import fuse_conv_bn_eval
 
-from ...._runtime.networks.network import reflected
-from ....segmentation.edges.detectors import MULTIPLE
-from ..trainer import Arrays, TrainingTask
-from .data import Example, consensus, random_sample
+from ..depth_edges.measures import LineScore
+from ..depth_edges.pictures import PictureFolder, read_picture
+from ..depth_edges.task import BESIDE_WEIGHT, POSITIVE_WEIGHT, RELIST_INTERVAL_S, at_quarter
+from ..initialisation import initialise_from
+from ..real_frames import RealFrame
+from ..trainer import Arrays, TrainingTask, write_onnx
+from .model import LINES, ContourModel
+from .samples import REAL, generated_sample, real_sample, sample_of
 
-# The edge network: five VGG-like stages, one side output each, fused; after HED (Xie and Tu 2015), but compact.
+LINE_SHARES = (1.0, 0.5, 1.0)
+"""Weights of jumps, creases and borders in the loss."""
 
-WIDTHS = (16, 32, 64, 96, 96)
-BLOCKS = (1, 1, 2, 2, 2)
-LATERAL = 16
+EMBEDDING_SHARE, REAL_SHARE = 0.1, 0.5
+"""Weights of the embedding and of a real frame in the loss; a generated picture's lines have 1."""
 
-
-class DifferenceConvolution(nn.Conv2d):
-    """3x3 convolution of the differences to the central pixel (Su et al. 2021), as one plain convolution.
-
-    sum_k w_k (x_k - x_centre) is a convolution whose central weight is the negated sum of the others.
-    """
-
-    def kernel(self) -> Tensor:
-        """The weights of the plain convolution."""
-        centre = functional.pad(self.weight.sum((2, 3), keepdim=True), (1, 1, 1, 1))
-        return self.weight - centre
-
-    def forward(self, x: Tensor) -> Tensor:
-        return functional.conv2d(x, self.kernel(), None, self.stride, self.padding, self.dilation)
+OFFSET = 3
+"""Largest offset [px] of jumps of measured depth from those in the colour image."""
 
 
-class ResidualBlock(nn.Module):
-    """x + BN(conv(ReLU(BN(difference convolution of x)))), then ReLU."""
-
-    def __init__(self, channels: int, dilation: int) -> None:
-        super().__init__()
-        self.first = DifferenceConvolution(channels, channels, 3, padding=dilation, dilation=dilation, bias=False)
-        self.first_norm = nn.BatchNorm2d(channels)
-        self.second = nn.Conv2d(channels, channels, 3, padding=dilation, dilation=dilation, bias=False)
-        self.second_norm = nn.BatchNorm2d(channels)
-
-    def forward(self, x: Tensor) -> Tensor:
-        y = functional.relu(self.first_norm(self.first(x)))
-        return functional.relu(x + self.second_norm(self.second(y)))
+def line_loss(logits: Tensor, lines: Tensor) -> Tensor:
+    """Weighted cross-entropy of lines, (N, 3, H, W), of each picture; (N,)."""
+    near = functional.max_pool2d(lines, 3, stride=1, padding=1) > 0
+    weights = torch.where(lines > 0, POSITIVE_WEIGHT, torch.where(near, BESIDE_WEIGHT, 1.0))
+    shares = torch.tensor(LINE_SHARES, device=lines.device).view(1, -1, 1, 1)
+    loss = functional.binary_cross_entropy_with_logits(logits.float(), lines, weights * shares, reduction="none")
+    return loss.sum((1, 2, 3)) / weights[:, 0].sum((1, 2))
 
 
-def _stage(inputs: int, channels: int, blocks: int, dilation: int) -> nn.Sequential:
-    entry = nn.Conv2d(inputs, channels, 3, padding=1, bias=False)
-    norm = nn.BatchNorm2d(channels)
-    return nn.Sequential(entry, norm, nn.ReLU(), *(ResidualBlock(channels, dilation) for _ in range(blocks)))
+def measured_loss(logits: Tensor, lines: Tensor, none: Tensor) -> Tensor:
+    """Cross-entropy of jumps and borders of each real frame: a line within `OFFSET` of every measured jump, and none
+    on smooth surfaces; (N,)."""
+    jump, border = logits[:, :1].float(), logits[:, 2:].float()
+    measured = lines[:, :1]
+    loss = torch.zeros(len(logits), device=logits.device)
+    for one in (jump, border):
+        nearby = functional.max_pool2d(one, 2 * OFFSET + 1, stride=1, padding=OFFSET)
+        missed, wrong = functional.softplus(-nearby) * measured, functional.softplus(one) * none
+        for cost, where, weight in ((missed, measured, 0.3), (wrong, none, 1.0)):
+            loss = loss + weight * cost.sum((1, 2, 3)) / where.sum((1, 2, 3)).clamp(min=100)
+    return loss
 
 
-class EdgeModel(nn.Module):
-    """Network from colour to boundary logits.
+_MOST_THINGS, _LEAST_CELLS = 32, 6
+"""Maximum number of objects of a picture in the loss of the embedding, and minimum number of cells of each."""
 
-    The image is (N, 3, H, W), RGB in [0, 1], H and W multiples of 16. `forward` gives the five side outputs, finest
-    first, and the fused one last, each (N, 1, H, W), before the sigmoid.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        last = len(WIDTHS) - 1
-        self.stages = nn.ModuleList(
-            _stage(inputs, channels, blocks, 2 if k == last else 1)
-            for k, (inputs, channels, blocks) in enumerate(zip((3, *WIDTHS[:-1]), WIDTHS, BLOCKS, strict=True))
-        )
-        self.laterals = nn.ModuleList(nn.Conv2d(channels, LATERAL, 1) for channels in WIDTHS)
-        self.refine = nn.ModuleList(nn.Conv2d(LATERAL, LATERAL, 3, padding=1) for _ in WIDTHS)
-        self.sides = nn.ModuleList(nn.Conv2d(LATERAL, 1, 1) for _ in WIDTHS)
-        self.fuse = nn.Conv2d(len(WIDTHS), 1, 1)
-        nn.init.constant_(self.fuse.weight, 1 / len(WIDTHS))
-        nn.init.zeros_(self.fuse.bias)
-
-    def forward(self, image: Tensor) -> list[Tensor]:
-        x = (image - 0.45) * 4
-        features = []
-        for k, stage in enumerate(self.stages):
-            x = stage(functional.max_pool2d(x, 2) if k else x)
-            features.append(self.laterals[k](x))
-        sides: list[Tensor] = []
-        above = None
-        for k in reversed(range(len(features))):
-            level = features[k] if above is None else features[k] + _enlarge(above, 2)
-            above = functional.relu(self.refine[k](level))
-            sides.insert(0, _enlarge(self.sides[k](above), 2**k))
-        return [*sides, self.fuse(torch.cat(sides, 1))]
+_NEAR, _APART = 0.3, 2.0
+"""Distance from the mean of an object within which its pixels cost nothing, and distance of two means from which on
+they cost nothing."""
 
 
-def _enlarge(x: Tensor, factor: int) -> Tensor:
-    if factor == 1:
-        return x
-    return functional.interpolate(x, scale_factor=float(factor), mode="bilinear", align_corners=False)
-
-
-def edge_loss(outputs: list[Tensor], share: Tensor) -> Tensor:
-    """Class-balanced cross-entropy of all outputs: the fused one twice, each side 0.6 times.
+def embedding_loss(embedding: Tensor, things: Tensor) -> Tensor:
+    """Cost of pixels far from the mean of their object, and of objects whose means are near each other.
 
     Parameters
     ----------
-    outputs : list of Tensor, shape (N, 1, H, W)
-        Logits, the fused one last.
-    share : Tensor, shape (N, 1, H, W)
-        Share of the annotators who marked a boundary. Above 0.3 counts as boundary, 0 as none, the rest is ignored.
+    embedding : Tensor, shape (C, H/4, W/4)
+    things : Tensor, shape (H/4, W/4)
+        Number of the object of each pixel.
     """
-    positive = share > 0.3
-    negative = share == 0
-    # Balanced per image, so that images with many boundaries do not dominate those with few.
-    positives = positive.sum((1, 2, 3), keepdim=True).float()
-    negatives = negative.sum((1, 2, 3), keepdim=True).float()
-    total = (positives + negatives).clamp(min=1)
-    weight = positive * (negatives / total) + negative * (1.1 * positives / total)
-    target = positive.float()
-    losses = [
-        functional.binary_cross_entropy_with_logits(one.float(), target, weight, reduction="sum") for one in outputs
-    ]
-    return (2 * losses[-1] + 0.6 * torch.stack(losses[:-1]).sum()) / share.numel()
+    values, numbers = embedding.float().flatten(1), things.flatten()
+    _, inverse, counts = torch.unique(numbers, return_inverse=True, return_counts=True)
+    kept = torch.nonzero(counts >= _LEAST_CELLS)[:, 0]
+    kept = kept[torch.argsort(counts[kept], descending=True)[:_MOST_THINGS]]
+    if len(kept) == 0:
+        return values.sum() * 0
+    inside = (inverse[None] == kept[:, None]).float()
+    means = inside @ values.T / inside.sum(1, keepdim=True)
+    # every object counts by the square root of its size
+    weights = inside.sum(1).sqrt() / inside.sum(1)
+    off = functional.relu((values - means.T @ inside).norm(dim=0) - _NEAR).square()
+    pull = (inside.T @ weights * off).sum() / (weights @ inside).sum().clamp(min=1e-6)
+    apart = functional.relu(_APART - torch.cdist(means, means)).square()
+    between = 1 - torch.eye(len(kept), device=means.device)
+    return pull + (apart * between).sum() / between.sum().clamp(min=1) + 1e-3 * means.norm(dim=1).mean()
 
 
-# The trained model as ONNX: plain convolutions, RGB in [0, 1] in, boundary strength in [0, 1] out.
+# The trained model as ONNX: colour in, boundary strength in [0, 1] out.
+
+
+_FAINTEST, _STRONGEST = -6.0, 2.0
+"""Range of the logit of a border that strength covers from 0 to 1: blocks need faint lines, too."""
 
 
 class _Deployed(nn.Module):
-    def __init__(self, model: EdgeModel) -> None:
+    """The model with the image and its mirror image as one batch: their mean does not depend on which is which."""
+
+    def __init__(self, model: ContourModel) -> None:
         super().__init__()
         self.model = model
 
-    def forward(self, image: Tensor) -> Tensor:
-        return torch.sigmoid(self.model(image)[-1])
+    def forward(self, image: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        lines, embedding = self.model(torch.cat([image, image.flip(3)]))
+        border, own = lines[:, LINES.index("border")][:, None], embedding[:1]
+        logit = (border[:1] + border[1:].flip(3)) / 2
+        strength = ((logit - _FAINTEST) / (_STRONGEST - _FAINTEST)).clamp(0, 1)
+        return own, torch.sigmoid(logit), strength
 
 
-def deployable(model: EdgeModel) -> nn.Module:
-    """Convert the model for inference: plain convolutions, with normalisation folded into the weights.
-
-    Returns
-    -------
-    nn.Module
-        (1, 3, H, W) RGB in [0, 1], sides multiples of 16, to (1, 1, H, W) in [0, 1].
-    """
-    model = deepcopy(model).cpu().eval()
-    for stage in model.stages:
-        assert isinstance(stage, nn.Sequential)
-        stage[0], stage[1] = fuse_conv_bn_eval(stage[0], stage[1]), nn.Identity()
-        for block in stage:
-            if isinstance(block, ResidualBlock):
-                block.first, block.first_norm = fuse_conv_bn_eval(_plain(block.first), block.first_norm), nn.Identity()
-                block.second = fuse_conv_bn_eval(block.second, block.second_norm)
-                block.second_norm = nn.Identity()
-    return _Deployed(model).eval()
-
-
-def _plain(convolution: DifferenceConvolution) -> nn.Conv2d:
-    same = nn.Conv2d(
-        convolution.in_channels,
-        convolution.out_channels,
-        3,
-        padding=convolution.padding,
-        dilation=convolution.dilation,
-        bias=False,
-    )
-    same.weight = nn.Parameter(convolution.kernel().detach())
-    return same.eval()
-
-
-def export_onnx(model: EdgeModel, path: Path) -> None:
-    """Write the model to an ONNX file with free height and width."""
-    torch.onnx.export(
-        deployable(model),
-        (torch.zeros(1, 3, 64, 64),),
-        str(path),
-        input_names=["image"],
-        output_names=["strength"],
-        dynamic_axes={"image": {2: "height", 3: "width"}, "strength": {2: "height", 3: "width"}},
-        opset_version=17,
-        dynamo=False,
-    )
+def export_onnx(model: ContourModel, path: Path) -> None:
+    """Write the model to an ONNX file (`write_onnx`)."""
+    ready = _Deployed(deepcopy(model).cpu()).eval()
+    write_onnx(ready, path, {"image": 3}, ("embedding", "probability", "strength"))
 
 
 BATCH = 4
-CROP = 320
+
+REAL_FRAMES = 0.2
+"""Share of real frames among the samples."""
 
 
 class ContourTraining(TrainingTask):
@@ -194,38 +127,60 @@ class ContourTraining(TrainingTask):
 
     Parameters
     ----------
-    learnt, held_out : list of Example
+    folder : PictureFolder
+        Generated pictures.
+    frames : list of RealFrame
+    start : Path, optional
+        Network (ONNX) that initialises the trunk; random weights if None.
     """
 
-    seed = 20
+    seed = 29
     peak_rate = 2e-3
     file_name = "edges.onnx"
 
-    def __init__(self, learnt: list[Example], held_out: list[Example]) -> None:
-        self.learnt = learnt
-        self.others = held_out
+    def __init__(self, folder: PictureFolder, frames: list[RealFrame], start: Path | None = None) -> None:
+        self.folder, self.frames, self.start = folder, frames, start
+        self._looked = time.monotonic()
 
     def new_model(self) -> nn.Module:
-        return EdgeModel()
+        model = ContourModel()
+        if self.start is not None:
+            initialise_from(model, self.start, self.batch(np.random.default_rng(self.seed))[0])
+        return model
 
     def batch(self, rng: np.random.Generator) -> Arrays:
-        chosen = rng.integers(len(self.learnt), size=BATCH)
-        images, shares = zip(*(random_sample(self.learnt[k], CROP, rng) for k in chosen), strict=True)
-        return np.stack(images), np.stack(shares)[..., None]
+        if time.monotonic() > self._looked + RELIST_INTERVAL_S:
+            self.folder.relist()
+            self._looked = time.monotonic()
+        return tuple(np.stack(arrays) for arrays in zip(*(self._sample(rng) for _ in range(BATCH)), strict=True))
+
+    def _sample(self, rng: np.random.Generator) -> Arrays:
+        if self.frames and rng.random() < REAL_FRAMES:
+            return real_sample(self.frames[rng.integers(len(self.frames))], rng)
+        return generated_sample(self.folder.learnt[rng.integers(len(self.folder.learnt))], rng)
 
     def loss(self, model: nn.Module, batch: tuple[Tensor, ...]) -> Tensor:
-        image, share = batch
-        return edge_loss(model(image), share)
+        image, lines, none, things = batch
+        logits, embedding = model(image)
+        real = things[:, 0, 0, 0] == REAL
+        exact, measured = line_loss(logits, lines), measured_loss(logits, lines, none)
+        loss = torch.where(real, REAL_SHARE * measured, exact).mean()
+        generated = torch.nonzero(~real)[:, 0]
+        objects = [embedding_loss(embedding[k], at_quarter(things)[k, 0]) for k in generated]
+        return loss + EMBEDDING_SHARE * torch.stack(objects).mean() if objects else loss
 
     def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
-        losses = []
-        for example in self.others:
-            padded, window = reflected(example.rgb, MULTIPLE, MULTIPLE)
-            share = consensus(example.segmentations)[None, ..., None]
-            image, ground_truth = tensors((np.asarray(padded[None] / 255, np.float32), share))
-            losses.append(float(edge_loss([one[:, :, window[0], window[1]] for one in model(image)], ground_truth)))
-        return {"held-out loss": float(np.mean(losses))}
+        scores, losses = [LineScore() for _ in LINES], []
+        for picture in map(read_picture, self.folder.held_out):
+            sample = sample_of(picture, np.asarray(picture.rgb / 255, np.float32))
+            image, lines, *_ = tensors(tuple(one[None] for one in sample))
+            logits, _ = model(image)
+            losses.append(float(line_loss(logits, lines)))
+            for score, found, truth in zip(scores, logits[0].sigmoid(), sample[1].transpose(2, 0, 1) > 0, strict=True):
+                score.add(found.cpu().numpy(), truth, np.ones_like(truth))
+        measures = {f"{name} AP": score.average_precision for name, score in zip(LINES, scores, strict=True)}
+        return {"held-out loss": float(np.mean(losses)), **measures}
 
     def export(self, model: nn.Module, path: Path) -> None:
-        assert isinstance(model, EdgeModel)
+        assert isinstance(model, ContourModel)
         export_onnx(model, path)

@@ -9,7 +9,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ....completion.correction_network import CHANNELS, factors_of, load_of, solve
-from ..depth_edges.model import UP_WIDTHS, DepthEdgeModel
+from ..depth_edges.model import DepthEdgeModel
+from ..unet import UP_WIDTHS
 
 # Differentiable spreading of changes through a grid of conductors.
 

@@ -14,6 +14,9 @@ from ..depth_edges.pictures import PictureFolder
 
 Array = NDArray[np.float32]
 
+UNKNOWN_LINES = 255
+"""Value of lines in the files of samples of real frames."""
+
 
 class SampleFolder(PictureFolder):
     """Samples `<number>-<k>.npz` in a folder; several belong to the picture of one number."""
@@ -36,9 +39,9 @@ def read_sample(path: Path) -> tuple[Array, ...]:
         In [0, 1].
     features : ndarray of float32, shape (H, W, 10)
     lines : ndarray of float32, shape (H, W, 2)
-        1 on jumps and on creases.
+        1 on jumps and on creases; NaN in samples of real frames, where they are not known.
     log_depth, completed : ndarray of float32, shape (H, W, 1)
-        Exact (NaN where there is none) and completed, both minus the median of the known log depth.
+        Exact or measured (NaN where there is none) and completed, both minus the median of the known log depth.
 
     Raises
     ------
@@ -54,7 +57,8 @@ def read_sample(path: Path) -> tuple[Array, ...]:
     features, log_depth = correction_features(depth, completed, np.asarray(contours / 255, np.float32))
     true = np.log(exact) - np.float32(filled_log_depth(depth)[1])
     image = np.asarray(rgb / 255, np.float32)
-    arrays = (image, np.moveaxis(features, 0, 2), lines, true[..., None], log_depth[..., None])
+    drawn = np.where(lines == UNKNOWN_LINES, np.float32(np.nan), lines)
+    arrays = (image, np.moveaxis(features, 0, 2), drawn, true[..., None], log_depth[..., None])
     return tuple(np.ascontiguousarray(one, np.float32) for one in arrays)
 
 

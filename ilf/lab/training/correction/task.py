@@ -8,95 +8,19 @@ from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
-import onnx
 import torch
 from numpy.typing import NDArray
-from onnx import numpy_helper
 from torch import Tensor, nn
 from torch.nn import functional
 
 from ....completion.correction_network import CHANNELS
-from ..depth_edges.model import DepthEdgeModel
 from ..depth_edges.task import COARSE_SHARE, RELIST_INTERVAL_S, coarse_loss, line_loss
+from ..initialisation import initialise_from
 from ..trainer import Arrays, TrainingTask, write_onnx
 from .model import CorrectionModel, change
 from .samples import SampleFolder, augmented, read_sample
 
 Array = NDArray[np.float32]
-
-# Initialisation from a trained depth-edge network.
-
-
-def initialise_from(model: DepthEdgeModel, path: Path, image: Tensor, features: Tensor) -> None:
-    """Copy the weights of a depth-edge network in an ONNX file into a model, which may have more inputs.
-
-    The file has normalisation folded into the weights. Each normalisation is set so that it has no effect on a batch,
-    and is trained from there. Inputs that the file does not have get weight 0.
-    """
-    graph = onnx.load(str(path)).graph
-    arrays = {one.name: torch.from_numpy(numpy_helper.to_array(one).copy()) for one in graph.initializer}
-    biases: dict[str, Tensor] = {}
-    for node in graph.node:
-        if node.op_type != "Conv":
-            continue
-        name = _module_name(node.name)
-        convolution = model.get_submodule(name)
-        assert isinstance(convolution, nn.Conv2d)
-        weight, bias = (arrays[one] for one in node.input[1:])
-        with torch.no_grad():
-            convolution.weight.zero_()
-            convolution.weight[:, : weight.shape[1]] = weight
-            if convolution.bias is not None:
-                convolution.bias.copy_(bias)
-            else:
-                biases[name] = bias
-    _normalise(model, biases, image, features)
-
-
-def _normalise(model: DepthEdgeModel, biases: dict[str, Tensor], image: Tensor, features: Tensor) -> None:
-    for name, bias in biases.items():
-        norm = _norm_of(model, name)
-        with torch.no_grad():
-            norm.weight.fill_(1)
-            norm.bias.copy_(bias)
-            norm.running_mean.zero_()
-            norm.running_var.fill_(1 - norm.eps)
-
-    def keep(name: str) -> None:
-        def measure(module: nn.Module, inputs: tuple[Tensor, ...], output: Tensor) -> None:
-            norm = _norm_of(model, name)
-            mean, variance = output.mean((0, 2, 3)), output.var((0, 2, 3))
-            norm.bias += mean
-            norm.weight.copy_((variance + norm.eps).sqrt())
-            norm.running_mean.copy_(mean)
-            norm.running_var.copy_(variance)
-
-        hooks.append(model.get_submodule(name).register_forward_hook(measure))
-
-    hooks: list[torch.utils.hooks.RemovableHandle] = []
-    for name in biases:
-        keep(name)
-    was = model.training
-    model.eval()
-    with torch.no_grad():
-        model.levels(image, features)
-    model.train(was)
-    for hook in hooks:
-        hook.remove()
-
-
-def _module_name(node: str) -> str:
-    """/model/stages.1/stages.1.3/first/Conv -> stages.1.3.first"""
-    parts = node.split("/")[2:-1]
-    return ".".join(parts[1:] if len(parts) > 1 and parts[1].startswith(parts[0]) else parts)
-
-
-def _norm_of(model: DepthEdgeModel, convolution: str) -> nn.BatchNorm2d:
-    above, last = convolution.rsplit(".", 1)
-    norm = model.get_submodule(f"{above}.1" if last == "0" else f"{above}.{last}_norm")
-    assert isinstance(norm, nn.BatchNorm2d)
-    return norm
-
 
 # The trained model as ONNX: colour and features in, links of cells and logits of the pixels' weights out.
 
@@ -160,8 +84,8 @@ class CorrectionTraining(TrainingTask):
     def new_model(self) -> nn.Module:
         model = CorrectionModel()
         if self.start is not None:
-            image, features, *_ = (torch.from_numpy(one) for one in self.batch(np.random.default_rng(self.seed)))
-            initialise_from(model.base, self.start, image.permute(0, 3, 1, 2), features.permute(0, 3, 1, 2))
+            image, features, *_ = self.batch(np.random.default_rng(self.seed))
+            initialise_from(model, self.start, image, features)
         return model
 
     def batch(self, rng: np.random.Generator) -> Arrays:
@@ -175,8 +99,15 @@ class CorrectionTraining(TrainingTask):
     def loss(self, model: nn.Module, batch: tuple[Tensor, ...]) -> Tensor:
         image, features, lines, log_depth, completed = batch
         of_lines, coarse, links, of_weights = model(image, features)
+        loss = error_ratio(completed[:, 0] + change(links, of_weights), batch).mean()
+        drawn = torch.isfinite(lines).flatten(1).all(1)
+        if not drawn.any():
+            return loss
+        of_lines, coarse, lines, log_depth, features = (
+            one[drawn] for one in (of_lines, coarse, lines, log_depth, features)
+        )
         before = line_loss(of_lines, lines, features) + COARSE_SHARE * coarse_loss(coarse, log_depth, features)
-        return error_ratio(completed[:, 0] + change(links, of_weights), batch).mean() + LINES_SHARE * before
+        return loss + LINES_SHARE * before
 
     def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
         """Geometric means of the ratios of errors to those of the completed depth, and the largest ratio."""

@@ -1,4 +1,4 @@
-"""The depth-edge network: a compact U-Net that works at half of the picture's size or less."""
+"""The depth-edge network: lines of jumps and creases, and a coarse depth, from colour and known depth."""
 
 from __future__ import annotations
 
@@ -7,46 +7,10 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ....segmentation.edges.depth_edges import CHANNELS
-
-WIDTHS = (24, 32, 48, 64, 96)
-"""Channels of the stages, at 1/2 to 1/32 of the picture's size."""
-
-BLOCKS = (0, 1, 2, 2, 3)
-"""Residual blocks of each stage."""
-
-UP_WIDTHS = (24, 32, 32, 48)
-"""Channels of the decoder, at 1/2 to 1/16."""
-
-_INITIAL = -3.0
-"""Initial logit of lines and initial log error of the coarse depth: 5 %."""
+from ..unet import INITIAL_LOGIT, UP_WIDTHS, UNet, lines_head
 
 
-class ResidualBlock(nn.Module):
-    """x + BN(conv(ReLU(BN(conv(x))))), then ReLU."""
-
-    def __init__(self, channels: int, dilation: int = 1) -> None:
-        super().__init__()
-        self.first = _convolution(channels, channels, dilation)
-        self.first_norm = nn.BatchNorm2d(channels)
-        self.second = _convolution(channels, channels, dilation)
-        self.second_norm = nn.BatchNorm2d(channels)
-
-    def forward(self, x: Tensor) -> Tensor:
-        y = functional.relu(self.first_norm(self.first(x)))
-        return functional.relu(x + self.second_norm(self.second(y)))
-
-
-def _convolution(inputs: int, outputs: int, dilation: int) -> nn.Conv2d:
-    return nn.Conv2d(inputs, outputs, 3, padding=dilation, dilation=dilation, bias=False)
-
-
-def _stage(inputs: int, channels: int, blocks: int, kernel: int, dilation: int) -> nn.Sequential:
-    entry = nn.Conv2d(inputs, channels, kernel, stride=2, padding=kernel // 2 - 1, bias=False)
-    rest = (ResidualBlock(channels, dilation) for _ in range(blocks))
-    return nn.Sequential(entry, nn.BatchNorm2d(channels), nn.ReLU(), *rest)
-
-
-class DepthEdgeModel(nn.Module):
+class DepthEdgeModel(UNet):
     """Network from colour and depth features to logits of lines and a coarse depth.
 
     The image is (N, 3, H, W), RGB in [0, 1], the features are (N, 6, H, W), H and W multiples of 32. `forward` gives
@@ -60,24 +24,12 @@ class DepthEdgeModel(nn.Module):
     """
 
     def __init__(self, inputs: int = 3 + len(CHANNELS)) -> None:
-        super().__init__()
-        last = len(WIDTHS) - 1
-        entries = (inputs, *WIDTHS[:-1])
-        self.stages = nn.ModuleList(
-            # The first convolution covers every pixel of the full size: 6 x 6 around each 2 x 2.
-            _stage(before, width, blocks, 4 if k else 6, 2 if k == last else 1)
-            for k, (before, width, blocks) in enumerate(zip(entries, WIDTHS, BLOCKS, strict=True))
-        )
-        self.across = nn.ModuleList(nn.Conv2d(*pair, 1) for pair in zip(WIDTHS, UP_WIDTHS, strict=False))
-        self.up = nn.ModuleList(
-            nn.Conv2d(*pair, 1) for pair in zip((*UP_WIDTHS[1:], WIDTHS[-1]), UP_WIDTHS, strict=True)
-        )
-        self.refine = nn.ModuleList(ResidualBlock(width) for width in UP_WIDTHS)
-        self.lines = nn.Conv2d(UP_WIDTHS[0], 2 * 4, 3, padding=1)
+        super().__init__(inputs)
+        self.lines = lines_head(2)
         self.coarse = nn.Conv2d(UP_WIDTHS[1], 2, 3, padding=1)
         with torch.no_grad():
-            self.lines.bias.fill_(_INITIAL)
-            self.coarse.bias.copy_(torch.tensor((0.0, _INITIAL)))
+            # of the log error: 5 %
+            self.coarse.bias.copy_(torch.tensor((0.0, INITIAL_LOGIT)))
 
     def forward(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
         return self.heads(*self.levels(image, features))
@@ -85,17 +37,3 @@ class DepthEdgeModel(nn.Module):
     def heads(self, half: Tensor, quarter: Tensor) -> tuple[Tensor, Tensor]:
         """Logits of lines, and coarse depth, from the output of `levels`."""
         return functional.pixel_shuffle(self.lines(half), 2), self.coarse(quarter)
-
-    def levels(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
-        """Features of the trunk at 1/2 and 1/4 of the picture's size."""
-        x = torch.cat([(image - 0.45) * 4, features], 1)
-        finer = []
-        for stage in self.stages:
-            x = stage(x)
-            finer.append(x)
-        for k in reversed(range(len(UP_WIDTHS))):
-            above = functional.interpolate(self.up[k](x), scale_factor=2.0, mode="bilinear", align_corners=False)
-            x = self.refine[k](functional.relu(above + self.across[k](finer[k])))
-            if k == 1:
-                quarter = x
-        return x, quarter

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ....data.pixel_grids import Pairs, mark, sides
+from ....data.pixel_grids import Pairs, different_labels, mark, sides
 from ....errors import InputError
 from ....segmentation.edges.depth_edges import depth_features, filled_log_depth
 
@@ -183,6 +183,8 @@ class Picture:
         Depth [m]; NaN = no surface, or missing.
     part : ndarray of int32, shape (H, W)
         Number of the visible smooth surface.
+    thing : ndarray of int32, shape (H, W)
+        Number of the visible object, wall, floor or the like.
     lines : ndarray of uint8, shape (H, W, 2)
         1 on jumps and on creases.
     """
@@ -191,18 +193,25 @@ class Picture:
     exact: Array
     measured: Array
     part: NDArray[np.int32]
+    thing: NDArray[np.int32]
     lines: NDArray[np.uint8]
 
     @property
     def mirrored(self) -> Picture:
         """The picture mirrored left to right."""
-        return Picture(
-            np.ascontiguousarray(self.rgb[:, ::-1]),
-            np.ascontiguousarray(self.exact[:, ::-1]),
-            np.ascontiguousarray(self.measured[:, ::-1]),
-            np.ascontiguousarray(self.part[:, ::-1]),
-            # lines are recomputed, because they mark the left or upper pixel of a pair
-            self._lines_of(lambda right, below: (right[:, ::-1], below[:, ::-1])),
+        return self._changed(
+            lambda values: np.ascontiguousarray(values[:, ::-1]),
+            lambda depth: np.ascontiguousarray(depth[:, ::-1]),
+            lambda right, below: (right[:, ::-1], below[:, ::-1]),
+        )
+
+    @property
+    def upside_down(self) -> Picture:
+        """The picture mirrored top to bottom."""
+        return self._changed(
+            lambda values: np.ascontiguousarray(values[::-1]),
+            lambda depth: np.ascontiguousarray(depth[::-1]),
+            lambda right, below: (right[::-1], below[::-1]),
         )
 
     def detail(self, top: int, left: int) -> Picture:
@@ -214,23 +223,41 @@ class Picture:
 
     def window(self, rows: slice, columns: slice) -> Picture:
         """A part of the picture."""
-        return Picture(
-            self.rgb[rows, columns],
-            self.exact[rows, columns],
-            self.measured[rows, columns],
-            self.part[rows, columns],
-            self.lines[rows, columns],
+        return self._changed(
+            lambda values: values[rows, columns],
+            lambda depth: depth[rows, columns],
+            lambda right, below: (
+                right[rows, columns.start : columns.stop - 1],
+                below[rows.start : rows.stop - 1, columns],
+            ),
         )
 
     @property
     def enlarged(self) -> Picture:
         """The picture at twice its size."""
+        soft = np.asarray(cv2.resize(self.rgb, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR), np.uint8)
+        return replace(self._changed(_twice, _twice_the_depth, _twice_the_pairs), rgb=soft)
+
+    @property
+    def borders(self) -> NDArray[np.uint8]:
+        """1 on jumps and between things, uint8 (H, W)."""
+        return (mark(different_labels(self.thing)) | (self.lines[..., 0] > 0)).view(np.uint8)
+
+    def _changed(
+        self,
+        change: Callable[[NDArray[Any]], NDArray[Any]],
+        of_depth: Callable[[Array], Array],
+        of_pairs: Callable[[NDArray[np.bool_], NDArray[np.bool_]], Pairs],
+    ) -> Picture:
+        """The picture with all its arrays changed, depth and lines in their own ways; lines are marked anew, because
+        they mark the left or upper pixel of a pair."""
         return Picture(
-            np.asarray(cv2.resize(self.rgb, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR), np.uint8),
-            _twice_the_depth(self.exact),
-            _twice_the_depth(self.measured),
-            _twice(self.part),
-            self._lines_of(_twice_the_pairs),
+            change(self.rgb),
+            of_depth(self.exact),
+            of_depth(self.measured),
+            change(self.part),
+            change(self.thing),
+            self._lines_of(of_pairs),
         )
 
     def _lines_of(self, change: Callable[[NDArray[np.bool_], NDArray[np.bool_]], Pairs]) -> NDArray[np.uint8]:
@@ -282,7 +309,7 @@ def read_picture(path: Path) -> Picture:
         with np.load(path) as file:
             lines = np.stack([file["jump"], file["crease"]], axis=2)
             exact, measured = (np.asarray(file[name], np.float32) for name in ("exact", "measured"))
-            return Picture(file["rgb"], exact, measured, file["part"], lines)
+            return Picture(file["rgb"], exact, measured, file["part"], file["object"], lines)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} is not a generated picture. Make it again.") from error
 

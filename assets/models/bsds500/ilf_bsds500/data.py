@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import loadmat
 
-from ....errors import InputError
+from ilf.errors import InputError
 
 HELD_OUT_EVERY = 10
 

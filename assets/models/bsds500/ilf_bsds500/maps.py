@@ -1,4 +1,4 @@
-"""`python -m ilf.lab.training.contours.maps`: the network's edge maps of BSDS500, for a boundary benchmark.
+"""`python -m ilf_bsds500.maps`: the network's edge maps of BSDS500, for a boundary benchmark.
 
 One `<number of the image>.npy` each, float32 (H, W) in [0, 1], not thinned. Needs no PyTorch.
 """
@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ....segmentation.edges.detectors import EdgeNetwork
+from ilf.segmentation.edges.detectors import EdgeNetwork
+
 from .data import image_paths, load_examples, read_image
 
 
 def main() -> None:
     """Write the maps of the test images, or of those held out from training, for model selection."""
-    parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.contours.maps", description=main.__doc__)
+    parser = argparse.ArgumentParser(prog="python -m ilf_bsds500.maps", description=main.__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder of BSDS500, with images and groundTruth")
     parser.add_argument("--model", type=Path, required=True, help="the network as ONNX")
     parser.add_argument("--out", type=Path, required=True, help="folder of the maps")
