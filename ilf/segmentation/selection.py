@@ -252,7 +252,7 @@ def select_region(
     outside: Points = (),
     box: tuple[float, float, float, float] | None = None,
     *,
-    steps: int = 0,
+    steps: int | Sequence[int] = 0,
 ) -> Mask:
     """Select the surface or object at some points, by colour and depth.
 
@@ -270,9 +270,9 @@ def select_region(
     box : (left, top, right, bottom), optional
         A box around the object [px]; regions that continue beyond it are not selected. Without points inside, the large
         regions in it are.
-    steps : int
-        Steps from the likeliest region at the last point inside: positive to larger regions (the object), negative to
-        smaller ones (its parts).
+    steps : int or sequence of int
+        Steps from the likeliest region at the last point inside, or at each: positive to larger regions (the object),
+        negative to smaller ones (its parts).
 
     Returns
     -------
@@ -283,8 +283,8 @@ def select_region(
     Raises
     ------
     InputError
-        If the input is not a frame, a point or the box lies outside of it, or there are neither points inside nor a
-        box.
+        If the input is not a frame, a point or the box lies outside of it, there are neither points inside nor a box,
+        or there are not as many steps as points inside.
 
     Examples
     --------
@@ -298,6 +298,9 @@ def select_region(
     checked_frame(frame)
     if box is None and not len(inside):
         raise InputError("Give at least one point inside, or a box.")
+    each = [0] * (len(inside) - 1) + [steps] if isinstance(steps, int) else steps
+    if len(inside) and len(each) != len(inside):
+        raise InputError(f"Give one number of steps for each of the {len(inside)} points inside.")
     shown = None if box is None else _inside_box(frame.shape, box)
     tree = _hierarchy(frame)
     wanted, unwanted = (_pieces_at(tree.pieces, points) for points in (inside, outside))
@@ -309,10 +312,10 @@ def select_region(
     chosen = np.zeros(tree.order.size, bool)
     if shown is not None and not wanted:
         chosen = _largest(tree, fits, _BOX_SHARE * np.count_nonzero(tree.pieces[shown] >= 0))
-    for number, piece in enumerate(wanted, 1):
-        limit = _GROWTH * tree.pixels[: chosen.size][chosen].sum() if number > 1 else math.inf
+    for piece, stepped in zip(wanted, each[: len(wanted)], strict=True):
+        limit = _GROWTH * tree.pixels[: chosen.size][chosen].sum() if chosen.any() else math.inf
         nodes = [node for node in tree.above(piece) if fits[node] and tree.pixels[node] <= limit] or [piece]
-        chosen[tree.pieces_of(_likeliest(tree, nodes, steps if number == len(wanted) else 0))] = True
+        chosen[tree.pieces_of(_likeliest(tree, nodes, stepped))] = True
     for piece in unwanted:
         if chosen[piece]:
             chosen[tree.pieces_of(_likeliest(tree, _without(tree, piece, wanted), 0))] = False

@@ -111,3 +111,13 @@ def test_where_depth_is_missing_colour_decides() -> None:
 def test_impossible_points_are_refused(inside: list, outside: list, box: tuple | None) -> None:
     with pytest.raises(InputError):
         ilf.select_region(FRAME, inside, outside, box)
+
+
+def test_every_point_inside_may_have_its_own_steps() -> None:
+    first, second = (65, 50), (10, 10)
+    part = ilf.select_region(FRAME, [first], steps=-2)
+    both = ilf.select_region(FRAME, [first, second], steps=[-2, -30])
+    assert (both & part == part).all()
+    assert np.count_nonzero(both) < 2 * np.count_nonzero(part)
+    with pytest.raises(InputError, match="2 points"):
+        ilf.select_region(FRAME, [first, second], steps=[1])
