@@ -22,7 +22,10 @@ BLOCK_MENU = (
     "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks mark_checked | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
-_TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_mark_invalid"
+_TOOLS = (
+    "tool_select tool_border tool_outline tool_smart_select tool_split tool_paint tool_erase tool_give "
+    "tool_mark_invalid"
+)
 _INSPECT = (
     "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
     "copy_measurements save_measurements delete_measurements"

@@ -66,6 +66,16 @@ class ToolsFeature(Feature):
                 why_off=no_frame,
             ),
             Command(
+                "tool_smart_select",
+                "S&mart select",
+                "ph.magic-wand",
+                "Ctrl+G",
+                "Select a surface or object by clicks or a box, and make it a block",
+                group="tool",
+                handler=partial(self._choose, "smart_select"),
+                why_off=no_frame,
+            ),
+            Command(
                 "tool_border",
                 "&Border",
                 "ph.pencil-line",

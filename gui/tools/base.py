@@ -132,10 +132,13 @@ class Tool:
         Names of the `ToolOptions` that it has.
     points_only : bool
         Whether it needs only clicks at points: then it also works on the point cloud.
+    wheel : bool
+        Whether it uses the wheel while Ctrl is held.
     """
 
     options: tuple[str, ...] = ()
     points_only = False
+    wheel = False
 
     @property
     def hint(self) -> str:

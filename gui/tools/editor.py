@@ -139,7 +139,7 @@ class Editor(QObject):
         """Pass an event to the active tool; False if the tool does not use it."""
         if not self._workspace.has_session:
             return False
-        if event.kind is PointerKind.WHEEL:
+        if event.kind is PointerKind.WHEEL and not self.tool.wheel:
             if "brush" in self.tool.options:
                 self.step_brush(event.steps)
             return "brush" in self.tool.options

@@ -8,9 +8,10 @@ from .brush import BrushTool, MarkInvalidTool
 from .give import GiveTool
 from .inspect import MeasureTool, ProfileTool, RectangleTool
 from .select import SelectTool
+from .smart_select import SmartSelectTool
 from .split import SplitTool
 
-CORRECTING = ("select", "border", "outline", "split", "paint", "erase", "give", "mark_invalid")
+CORRECTING = ("select", "border", "outline", "smart_select", "split", "paint", "erase", "give", "mark_invalid")
 INSPECTING = ("profile", "rectangle", "measure")
 TOOL_NAMES = (*CORRECTING, *INSPECTING)
 
@@ -21,6 +22,7 @@ def make_tools() -> dict[str, Tool]:
         SelectTool(),
         BorderTool(),
         OutlineTool(),
+        SmartSelectTool(),
         SplitTool(),
         BrushTool(erases=False),
         BrushTool(erases=True),

@@ -1,0 +1,145 @@
+"""Accuracy of `ilf.select_region` by a robot's clicks: `python -m tests.bench.selection [--seed N] [FOLDER]`.
+
+The first click is in the middle of an object, each further one in the middle of the largest error. Objects are those of
+generated scenes of a fresh seed, and 20 that were outlined by hand on real frames (`selection_outlines.json`). They are
+compared with the block under the first click.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+import ilf
+from ilf.segmentation.editing.painting import inside_outline
+from ilf.segmentation.selection import prepare_selection
+
+from .corrections.scenes import frames_folder
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "assets" / "samples"))
+
+from make_scenes import record  # type: ignore[import-not-found]
+
+OUTLINES = Path(__file__).with_name("selection_outlines.json")
+SIZE = (640, 480)
+OBJECTS, SMALLEST = 8, 0.003
+"""Objects of a generated scene that are selected, and the smallest share of the frame that one covers."""
+
+CLICKS = 3
+
+Mask = NDArray[np.bool_]
+
+
+def middle(mask: Mask) -> tuple[float, float]:
+    """Return the pixel (x, y) that is farthest from the border of a mask."""
+    distance = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    row, column = np.unravel_index(np.argmax(distance), mask.shape)
+    return float(column) + 0.5, float(row) + 0.5
+
+
+def overlap(one: Mask, other: Mask) -> float:
+    """Return the IoU of two masks."""
+    return float(np.count_nonzero(one & other) / np.count_nonzero(one | other))
+
+
+def largest_part(mask: Mask) -> Mask:
+    """Return the largest 4-connected part of a mask."""
+    _, parts, sizes, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    return np.asarray(parts == 1 + np.argmax(sizes[1:, cv2.CC_STAT_AREA]))
+
+
+def clicked(frame: ilf.RGBDFrame, truth: Mask) -> tuple[list[float], float]:
+    """Return the IoU after each click, and the longest time of a click [s]."""
+    inside, scores, longest = [middle(truth)], [], 0.0
+    outside: list[tuple[float, float]] = []
+    for _ in range(CLICKS):
+        start = time.perf_counter()
+        found = ilf.select_region(frame, inside, outside)
+        longest = max(longest, time.perf_counter() - start)
+        scores.append(overlap(found, truth))
+        wrong = found != truth
+        if wrong.any():
+            x, y = middle(largest_part(wrong))
+            (inside if truth[int(y), int(x)] else outside).append((x, y))
+    return scores, longest
+
+
+def boxed(frame: ilf.RGBDFrame, truth: Mask) -> float:
+    """Return the IoU of what a box around the object selects."""
+    rows, columns = np.flatnonzero(truth.any(axis=1)), np.flatnonzero(truth.any(axis=0))
+    box = (float(columns[0] - 2), float(rows[0] - 2), float(columns[-1] + 3), float(rows[-1] + 3))
+    return overlap(ilf.select_region(frame, [], box=box), truth)
+
+
+def generated(seed: int, count: int) -> Iterator[tuple[ilf.RGBDFrame, list[Mask]]]:
+    """Yield generated frames with some of their objects, each in one part."""
+    rng = np.random.default_rng(seed)
+    for number in range(count):
+        made = record(seed, number, SIZE)
+        objects = made["object"]
+        seen = [largest_part(objects == one) for one in np.unique(objects[objects >= 0])]
+        large = [mask for mask in seen if np.count_nonzero(mask) >= SMALLEST * objects.size]
+        chosen = rng.permutation(len(large))[:OBJECTS]
+        yield ilf.RGBDFrame(rgb=made["rgb"], depth=made["measured"]), [large[k] for k in chosen]
+
+
+def outlined(folder: Path) -> Iterator[tuple[ilf.RGBDFrame, list[Mask]]]:
+    """Yield the real frames with their outlined objects."""
+    for name, outlines in json.loads(OUTLINES.read_text()).items():
+        frame = ilf.load_frame(folder / name)
+        masks = []
+        for points in outlines.values():
+            mask = np.zeros(frame.shape, bool)
+            inside = inside_outline(frame.shape, points)
+            if inside is not None:
+                mask[inside.box] = inside.mask
+            masks.append(mask)
+        yield frame, masks
+
+
+def measure(name: str, frames: Iterator[tuple[ilf.RGBDFrame, list[Mask]]]) -> None:
+    """Print a line with the mean IoU of the block under the first click, after each click, and of a box."""
+    blocks, clicks, boxes, times = [], [], [], []
+    for frame, masks in frames:
+        labels = ilf.extract_blocks(frame)
+        prepare_selection(frame)
+        for truth in masks:
+            x, y = middle(truth)
+            blocks.append(overlap(labels == labels[int(y), int(x)], truth))
+            scores, longest = clicked(frame, truth)
+            clicks.append(scores)
+            boxes.append(boxed(frame, truth))
+            times.append(longest)
+    after = ", ".join(f"{score:.2f}" for score in np.mean(clicks, axis=0))
+    print(
+        f"{name}: {len(blocks)} objects, block {np.mean(blocks):.2f}, after 1, 2, 3 clicks {after}, "
+        f"box {np.mean(boxes):.2f}, a click {1000 * np.median(times):.1f} ms (at most {1000 * max(times):.0f})",
+        flush=True,
+    )
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Measure on generated scenes and real frames."""
+    parser = argparse.ArgumentParser(prog="python -m tests.bench.selection", description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, nargs="?", default=frames_folder(), help="folder of the real frames")
+    parser.add_argument(
+        "--seed", type=int, default=random.randrange(10**6), help="of the scenes; a fresh one if left out"
+    )
+    parser.add_argument("--scenes", type=int, default=12, help="number of generated scenes")
+    given = parser.parse_args(arguments)
+    measure("outlined by hand", outlined(given.folder))
+    if given.scenes:
+        measure(f"generated with seed {given.seed}", generated(given.seed, given.scenes))
+
+
+if __name__ == "__main__":
+    main()

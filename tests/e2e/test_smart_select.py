@@ -1,0 +1,134 @@
+"""Smart select in the real window: clicks, box, wheel and Enter, on a frame of two blocks that meet at x = 30."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+
+from .conftest import WAIT_MS
+from .hand import ALT, CTRL, click, drag, hover, key, turn_wheel
+
+_Key = Qt.Key
+
+
+@pytest.fixture
+def selecting(opened: MainWindow, qtbot: QtBot) -> MainWindow:
+    """The window with the tool, no block selected."""
+    opened.activateWindow()
+    qtbot.waitUntil(opened.isActiveWindow, timeout=WAIT_MS)
+    opened.workspace.blocks.select([])
+    opened.actions_["tool_smart_select"].trigger()
+    opened.views.cells["colour"].view.setFocus()
+    opened.refresh.now()
+    return opened
+
+
+def _wait(window: MainWindow, qtbot: QtBot) -> None:
+    qtbot.waitUntil(lambda: not window.editor.working, timeout=WAIT_MS)
+
+
+def _shown(window: MainWindow) -> tuple[float, float, float, float]:
+    """What the preview covers: left, top, right, bottom."""
+    extent = window.views.cells["colour"].view.preview.boundingRect()
+    return extent.left(), extent.top(), extent.right(), extent.bottom()
+
+
+def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting: MainWindow, qtbot: QtBot) -> None:
+    session = selecting.workspace.session
+    before = session.labels.copy()
+    click(selecting, (50, 20))
+    key(selecting, _Key.Key_Return)  # before or after the selection is there
+    _wait(selecting, qtbot)
+    new = session.selected[0]
+    assert new not in before
+    assert session.labels[20, 50] == new
+    assert session.labels[20, 5] != new
+    assert session.undo_stack.count() == 1
+    assert not selecting.editor.busy
+    key(selecting, _Key.Key_Z, CTRL)
+    assert np.array_equal(session.labels, before)
+
+
+def test_with_a_block_selected_it_gets_the_selection(selecting: MainWindow, qtbot: QtBot) -> None:
+    session = selecting.workspace.session
+    left = int(session.labels[20, 5])
+    selecting.workspace.blocks.select([left])
+    click(selecting, (50, 20))
+    _wait(selecting, qtbot)
+    key(selecting, _Key.Key_Return)
+    assert session.labels[20, 50] == left
+    assert session.undo_stack.count() == 1
+
+
+def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selecting: MainWindow, qtbot: QtBot) -> None:
+    hover(selecting, (48, 20))
+    hover(selecting, (50, 20))
+    _wait(selecting, qtbot)
+    left, _, right, _ = _shown(selecting)
+    assert left < 50 < right
+    scale = selecting.views.cells["colour"].view.transform().m11()
+    click(selecting, (50, 20))
+    for _ in range(20):
+        turn_wheel(selecting, (50, 20), 1, CTRL)
+    _wait(selecting, qtbot)
+    assert selecting.views.cells["colour"].view.transform().m11() == scale
+    left, _, right, _ = _shown(selecting)
+    assert left <= 0
+    assert right >= selecting.workspace.session.labels.shape[1]
+
+
+def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting: MainWindow, qtbot: QtBot) -> None:
+    session = selecting.workspace.session
+    before = session.labels.copy()
+    for point, modifier in (((50, 20), CTRL), ((5, 20), None), ((5, 5), ALT)):
+        click(selecting, point, *(() if modifier is None else (modifier,)))
+        _wait(selecting, qtbot)
+    key(selecting, _Key.Key_Backspace)
+    _wait(selecting, qtbot)
+    assert selecting.editor.busy
+    assert "Enter" in selecting.editor.tool.hint
+    key(selecting, _Key.Key_Escape)
+    assert not selecting.editor.busy
+    assert np.array_equal(session.labels, before)
+    click(selecting, (50, 20))
+    click(selecting, (5, 20), ALT)
+    key(selecting, _Key.Key_Return)
+    _wait(selecting, qtbot)
+    assert session.labels[20, 50] == session.selected[0] != session.labels[20, 5]
+
+
+def test_a_box_selects_what_lies_in_it(selecting: MainWindow, qtbot: QtBot) -> None:
+    session = selecting.workspace.session
+    height, width = session.labels.shape
+    drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
+    _wait(selecting, qtbot)
+    key(selecting, _Key.Key_Return)
+    new = session.selected[0]
+    assert session.labels[20, 50] == new
+    assert not (session.labels[:, :24] == new).any()
+
+
+def test_a_locked_block_gets_nothing(selecting: MainWindow, qtbot: QtBot) -> None:
+    session = selecting.workspace.session
+    left = int(session.labels[20, 5])
+    selecting.workspace.blocks.select([left])
+    selecting.actions_["lock_blocks"].trigger()
+    before = session.labels.copy()
+    click(selecting, (50, 20))
+    _wait(selecting, qtbot)
+    key(selecting, _Key.Key_Return)
+    assert np.array_equal(session.labels, before)
+
+
+def test_steps_of_a_click_stay_when_another_is_added(selecting: MainWindow, qtbot: QtBot) -> None:
+    session = selecting.workspace.session
+    click(selecting, (50, 20))
+    turn_wheel(selecting, (50, 20), 20, CTRL)
+    click(selecting, (52, 22))
+    key(selecting, _Key.Key_Return)
+    _wait(selecting, qtbot)
+    assert (session.labels == session.selected[0]).all()

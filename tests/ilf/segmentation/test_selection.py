@@ -1,0 +1,123 @@
+"""Selecting a surface or object by points: properties, and a box on a floor that anyone would select as one."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import ilf
+from ilf.errors import InputError
+from ilf.segmentation import selection
+
+HEIGHT, WIDTH = 96, 128
+OBJECT = np.zeros((HEIGHT, WIDTH), bool)
+OBJECT[30:70, 40:90] = True
+POINTS = st.tuples(st.floats(0, WIDTH - 0.01), st.floats(0, HEIGHT - 0.01))
+
+
+def box_on_floor() -> ilf.RGBDFrame:
+    """A red box, half a metre above a grey floor, with noise in its colour."""
+    rng = np.random.default_rng(0)
+    colour = np.where(OBJECT[..., None], (200, 40, 30), (120, 125, 130)) + rng.normal(0, 3, (HEIGHT, WIDTH, 3))
+    depth = np.where(OBJECT, 1.0, 1.5).astype(np.float32)
+    depth[45:55, 50:60] = np.nan
+    return ilf.RGBDFrame(rgb=np.clip(colour, 0, 255).astype(np.uint8), depth=depth)
+
+
+FRAME = box_on_floor()
+
+
+def share(mask: np.ndarray, other: np.ndarray) -> float:
+    return np.count_nonzero(mask & other) / np.count_nonzero(mask | other)
+
+
+@pytest.mark.parametrize(
+    ("inside", "expected"), [((65, 50), OBJECT), ((55, 50), OBJECT), ((10, 10), ~OBJECT)], ids=("box", "hole", "floor")
+)
+def test_a_click_selects_the_surface_under_it(inside: tuple[float, float], expected: np.ndarray) -> None:
+    assert share(ilf.select_region(FRAME, [inside]), expected) > 0.9
+
+
+def test_a_box_around_an_object_selects_it() -> None:
+    assert share(ilf.select_region(FRAME, [], box=(36, 26, 94, 74)), OBJECT) > 0.9
+    assert not ilf.select_region(FRAME, [(10, 10)], box=(0, 0, 30, 30))[50, 65]
+
+
+def test_a_point_outside_takes_its_region_away() -> None:
+    assert ilf.select_region(FRAME, [(10, 10)], steps=20).all()
+    assert share(ilf.select_region(FRAME, [(10, 10)], [(65, 50)], steps=20), ~OBJECT) > 0.9
+
+
+def test_a_further_point_inside_adds_its_region() -> None:
+    assert share(ilf.select_region(FRAME, [(10, 10), (65, 50)]), np.ones_like(OBJECT)) > 0.9
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(POINTS, min_size=1, max_size=4), st.lists(POINTS, max_size=3), st.integers(-3, 3))
+def test_points_inside_are_selected_and_points_outside_are_not(
+    inside: list[tuple[float, float]], outside: list[tuple[float, float]], steps: int
+) -> None:
+    mask = ilf.select_region(FRAME, inside, outside, steps=steps)
+    pieces = selection._hierarchy(FRAME).pieces
+    wanted = {pieces[int(y), int(x)] for x, y in inside}
+    assert mask.dtype == bool
+    assert mask.shape == FRAME.shape
+    assert all(mask[int(y), int(x)] for x, y in inside)
+    assert not any(mask[int(y), int(x)] for x, y in outside if pieces[int(y), int(x)] not in wanted)
+
+
+@settings(deadline=None, max_examples=20)
+@given(POINTS)
+def test_steps_go_from_part_to_object(point: tuple[float, float]) -> None:
+    masks = [ilf.select_region(FRAME, [point], steps=steps) for steps in range(-2, 4)]
+    for smaller, larger in pairwise(masks):
+        assert not (smaller & ~larger).any()
+
+
+def test_a_hierarchy_divides_the_frame_and_every_node_is_its_two_parts() -> None:
+    tree = selection._hierarchy(FRAME)
+    count = tree.order.size
+    assert sorted(tree.order.tolist()) == list(range(count)) == np.unique(tree.pieces).tolist()
+    assert tree.pixels[-1] == FRAME.depth.size
+    assert (tree.parents[:-1] > np.arange(2 * count - 2)).all()
+    for node in range(count, 2 * count - 1):
+        parts = [set(tree.pieces_of(part).tolist()) for part in np.flatnonzero(tree.parents == node)]
+        assert len(parts) == 2
+        assert not parts[0] & parts[1]
+        assert parts[0] | parts[1] == set(tree.pieces_of(node).tolist())
+
+
+def test_where_depth_is_missing_colour_decides() -> None:
+    depth = FRAME.depth.copy()
+    depth[:, 8:] = np.nan
+    frame = ilf.RGBDFrame(rgb=FRAME.rgb, depth=depth)
+    assert share(ilf.select_region(frame, [(65, 50)]), OBJECT) > 0.9
+
+
+@pytest.mark.parametrize(
+    ("inside", "outside", "box"),
+    [
+        ([], [], None),
+        ([(WIDTH, 3)], [], None),
+        ([(3, 3)], [(3, -1)], None),
+        ([(3, 3)], [], (200, 0, 300, 20)),
+        ([(float("nan"), 3)], [], None),
+    ],
+)
+def test_impossible_points_are_refused(inside: list, outside: list, box: tuple | None) -> None:
+    with pytest.raises(InputError):
+        ilf.select_region(FRAME, inside, outside, box)
+
+
+def test_every_point_inside_may_have_its_own_steps() -> None:
+    first, second = (65, 50), (10, 10)
+    part = ilf.select_region(FRAME, [first], steps=-2)
+    both = ilf.select_region(FRAME, [first, second], steps=[-2, -30])
+    assert (both & part == part).all()
+    assert np.count_nonzero(both) < 2 * np.count_nonzero(part)
+    with pytest.raises(InputError, match="2 points"):
+        ilf.select_region(FRAME, [first, second], steps=[1])
