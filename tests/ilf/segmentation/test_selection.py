@@ -15,7 +15,7 @@ from ilf.segmentation import selection
 
 HEIGHT, WIDTH = 96, 128
 OBJECT = np.zeros((HEIGHT, WIDTH), bool)
-OBJECT[30:70, 40:90] = True
+OBJECT[28:72, 38:92] = True
 POINTS = st.tuples(st.floats(0, WIDTH - 0.01), st.floats(0, HEIGHT - 0.01))
 
 
