@@ -44,6 +44,7 @@ def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ILF_AUTOSAVE", str(tmp_path / "autosave"))
     monkeypatch.setenv("ILF_FOLDERS", str(tmp_path / "folders"))
     monkeypatch.setenv("ILF_LOG", str(tmp_path / "faults.log"))
+    monkeypatch.delenv("ILF_DEVICE", raising=False)
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,7 @@ import numpy as np
 _DISTRIBUTIONS = {
     "numpy": ("numpy",),
     "scipy": ("scipy",),
-    "onnxruntime": ("onnxruntime", "onnxruntime-gpu"),
+    "onnxruntime": ("onnxruntime", "onnxruntime-gpu", "onnxruntime-directml"),
     "opencv": (
         "opencv-python-headless",
         "opencv-python",

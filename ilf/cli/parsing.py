@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
+from .._runtime.networks.session import DEVICE_VARIABLE, DEVICES
 from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
@@ -236,8 +238,22 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of the block extraction."""
+    """Add the flags of the block extraction, and that of the device."""
     add_parameters(parser, BlockParameters, "block extraction", prefix=BLOCK_PREFIX)
+    parser.add_argument(
+        "--device",
+        action=_Device,
+        choices=list(DEVICES),
+        help="device that runs the networks. Others than cpu need another distribution of ONNX Runtime (default: cpu, "
+        f"or the environment variable {DEVICE_VARIABLE})",
+    )
+
+
+class _Device(argparse.Action):
+    def __call__(
+        self, parser: object, namespace: argparse.Namespace, values: Any, option_string: object = None
+    ) -> None:
+        os.environ[DEVICE_VARIABLE] = namespace.device = values
 
 
 def add_parameters(

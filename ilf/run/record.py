@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, model_path
+from .._runtime.networks.session import device
 from .._runtime.schema import PlainName, plain
 from ..completion.correction_network import load_correction_network
 from ..data.declarations import Value
@@ -139,6 +140,8 @@ class RunRecord:
         Library -> version, None if it was not installed.
     processor : str
         Features of the processor that results may depend on.
+    device : str
+        Device that ran the networks.
     name : str
         Name of the frame.
     inputs : FrameInputs or None
@@ -172,6 +175,7 @@ class RunRecord:
     version: str = __version__
     versions: dict[str, str | None] = field(default_factory=library_versions)
     processor: str = field(default_factory=processor)
+    device: str = field(default_factory=device)
     name: str
     inputs: FrameInputs | None
     invalid_mask: RecordedMask | None

@@ -16,6 +16,7 @@ from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES
+from .._runtime.networks.session import device
 from ..data.frame import InputFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.results import Completion
@@ -69,10 +70,13 @@ def version_differences(record: RunRecord) -> str:
 
 
 def processor_difference(record: RunRecord) -> str:
-    """Text on a processor type that differs from the record; "" if it is the same."""
-    if record.processor == processor():
-        return ""
-    return f"another kind of processor ({record.processor}; here {processor()})"
+    """Text on a processor type, or a device of the networks, that differs from the record; "" if both are the same."""
+    apart = []
+    if record.processor != processor():
+        apart.append(f"another kind of processor ({record.processor}; here {processor()})")
+    if record.device != device():
+        apart.append(f"another device for networks ({record.device}; here {device()})")
+    return " and ".join(apart)
 
 
 def networks_now_available(record: RunRecord) -> list[str]:

@@ -24,7 +24,7 @@ from ..sandbox import run_in_sandbox
 from ..temporary_files import CREATOR_PATTERN, creator_has_ended, removed_on_exit, unique_tag
 from .models import models_folder
 from .protobuf import has_external_data
-from .session import Session, runtime_version
+from .session import Session, device, runtime_version
 
 # Record of tested networks, by content: the bundled ones, and those recorded as tested; and of networks that were
 # running when the program closed unexpectedly.
@@ -103,7 +103,7 @@ def crashed_runs(sha256: str, kind: str) -> list[tuple[Path, Shapes]]:
 
 
 def _mark(sha256: str, kind: str) -> str:
-    return f"{sha256}-{kind}-{runtime_version()}"
+    return f"{sha256}-{kind}-{runtime_version()}-{device()}"
 
 
 @cache
@@ -112,7 +112,9 @@ def _bundled() -> frozenset[str]:
     return frozenset(line.split()[0] for line in sums.splitlines())
 
 
-_networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
+_networks: dict[tuple[type, Path, str], tuple[tuple[int, int], OnnxNetwork]] = {}
+"""Kind, file and device -> version of the file, and the network."""
+
 _networks_lock = Lock()
 
 
@@ -162,10 +164,11 @@ class OnnxNetwork:
             raise InputError(f"There is no {cls.KIND} at {path}. Choose an ONNX file{cls.INSTEAD}.")
         status = path.stat()
         version = (status.st_mtime_ns, status.st_size)
+        key = (cls, path, device())
         with _networks_lock:
-            known = _networks.get((cls, path))
+            known = _networks.get(key)
             if known is None or known[0] != version:
-                known = _networks[cls, path] = (version, cls.read(read_file(path).data, path))
+                known = _networks[key] = (version, cls.read(read_file(path).data, path))
             assert isinstance(known[1], cls)
             return known[1]
 

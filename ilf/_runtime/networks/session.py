@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import InstallationError
+from ...errors import InputError, InstallationError
 from ..cancellation import run_aside
 from ..silence import silenced
 
 _THREADS = 4
 """Threads of every session, whatever the machine and the program's other threads: operations are divided among them,
 and how they are divided decides the last digits of results."""
+
+DEVICES: dict[str, tuple[str, dict[str, Any]]] = {
+    "cpu": ("CPUExecutionProvider", {}),
+    # not in the format TF32, whose rounding is coarser than float32's
+    "cuda": ("CUDAExecutionProvider", {"use_tf32": 0}),
+    "directml": ("DmlExecutionProvider", {}),
+}
+"""Device that can run networks -> its provider in ONNX Runtime, with options."""
+
+_DISTRIBUTIONS = {"cpu": "onnxruntime", "cuda": "onnxruntime-gpu", "directml": "onnxruntime-directml"}
+"""Device -> the distribution of ONNX Runtime that has its provider."""
+
+DEVICE_VARIABLE = "ILF_DEVICE"
+"""Environment variable with the device, so that worker processes inherit it."""
 
 _FATAL = 4
 """Minimum severity of the messages that are printed; errors are raised."""
@@ -36,12 +52,15 @@ class Session:
     ------
     ValueError
         If it cannot be read.
+    InputError
+        If the chosen device is unknown.
     InstallationError
-        If ONNX Runtime cannot be imported.
+        If ONNX Runtime cannot be imported, or cannot use the chosen device.
     """
 
     def __init__(self, content: NDArray[np.uint8]) -> None:
         runtime = _runtime()
+        provider = _provider(runtime, device())
         options = runtime.SessionOptions()
         options.intra_op_num_threads = _THREADS
         options.inter_op_num_threads = 1
@@ -53,10 +72,12 @@ class Session:
         options.log_severity_level = _FATAL
         try:
             self._session = runtime.InferenceSession(
-                content.tobytes(), options, providers=["CPUExecutionProvider"], enable_fallback=0
+                content.tobytes(), options, providers=[provider], enable_fallback=0
             )
         except Exception as error:  # of many types without a common base
             raise ValueError(str(error)) from error
+        if provider[0] not in self._session.get_providers():  # its libraries or the card are missing
+            raise _unusable(device())
         shapes = {str(one.name): one.shape for one in self._session.get_inputs()}
         self.first_input, shape = next(iter(shapes.items()), ("", ()))
         """Name of the first input, "" if there is none."""
@@ -88,6 +109,37 @@ class Session:
             options.terminate = True
 
         return run_aside(run, stop)
+
+
+def device() -> str:
+    """Return the device that runs networks, from the environment variable ILF_DEVICE; the default is "cpu".
+
+    Raises
+    ------
+    InputError
+        If there is no such device.
+    """
+    chosen = os.environ.get(DEVICE_VARIABLE) or "cpu"
+    if chosen not in DEVICES:
+        raise InputError(
+            f"The environment variable {DEVICE_VARIABLE} must be {', '.join(DEVICES)}, not {chosen!r:.40}."
+        )
+    return chosen
+
+
+def _provider(runtime: ModuleType, name: str) -> tuple[str, dict[str, Any]]:
+    """The provider of a device, and its options."""
+    if DEVICES[name][0] not in runtime.get_available_providers():
+        raise _unusable(name)
+    return DEVICES[name]
+
+
+def _unusable(name: str) -> InstallationError:
+    return InstallationError(
+        f"ONNX Runtime cannot run networks on the device {name!r} here. It needs the distribution "
+        f"{_DISTRIBUTIONS[name]} in place of the present one, with the drivers and libraries that its page names. Or "
+        "choose the device 'cpu'."
+    )
 
 
 def runtime_version() -> str:

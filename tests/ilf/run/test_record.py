@@ -142,7 +142,8 @@ def test_another_schema_is_refused_in_one_line(tmp_path, schema):
 @pytest.mark.parametrize(
     "keys",
     [
-        *((name,) for name in ("schema", "name", "processor", "networks", "invalid_mask", "drawn", "outside_view")),
+        *((name,) for name in ("schema", "name", "processor", "device", "networks", "invalid_mask")),
+        *((name,) for name in ("drawn", "outside_view")),
         *((name,) for name in ("guide", "pose", "depth_sha256", "outputs", "extrapolate")),
         *(("export", name) for name in ("expected_error", "mesh", "normals", "drop_flying")),
         *(("inputs", name) for name in ("ground_truth", "encoding", "invalid", "frame")),

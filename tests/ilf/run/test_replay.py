@@ -222,6 +222,13 @@ def test_another_processor_and_other_versions_are_said(tmp_path):
     assert "another kind of processor (z80; here" in processor
 
 
+def test_another_device_is_said(tmp_path):
+    (text,) = replay(changed(written(small_run(tmp_path), tmp_path / "out"), "device", "cuda")).differences
+    assert text == (
+        "The run was made on another device for networks (cuda; here cpu): results may differ in the last digits."
+    )
+
+
 def test_files_that_are_gone_or_changed_are_said(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
     (tmp_path / "out" / "curves.csv").unlink()

@@ -20,7 +20,7 @@ from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.network import as_input
 from ilf._runtime.networks.session import RefusedInputError, Session
-from ilf.errors import Cancelled
+from ilf.errors import Cancelled, InputError, InstallationError
 from ilf.segmentation.edges.detectors import EdgeNetwork
 
 from ..tiny_onnx import node, write_network
@@ -132,6 +132,23 @@ def test_the_number_of_cores_changes_no_bit(name: str, tmp_path: Path) -> None:
     for cores in ("one core", "all cores"):
         child = [sys.executable, "-c", _BITS, str(path), str(tmp_path / "inputs.npz"), cores]
         assert subprocess.run(child, stdout=subprocess.PIPE, check=True).stdout == here
+
+
+def test_an_unknown_device_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ILF_DEVICE", "tpu")
+    with pytest.raises(InputError, match="ILF_DEVICE must be cpu, cuda, directml, not 'tpu'"):
+        EdgeNetwork.load(asset_path("models/edges.onnx"))
+
+
+@pytest.mark.parametrize("listed", [False, True], ids=("another distribution", "without its libraries"))
+def test_a_device_that_cannot_be_used_is_named(listed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ILF_DEVICE", "cuda")
+    if listed:  # then sessions use the processor instead
+        start = onnxruntime.InferenceSession
+        monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: ["CUDAExecutionProvider"])
+        monkeypatch.setattr(onnxruntime, "InferenceSession", lambda content, options, **_: start(content, options))
+    with pytest.raises(InstallationError, match="the distribution onnxruntime-gpu in place"):
+        EdgeNetwork.load(asset_path("models/edges.onnx"))
 
 
 def test_images_are_in_0_to_1() -> None:
