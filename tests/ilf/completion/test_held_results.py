@@ -29,7 +29,7 @@ DEPTH_M = 5e-5
 """How far depth may be off [m]."""
 AT_JUMPS, AT_JUMPS_M = 0.05, 1e-3
 """In fill + denoise, so many of the pixels may be off by as much [m]: which side of a jump a pixel joins is decided by
-a threshold, and its last digits differ between processors of Intel and AMD."""
+a threshold, and its last digits differ between processors of Intel and AMD. So may the iterations then."""
 BLOCKS = 0.01
 """Share of the pixels looked at that may belong to other blocks."""
 
@@ -193,15 +193,18 @@ def test_depth_is_what_it_was(frame, name):
     now, before = completion(frame, name), held()["depth"][f"{frame}: {name}"]
     for (status, *counts), (status_before, *counts_before) in zip(now["outcomes"], before["outcomes"], strict=True):
         assert status == status_before
-        assert counts == pytest.approx(counts_before, rel=0.01)
+        *pixels, iterations, _ = counts
+        assert pixels == pytest.approx(counts_before[:2], rel=0.01)
+        assert "denoise" in name or iterations == pytest.approx(counts_before[2], abs=1)
     for kind in ("filled", "depth"):
         off = np.abs(numbers(now[kind]) - numbers(before[kind]))
         assert np.array_equal(np.isnan(numbers(now[kind])), np.isnan(numbers(before[kind]))), kind
         at_jumps = off > DEPTH_M
         assert np.mean(at_jumps) <= (AT_JUMPS if "denoise" in name else 0), f"{kind}: {off[at_jumps]}"
         assert not (off > AT_JUMPS_M).any(), f"{kind}: {off[at_jumps]}"
-    curves, rtol = (np.array(table["curves"], float) for table in (now, before)), 1e-2 if "denoise" in name else 1e-3
-    np.testing.assert_allclose(*curves, rtol=rtol, atol=5e-6)
+    curves = (np.array(table["curves"], float) for table in (now, before))
+    rtol, atol = (1e-2, 1e-4) if "denoise" in name else (1e-3, 5e-6)
+    np.testing.assert_allclose(*curves, rtol=rtol, atol=atol)
     np.testing.assert_allclose(now["l1"], before["l1"], rtol=1e-5)
 
 
