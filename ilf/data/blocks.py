@@ -80,7 +80,7 @@ def drawn_of(block: Block, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_]
     return own if own is not None and own.any() else None
 
 
-_SPARSE = 0.05
+SPARSE = 0.05
 """A frame of which a smaller fraction is known is sparse."""
 
 _SHARE_OF_FRAME, _FEWEST = 0.5, 3
@@ -102,7 +102,7 @@ def least_known_pixels(pixels: ArrayLike, share: float, fewest: int, density: fl
         Fraction of the frame's pixels with depth, 0-1. In a sparse frame, such as points of a map or lines of a lidar,
         no block is asked for more than half of it.
     """
-    if density < _SPARSE:
+    if density < SPARSE:
         share, fewest = min(share, _SHARE_OF_FRAME * density), min(fewest, _FEWEST)
     return np.minimum(np.maximum(fewest, np.ceil(share * np.asarray(pixels))), pixels)
 

@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 
 from ..._runtime.cancellation import acquired, check_cancelled
 from ..._runtime.memory import release_memory
+from ...data.blocks import SPARSE
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import FrameCache, once_per_frame
 from ...data.results import Completion
 from ...errors import ParameterError
 from ...segmentation.edges.frame_edges import find_edges
 from ..block import required_known_pixels
+from ..completion import guide_hold_out
 from ..edge_aware.view import beyond_sensor_range
+from ..filter import is_guided
 from .features import (
     FLOOR,
     Walks,
@@ -103,6 +106,9 @@ def _discs(shape: tuple[int, ...]) -> NDArray[np.bool_]:
 DEFAULT_MODEL = "edge-aware"
 """Model for depth filled in by other methods."""
 
+_SPARSE_MODEL = "sparse"
+"""Model in its place for sparse frames."""
+
 _NUMBERS = {name: np.uint8(number) for number, name in enumerate(MODELS)}
 
 _CLOSED_OFF, _MIN_STEPS = 12.0, 20.0
@@ -118,6 +124,9 @@ _OUTSIDE = 0.02
 _MIN_ERROR_BEYOND_RANGE = 0.2
 """Minimum expected error, as a share of depth, beyond the sensor range."""
 
+_GUIDE_EXPONENT = 0.75
+"""Exponent of the ratio of the hold-out's mean error with the guide to that without, by which errors become smaller."""
+
 _feature_locks = FrameCache[RGBDFrame, None]()
 """Its locks prevent two threads from computing the features of one frame at the same time, which need much memory."""
 
@@ -132,7 +141,7 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
     depth : ndarray of float, shape (H, W)
         Completed depth [m]; values that are not finite and positive are missing.
     model : str
-        One of `MODELS`: the low-pass filter that produced the depth.
+        One of `MODELS`: the low-pass filter that produced the depth. In sparse frames, "sparse" replaces "edge-aware".
 
     Returns
     -------
@@ -155,7 +164,8 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
 def expected_error(completion: Completion) -> Array:
     """Compute the expected error of a completion, each block with the model of its filter.
 
-    Extrapolated pixels have the model of their filter, which is that of "best".
+    Extrapolated pixels have the model of their filter, which is that of "best". A guide that is followed makes the
+    expected error smaller, by what the hold-out for it says.
 
     Parameters
     ----------
@@ -189,6 +199,7 @@ def expected_error(completion: Completion) -> Array:
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
     model[completion.extrapolated] = _NUMBERS[DEFAULT_MODEL]
     error = _error(frame, completion.depth, model, _edges_of(completion))
+    error[(model == _NUMBERS[DEFAULT_MODEL]) & ~_by_guide_alone(completion)] *= np.float32(_guide_factor(frame))
     beyond = _beyond_range(completion)
     error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
     return error
@@ -251,12 +262,20 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
         for name, number in _NUMBERS.items():
             own = model_there == number
             if own.any():
-                difficulty = frame_difficulty(frame, MODELS[name])
-                values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
+                law = MODELS[_SPARSE_MODEL if name == DEFAULT_MODEL and frame.known.mean() < SPARSE else name]
+                values[own] = law.shares(features[own], frame_difficulty(frame, law)) * depth_there[own]
         error[filled] = values
         del features
         release_memory(error.size)
     return error
+
+
+def _guide_factor(frame: RGBDFrame) -> float:
+    """Factor on the expected error by a guide that is followed, at most 1."""
+    test = guide_hold_out(frame) if is_guided(frame) else None
+    if test is None or not test.followed:
+        return 1.0
+    return float((test.with_guide / test.without) ** _GUIDE_EXPONENT)
 
 
 def _beyond_range(completion: Completion) -> NDArray[np.bool_]:

@@ -25,9 +25,9 @@ from ...data.frame import RGBDFrame
 from ...errors import IlfError, InputError
 from ...evaluation.metrics import share_within, sparsification_error
 from ...segmentation.extraction import extract_blocks
-from .frames import find_frames, load_bench_frame
+from .frames import find_frames, load_bench_frame, parse_names
 from .methods import METHODS
-from .patterns import Task, make_task
+from .patterns import PATTERNS, Task, make_task
 from .results import CALIBRATED
 
 # Fit a model of the expected error to known errors.
@@ -189,7 +189,6 @@ def _rounded(values: Values) -> tuple[float, ...]:
     return tuple(round(float(value), _DECIMALS) for value in values)
 
 
-PATTERNS_USED = ("random", "areas")
 DISTANCE_BINS = (0.0, 2.0, 5.0, 15.0, 50.0, np.inf)
 """Limits [px] of the bins of distance to known depth that are reported separately."""
 
@@ -210,7 +209,8 @@ from .model import Curve, ErrorModel
 # fmt: off
 MODELS = {
 %s}
-"""Low-pass filter, as in `Parameters.filter`, -> model of its errors."""
+"""Low-pass filter, as in `Parameters.filter`, -> model of its errors; "sparse": that of the edge-aware filter in sparse
+frames."""
 '''
 
 
@@ -385,6 +385,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--model", choices=tuple(MODELS), default=DEFAULT_MODEL, help=f"model to use (default: {DEFAULT_MODEL})"
     )
     parser.add_argument(
+        "--pattern",
+        default="random,areas",
+        metavar="NAMES",
+        help="patterns of the hold-outs, separated by commas (default: random,areas)",
+    )
+    parser.add_argument(
         "--seed", type=int, nargs="+", default=[0], metavar="N", help="seed of the hold-outs (default: 0)"
     )
     parser.add_argument(
@@ -406,7 +412,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             [
                 take_sample(folder, pattern, given.method, seed)
                 for folder in (find_frames(folders) if folders else [])
-                for pattern in PATTERNS_USED
+                for pattern in parse_names(given.pattern, PATTERNS, what="pattern")
                 for seed in given.seed
             ]
             for folders in (given.fit, given.check)

@@ -12,6 +12,7 @@ import ilf
 from ilf._runtime.formatting import length_text
 from ilf.cli import main
 from ilf.completion.completion import guide_hold_out, guide_text
+from ilf.completion.confidence.expected_error import depth_error
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.completion.edge_aware.guide_curve import fit_curve, sharpen
 from ilf.completion.guide_hold_out import GuideHoldOut, HeldOutErrors, decided, held_out_frames
@@ -90,6 +91,18 @@ def test_guide_that_makes_hidden_depth_worse_is_not_followed(without) -> None:
     stepper = ilf.iterate(frame, BLOCKS, 1)
     assert np.array_equal(stepper.surface, ilf.iterate(frame_with_hole(), BLOCKS, 1).surface)
     assert without.notes == (), "only a frame with a guide has the note"
+
+
+def test_expected_error_is_smaller_by_what_the_hold_out_says_of_a_followed_guide() -> None:
+    completion = ilf.complete(frame_with_hole(guide=ground_truth()), BLOCKS)
+    test = guide_hold_out(completion.frame)
+    assert test is not None
+    assert test.followed
+    factor = (test.with_guide / test.without) ** 0.75
+    expected = factor * depth_error(completion.frame, completion.depth)
+    np.testing.assert_allclose(ilf.expected_error(completion), expected, rtol=1e-5)
+    ignored = ilf.complete(frame_with_hole(guide=guide_that_misses_the_rest_of_the_box()), BLOCKS)
+    np.testing.assert_array_equal(ilf.expected_error(ignored), depth_error(ignored.frame, ignored.depth))
 
 
 def test_guide_is_tested_where_the_gaps_lie_when_turned_and_its_own_depth_is_hidden() -> None:

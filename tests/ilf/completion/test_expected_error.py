@@ -106,6 +106,15 @@ def test_each_block_of_a_completion_has_the_model_of_its_filter(tmp_path):
     np.testing.assert_array_equal(expected_error(extrapolations), expected)
 
 
+def test_sparse_frames_have_a_model_of_their_own():
+    kept = np.zeros_like(HOLE)
+    kept[::16, ::16] = True  # 0.4 % of the pixels
+    error = depth_error(frame := ilf.RGBDFrame(COLOUR, np.where(kept, PLANE, np.nan)), PLANE)
+    np.testing.assert_array_equal(error, depth_error(frame, PLANE, "sparse"))
+    dense = ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, PLANE))
+    assert not np.array_equal(depth_error(dense, PLANE), depth_error(dense, PLANE, "sparse"), equal_nan=True)
+
+
 def test_figures_of_expected_errors_are_over_what_blocks_have_filled(tmp_path):
     frame = ilf.load_frame(*write_small_frame(tmp_path))
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
