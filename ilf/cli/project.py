@@ -10,6 +10,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,17 +19,16 @@ from ..completion.confidence.expected_error import RMS_NAME
 from ..data.parameters import Parameters, nearest_preset
 from ..data.results import Completion
 from ..errors import InputError
+from ..project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
 from ..project.facts import FrameFacts, RunFacts, differences, frame_facts, present_completion, present_run
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
-from ..run.options import as_file_name
-from ..run.run import Run
-from ..run.writing import write
+from ..run.run import Run, RunConfiguration
 from ..sources.frame_source import FrameSource
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
-from .options import add_export_options, export_options, feasible_options
+from .options import add_export_options, export_options, geometry_flags
 from .output import print_json, table, warn
 from .parsing import add_look_in, add_reading, reading_options
 from .run_output import RunProgress
@@ -173,7 +173,13 @@ def add_arguments(parser: Parser) -> None:
         "--out",
         required=True,
         metavar="DIR",
-        help="output folder with one folder per frame; existing files are overwritten",
+        help="output folder with one folder per frame; existing files are overwritten, unchanged frames skipped",
+    )
+    exporting.add_argument(
+        "--complete",
+        action="store_true",
+        help="export all frames: those with blocks without a result are completed first, untouched ones with their "
+        "extracted blocks",
     )
     _add_frame_selection(exporting)
     add_export_options(exporting.add_argument_group("files"))
@@ -227,16 +233,34 @@ def run_info(arguments: argparse.Namespace) -> None:
 
 
 def run_export(arguments: argparse.Namespace) -> None:
-    """Write the stored results of frames."""
-    folders: set[str] = set()
-    requested = export_options(arguments)
+    """Write the results of frames; with --complete, of all frames, whose missing results are computed first."""
+    options, counts = export_options(arguments), Counter[ExportStatus]()
     with _opened(arguments) as opened:
-        for frame, state in _with_results(opened, arguments.frame):
-            folder = Path(arguments.out) / _folder_name(frame, folders)
-            options, notes = feasible_options(requested, state.frame, arguments)
-            written = write(folder, present_run(state), present_completion(state), options)
-            warn(f"{frame.name}: {note}" for note in (*notes, *written.notes, *written.remarks))
-            print(f"{frame.name}: {counted(len(state.results), 'block')}, written to {folder}")
+        if arguments.complete:
+            warn(opened.problems)
+            frames = _wanted(opened, arguments.frame)
+        else:
+            frames = [frame for frame, _ in _with_results(opened, arguments.frame)]
+        folders = folder_names([(frame.name, frame.id) for frame in frames])
+        found = [
+            FrameToExport(frame.name, folder, partial(_run_of, opened, frame, arguments.complete))
+            for frame, folder in zip(frames, folders, strict=True)
+        ]
+        strict = bool(geometry_flags(arguments))
+        for done in export_frames(found, Path(arguments.out), options, strict=strict):
+            counts[done.status] += 1
+            warn(f"{done.name}: {note}" for note in done.notes)
+            print(f"{done.name}: {done.status}, {done.folder}")
+    if failed := counts[ExportStatus.FAILED]:
+        raise InputError(f"{failed} of {counted(counts.total(), 'frame')} could not be exported.")
+
+
+def _run_of(opened: OpenedProject, frame: ProjectFrame, complete: bool) -> tuple[Run, Completion | None]:
+    """A frame's run and its completion, None if it has to be completed first; otherwise its present results."""
+    if not frame.has_state and frame.source is not None:
+        return RunConfiguration(opened.project.common, opened.project.extraction).make_run(frame.source.load()), None
+    state = opened.state(frame.id).state
+    return run_and_completion(state) if complete else (present_run(state), present_completion(state))
 
 
 def run_replay(arguments: argparse.Namespace) -> None:
@@ -289,11 +313,7 @@ def _opened(arguments: argparse.Namespace) -> OpenedProject:
 def _with_results(opened: OpenedProject, chosen: Sequence[str]) -> Iterator[tuple[ProjectFrame, FrameState]]:
     """Yield the selected frames, or all, with their states; print a warning for each frame without results."""
     warn(opened.problems)
-    frames = opened.project.frames
-    for name in chosen:
-        if not any(name in (frame.id, frame.name) for frame in frames):
-            raise InputError(f"The project has no frame {name!r:.60}. `ilf project info` lists its frames.")
-    wanted = [frame for frame in frames if not chosen or frame.id in chosen or frame.name in chosen]
+    wanted = _wanted(opened, chosen)
     found = False
     for frame in wanted:
         if not (frame.has_state or chosen):
@@ -309,10 +329,10 @@ def _with_results(opened: OpenedProject, chosen: Sequence[str]) -> Iterator[tupl
         raise InputError("No frame has results. Run the blocks of a frame and save the project first.")
 
 
-def _folder_name(frame: ProjectFrame, taken: set[str]) -> str:
-    """Return a folder name that no other frame of the project uses, ignoring case."""
-    name = as_file_name(frame.name)
-    if name.casefold() in taken:
-        name = f"{name}-{frame.id}"
-    taken.add(name.casefold())
-    return name
+def _wanted(opened: OpenedProject, chosen: Sequence[str]) -> list[ProjectFrame]:
+    """The selected frames, or all."""
+    frames = opened.project.frames
+    for name in chosen:
+        if not any(name in (frame.id, frame.name) for frame in frames):
+            raise InputError(f"The project has no frame {name!r:.60}. `ilf project info` lists its frames.")
+    return [frame for frame in frames if not chosen or frame.id in chosen or frame.name in chosen]

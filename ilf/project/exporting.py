@@ -1,0 +1,173 @@
+"""Export of many frames: each into a folder of its own; what has not changed since an earlier export is skipped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from .._runtime.cancellation import check_cancelled
+from ..data.parameters import Parameters
+from ..data.results import Completion, compose
+from ..errors import Cancelled, IlfError
+from ..run.options import RECORD_FILE, ExportOptions, as_file_name, drop_impossible_cloud
+from ..run.record import RecordedNetworks, RunRecord, array_sha256, make_record
+from ..run.record_file import read_record
+from ..run.replaying import file_problems, network_differences
+from ..run.run import Run
+from ..run.writing import check_write, write
+from .facts import present_completion, present_run
+from .frame_state import FrameState
+
+
+class ExportStatus(StrEnum):
+    """What became of a frame."""
+
+    WRITTEN = "written"
+    UNCHANGED = "unchanged"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class ExportedFrame:
+    """The export of one frame.
+
+    Attributes
+    ----------
+    name : str
+        Name of the frame.
+    folder : Path
+    status : ExportStatus
+        Unchanged: its files are those that an export would write.
+    notes : tuple of str
+        Notes on the files; the reason if it has failed.
+    """
+
+    name: str
+    folder: Path
+    status: ExportStatus
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class FrameToExport:
+    """A frame to export.
+
+    Attributes
+    ----------
+    name : str
+    folder : str
+        Name of its folder.
+    read : callable
+        Reads the frame: its run, and its completion if it is already known.
+    """
+
+    name: str
+    folder: str
+    read: Callable[[], tuple[Run, Completion | None]]
+
+
+def run_and_completion(state: FrameState) -> tuple[Run, Completion | None]:
+    """Return a frame's present results as a run and its completion; the run of all blocks, and None, if a block has no
+    result."""
+    run = state.run()
+    labels = _labels(run)
+    if not labels or labels - state.results.keys():
+        return run, None
+    return present_run(state), present_completion(state)
+
+
+def _labels(run: Run) -> set[int]:
+    """The blocks that a run completes."""
+    return set(np.unique(run.blocks).tolist()) - {0} if run.only is None else set(run.only)
+
+
+def export_frames(
+    frames: Sequence[FrameToExport],
+    folder: Path,
+    options: ExportOptions,
+    *,
+    strict: bool = False,
+    threads: int | None = None,
+) -> Iterator[ExportedFrame]:
+    """Export frames, each into its folder in `folder`; frames whose completion is not known are completed first.
+
+    An error of a frame becomes its status, and the others go on. A frame is skipped if its folder has a run record of
+    the same run with complete files, so that an export that was interrupted goes on where it stopped.
+
+    Parameters
+    ----------
+    frames : sequence of FrameToExport
+    folder : Path
+    options : ExportOptions
+    strict : bool
+        Whether a frame without intrinsics fails if a cloud is selected; otherwise it is exported without.
+    threads : int, optional
+        As for `Run.steps`.
+    """
+    for frame in frames:
+        check_cancelled()
+        target = folder / frame.folder
+        try:
+            yield _exported(frame, target, options, strict, threads)
+        except Cancelled:
+            raise
+        except (IlfError, OSError, MemoryError) as error:
+            reason = str(error) or type(error).__name__
+            yield ExportedFrame(frame.name, target, ExportStatus.FAILED, (reason,))
+
+
+def _exported(
+    frame: FrameToExport, target: Path, options: ExportOptions, strict: bool, threads: int | None
+) -> ExportedFrame:
+    run, completion = frame.read()
+    possible, without = (options, ()) if strict else drop_impossible_cloud(options, run.frame)
+    check_write(target, run, possible)
+    if _is_unchanged(target, run, completion, possible):
+        return ExportedFrame(frame.name, target, ExportStatus.UNCHANGED)
+    found = run.complete(threads=threads) if completion is None else completion
+    written = write(target, run, found, possible)
+    notes = *without, *found.notes, *written.notes, *written.remarks
+    return ExportedFrame(frame.name, target, ExportStatus.WRITTEN, tuple(dict.fromkeys(notes)))
+
+
+def _is_unchanged(target: Path, run: Run, completion: Completion | None, options: ExportOptions) -> bool:
+    """Whether the folder has the files of this run: the same inputs, blocks, parameters and networks, and depth if it
+    is known."""
+    try:
+        record = read_record(target / RECORD_FILE)
+    except IlfError:  # there is none, or none of this version
+        return False
+    wanted = {label: run.parameters_of(label) for label in _labels(run)}
+    same_run = _inputs_of(record) == _inputs_of(make_record(run, compose(run.frame, {}), options))
+    same_depth = completion is None or record.depth_sha256 == array_sha256(completion.depth)
+    if not (options.run_record and same_run and record.own_parameters == wanted and same_depth):
+        return False
+    return not file_problems(record, target) and not network_differences(record)
+
+
+def _inputs_of(record: RunRecord) -> RunRecord:
+    """A record without results, and without parameters, which depend on the blocks that were run."""
+    return replace(
+        record,
+        networks=RecordedNetworks({}, {}),
+        parameters=Parameters(),
+        block_parameters={},
+        blocks_outcome=(),
+        depth_sha256="",
+        outputs={},
+    )
+
+
+def folder_names(frames: Sequence[tuple[str, str]]) -> list[str]:
+    """Return a folder name for each frame, given by name and id, that no other one uses, ignoring case."""
+    taken: set[str] = set()
+    names = []
+    for name, frame_id in frames:
+        plain = as_file_name(name)
+        names.append(f"{plain}-{frame_id}" if plain.casefold() in taken else plain)
+        taken.add(names[-1].casefold())
+    return names

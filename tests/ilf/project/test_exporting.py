@@ -1,0 +1,136 @@
+"""Export of many frames: what is written, what is skipped as unchanged, and that one failure does not end it."""
+
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf._runtime.cancellation import cancelled_by
+from ilf.cli import main
+from ilf.errors import Cancelled, InputError
+from ilf.project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
+from ilf.project.file import save_project
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Project, ProjectFrame
+from ilf.run.options import ExportOptions
+from ilf.run.run import Run
+from ilf.sources.frame_source import FrameSource
+
+from ..small_frames import CAMERA, QUICK, write_small_frame
+
+OPTIONS = ExportOptions(depth_formats=("npy",), cloud=None, expected_error=False)
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    frame = ilf.load_frame(*write_small_frame(tmp_path / "room"), intrinsics=CAMERA)
+    labels = np.tile(np.where(np.arange(80) < 40, 1, 2), (60, 1)).astype(np.int32)
+    return Run(frame, labels, ilf.preset("paper", **QUICK))
+
+
+def statuses(run: Run, folder: Path, options: ExportOptions = OPTIONS, completion=None) -> list[str]:
+    frames = [FrameToExport("room", "room", lambda: (run, completion))]
+    return [str(done.status) for done in export_frames(frames, folder, options)]
+
+
+def test_frames_are_written_once_and_again_after_a_change(run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert statuses(run, out) == ["written"]
+    assert np.array_equal(np.load(out / "room/depth.npy"), run.complete().depth, equal_nan=True)
+    assert statuses(run, out) == statuses(run, out, completion=run.complete()) == ["unchanged"]
+    other_blocks = np.where(run.blocks == 2, 3, run.blocks)
+    for changed in (
+        replace(run, parameters=run.parameters.replace(max_iterations=20)),
+        replace(run, own={2: run.parameters.replace(max_iterations=20)}),
+        replace(run, blocks=other_blocks),
+        replace(run, extrapolate=True),
+        replace(run, frame=run.frame.with_invalid_mask(run.blocks == 2)),
+    ):
+        assert statuses(changed, out) == ["written"]
+        assert statuses(changed, out) == ["unchanged"]
+    assert statuses(run, out, replace(OPTIONS, curves=not OPTIONS.curves)) == ["written"]
+
+
+def test_frames_whose_files_are_gone_or_changed_are_written_again(run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert statuses(run, out) == ["written"]
+    (out / "room/blocks.png").unlink()
+    assert statuses(run, out) == ["written"]
+    (out / "room/depth.npy").write_bytes(b"")
+    assert statuses(run, out) == ["written"]
+    (out / "room/run.json").write_text("{}")
+    assert statuses(run, out) == ["written"]
+    assert statuses(run, out, replace(OPTIONS, run_record=False)) == ["written"]
+    assert statuses(run, out, replace(OPTIONS, run_record=False)) == ["written"], "nothing to compare with"
+
+
+def test_a_failed_frame_does_not_end_the_export(run: Run, tmp_path: Path) -> None:
+    def fails() -> tuple[Run, None]:
+        raise InputError("There is no such file.")
+
+    frames = [FrameToExport("lost", "lost", fails), FrameToExport("room", "room", lambda: (run, None))]
+    lost, room = export_frames(frames, tmp_path / "out", OPTIONS)
+    assert (lost.status, lost.notes) == (ExportStatus.FAILED, ("There is no such file.",))
+    assert room.status is ExportStatus.WRITTEN
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["room"]
+
+
+def test_without_intrinsics_there_is_no_cloud_unless_it_is_required(run: Run, tmp_path: Path) -> None:
+    frame = replace(run.frame, intrinsics=None)
+    frames = [FrameToExport("room", "room", lambda: (replace(run, frame=frame), None))]
+    (written,) = export_frames(frames, tmp_path / "out", replace(OPTIONS, cloud="ply"))
+    assert written.status is ExportStatus.WRITTEN
+    assert "No point cloud is written" in written.notes[0]
+    (failed,) = export_frames(frames, tmp_path / "out", replace(OPTIONS, cloud="ply"), strict=True)
+    assert failed.status is ExportStatus.FAILED
+
+
+def test_present_results_are_taken_and_missing_ones_are_computed(run: Run) -> None:
+    completion = run.complete()
+    state = FrameState("a", run.frame, run.blocks, common=run.parameters, results=completion.results)
+    known_run, known = run_and_completion(state)
+    assert known is not None
+    assert np.array_equal(known.depth, completion.depth, equal_nan=True)
+    assert set(known_run.own) == {1, 2}
+    partly = replace(state, results={1: completion.results[1]})
+    new_run, unknown = run_and_completion(partly)
+    assert unknown is None
+    assert np.array_equal(new_run.complete().depth, completion.depth, equal_nan=True)
+
+
+def test_cancelling_ends_the_export_between_frames(run: Run, tmp_path: Path) -> None:
+    event = threading.Event()
+    with cancelled_by(event):
+        frames = [FrameToExport(name, name, lambda: (run, None)) for name in ("one", "two")]
+        export = export_frames(frames, tmp_path / "out", OPTIONS)
+        assert next(export).status is ExportStatus.WRITTEN
+        event.set()
+        with pytest.raises(Cancelled):
+            next(export)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["one"]
+
+
+def test_folders_differ_even_where_case_is_ignored() -> None:
+    assert folder_names([("room", "a"), ("Room", "b"), ("a/b", "c")]) == ["room", "Room-b", "a_b"]
+
+
+def test_the_command_completes_what_is_missing(run: Run, tmp_path: Path, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    rgb, depth = (str(tmp_path / "room" / name) for name in ("rgb.png", "depth.png"))
+    results = run.complete().results
+    state = FrameState("a1", run.frame, run.blocks, common=run.parameters, results={1: results[1]})
+    frames = (ProjectFrame("a1", "room", None, has_state=True), ProjectFrame("c3", "bare", FrameSource(rgb, depth)))
+    save_project("room.ilf", Project(frames, common=run.parameters), [state])
+    assert main(["project", "export", "room.ilf", "--out", "out", "--complete"]) == 0
+    assert [line.partition(",")[0] for line in capsys.readouterr().out.splitlines()] == [
+        "room: written",
+        "bare: written",
+    ]
+    assert main(["project", "export", "room.ilf", "--out", "out", "--complete"]) == 0
+    assert capsys.readouterr().out.count("unchanged") == 2
+    Path(depth).unlink()
+    assert main(["project", "export", "room.ilf", "--out", "out", "--complete"]) == 1
+    assert "2 of 2 frames could not be exported" in capsys.readouterr().err
