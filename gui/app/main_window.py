@@ -21,6 +21,7 @@ from ..features.curves import CurvesFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
 from ..features.experiments.menu import ExperimentsFeature
+from ..features.export_all import ExportAllFeature
 from ..features.extraction.feature import ExtractionFeature
 from ..features.filter.feature import FilterFeature
 from ..features.frame_list.feature import FramesFeature
@@ -94,6 +95,7 @@ _FURTHER: tuple[type[Feature], ...] = (
     RecentFeature,
     ReportFeature,
     BatchFeature,
+    ExportAllFeature,
     LayoutsFeature,
     ShortcutsFeature,
     PaletteFeature,

@@ -30,11 +30,11 @@ _INSPECT = (
     "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
     "copy_measurements save_measurements delete_measurements"
 )
-_GOING = "next_frame previous_frame next_untouched note_frame"
+_GOING = "next_frame previous_frame next_untouched mark_done note_frame"
 _MENUS = {
     "&File": "open open_folder open_recording open_sample open_run | new_project open_project save_project "
     "save_project_as | load_ground_truth remove_ground_truth | load_guide remove_guide | load_blocks "
-    "save_blocks | export batch "
+    "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | cancel_stroke",
     "&Blocks": "extract | propagate_next propagate_previous propagate_through | "
@@ -78,8 +78,7 @@ def fill_menu_bar(
         view,
         entries(
             actions,
-            "fit one_to_one zoom_block show_before_edit | next_frame previous_frame next_untouched note_frame | "
-            "full_screen",
+            f"fit one_to_one zoom_block show_before_edit | {_GOING} | full_screen",
         ),
     )
     view.addSeparator()

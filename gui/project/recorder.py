@@ -108,6 +108,7 @@ class SessionSnapshot:
             extrapolate=session.extrapolate,
             own_parameters=session.own_parameters,
             note=session.note,
+            done=session.done,
             to_check=frozenset(session.to_check),
             selected=tuple(session.selected),
             looked=InspectionState(session.line, session.region, chains, session.chains.reference),

@@ -63,7 +63,7 @@ class Entry:
         """Summary of the frame; up to date if the frame is open."""
         session = self.session
         if session is not None:
-            stamp = (*session.stamp, id(session.valid_results()), id(session.notes))
+            stamp = (*session.stamp, id(session.valid_results()), id(session.notes), session.done)
             if stamp != self._stamp:
                 self._summary, self._stamp = summary_of(session), stamp
         return self._summary
@@ -174,7 +174,7 @@ class Entries(QObject):
             entry = Entry(session.id, session.key, session.name, source, session)
             self.add([entry])
             return entry
-        session.id, session.note = entry.id, entry.note
+        session.id, session.note, session.done = entry.id, entry.note, entry.summary.done
         if entry.unsaved:
             session.note_other_change()
         entry.session, entry.name = session, session.name
@@ -189,9 +189,9 @@ class Entries(QObject):
         entry.session, entry.has_state = None, stored
         self.changed.emit(entry)
 
-    def set_note(self, entry: Entry, note: str) -> None:
-        """Set the user's note on a frame that is not open."""
-        entry.set_summary(replace(entry.summary, note=note))
+    def mark(self, entry: Entry, note: str, done: bool) -> None:
+        """Set the user's note on a frame that is not open, and whether it is done."""
+        entry.set_summary(replace(entry.summary, note=note, done=done))
         entry.set_unsaved(True)
         self.changed.emit(entry)
 
@@ -231,4 +231,5 @@ def summary_of(session: Session) -> FrameSummary:
         len(session.to_check & blocks.keys()),
         unrecoverable[0].message if failed else "",
         session.own_parameters,
+        session.done,
     )

@@ -149,12 +149,19 @@ class WorkspaceFrames(QObject):
 
     def set_note(self, entry: Entry, note: str) -> None:
         """Set the user's note on a frame, open or not."""
-        if note == entry.note:
+        self._mark(entry, note, entry.summary.done)
+
+    def set_done(self, entry: Entry, done: bool) -> None:
+        """Set whether the user has marked a frame as done, open or not."""
+        self._mark(entry, entry.note, done)
+
+    def _mark(self, entry: Entry, note: str, done: bool) -> None:
+        if (note, done) == (entry.note, entry.summary.done):
             return
         if entry.session is None:
-            self.entries.set_note(entry, note)
+            self.entries.mark(entry, note, done)
         else:
-            entry.session.note = note
+            entry.session.note, entry.session.done = note, done
             self.touch(entry.session)
         self.sessions_changed.emit()
         self.project_touched.emit()

@@ -81,6 +81,8 @@ class Session:
         self.id = uuid.uuid4().hex
         self.note = ""
         """The user's note on the frame."""
+        self.done = False
+        """Whether the user has marked the frame as done."""
         self.labels: NDArray[np.int32] = np.zeros(frame.shape, np.int32)
         self.notes = BlockNotes()
         self.selected: list[int] = []

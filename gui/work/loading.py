@@ -89,7 +89,7 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
         The path of the origin.
     """
     session = Session(state.frame, origin, key)
-    session.id, session.note = state.id, state.note
+    session.id, session.note, session.done = state.id, state.note, state.done
     notes = state.notes
     session.take_notes(
         replace(

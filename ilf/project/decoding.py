@@ -187,6 +187,7 @@ class _Decoding:
             "extrapolate": lambda: data.get("extrapolate", bool),
             "own_parameters": lambda: data.get("own_parameters", bool),
             "note": lambda: data.get("note", str),
+            "done": lambda: data.get("done", bool),
             "to_check": lambda: data.get("to_check", frozenset[int]),
             "selected": lambda: data.get("selected", tuple[int, ...]),
             "looked": lambda: inspection_of(data.section("looked")),

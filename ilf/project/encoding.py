@@ -165,6 +165,7 @@ class _Encoding:
             "extrapolate": state.extrapolate,
             "own_parameters": state.own_parameters,
             "note": state.note,
+            "done": state.done,
             "to_check": sorted(state.to_check),
             "selected": list(state.selected),
             "looked": _encode_inspection(state.looked),

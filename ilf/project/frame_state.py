@@ -155,6 +155,8 @@ class FrameState:
         Whether `common` belongs to this frame alone while the project's parameters apply to all frames.
     note : str
         The user's note on the frame.
+    done : bool
+        Whether the user has marked the frame as done.
     to_check : frozenset of int
         Propagated blocks that have to be checked and have not been checked yet.
     selected : tuple of int
@@ -177,6 +179,7 @@ class FrameState:
     extrapolate: bool = False
     own_parameters: bool = False
     note: str = ""
+    done: bool = False
     to_check: frozenset[int] = frozenset()
     selected: tuple[int, ...] = ()
     looked: InspectionState = field(default_factory=InspectionState)

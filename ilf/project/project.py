@@ -41,6 +41,8 @@ class FrameSummary:
         Reason of the failure.
     own_parameters : bool
         Whether the frame has parameters of its own while the project's parameters apply to all frames.
+    done : bool
+        Whether the user has marked it as done.
     """
 
     stage: Stage = Stage.UNTOUCHED
@@ -52,11 +54,12 @@ class FrameSummary:
     to_check: int = 0
     problem: str = ""
     own_parameters: bool = False
+    done: bool = False
 
     @property
     def has_work(self) -> bool:
-        """Whether the frame has a note, or work beyond extracted blocks."""
-        return bool(self.note) or self.stage not in (Stage.UNTOUCHED, Stage.EXTRACTED)
+        """Whether the frame has a note or is done, or has work beyond extracted blocks."""
+        return bool(self.note) or self.done or self.stage not in (Stage.UNTOUCHED, Stage.EXTRACTED)
 
 
 @dataclass(frozen=True)

@@ -226,7 +226,8 @@ def _frame_from_part(identity: str, parts: Parts) -> ProjectFrame:
         source = FrameSource.of(parsed_inputs(frame.get("inputs", dict)))
     height, width = frame.items("shape", int)
     stage = _stage(data.values)
-    summary = FrameSummary(stage, data.get("note", str), (height, width), completed=len(data.get("results", list)))
+    note, completed, done = data.get("note", str), len(data.get("results", list)), data.get("done", bool)
+    summary = FrameSummary(stage, note, (height, width), completed=completed, done=done)
     return ProjectFrame(identity, frame.get("name", str), source, summary, True)
 
 

@@ -94,6 +94,7 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
         extrapolate=True,
         own_parameters=True,
         note="Look again.",
+        done=True,
         to_check=frozenset({2}),
         selected=(2, 1),
         looked=InspectionState(

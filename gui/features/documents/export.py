@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
@@ -80,13 +81,28 @@ class ExportDialog(QDialog):
         Default target folder.
     behind : str
         Text from `behind` about missing or outdated results.
+    scopes : mapping, optional
+        For an export of many frames: name of a choice of frames -> its text and number of frames. The run is that of
+        one of them.
     """
 
     def __init__(
-        self, run: Run, has_result: bool, folder: str, parent: QWidget | None = None, *, behind: str = ""
+        self,
+        run: Run,
+        has_result: bool,
+        folder: str,
+        parent: QWidget | None = None,
+        *,
+        behind: str = "",
+        scopes: Mapping[str, tuple[str, int]] | None = None,
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(f"Export {run.frame.name}")
+        self.setWindowTitle(f"Export {run.frame.name}" if scopes is None else "Export all")
+        self._counts = {name: count for name, (_, count) in (scopes or {}).items()}
+        self.scope = QComboBox()
+        self.scope.setToolTip("Frames of the list to export, each into a folder of its own")
+        for name, (text, count) in (scopes or {}).items():
+            self.scope.addItem(f"{text}: {count}", name)
         inputs = run.frame.inputs
         self._input_units = inputs.depth_units if inputs is not None else 1.0
         is_whole = self._input_units > 1  # depth in metres is fractional
@@ -244,6 +260,9 @@ class ExportDialog(QDialog):
         layout.setContentsMargins(14, 14, 14, 14)
         layout.setSpacing(12)
         top = QFormLayout()
+        top.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        if self._counts:
+            top.addRow("F&rames", self.scope)
         label = PlainLabel("&Folder")
         label.setBuddy(self.folder_path)
         top.addRow(label, target)
@@ -257,6 +276,7 @@ class ExportDialog(QDialog):
 
     def _watch(self) -> None:
         self.folder_path.textChanged.connect(self._refresh)
+        self.scope.currentIndexChanged.connect(self._refresh)
         self.png_units.editTextChanged.connect(self._refresh)
         self.cloud_format.currentTextChanged.connect(self._refresh)
         self.mesh_format.currentTextChanged.connect(self._refresh)
@@ -321,6 +341,11 @@ class ExportDialog(QDialog):
             self._refuse(f"{folder} is a file, not a folder. Choose another folder.")
         elif not names:
             self._refuse("Choose at least one file to write.")
+        elif self._counts and not self._counts[self.scope.currentData()]:
+            self._refuse("There is no such frame. Choose other frames.")
+        elif self._counts:
+            self.export_button.setEnabled(True)
+            self.message.show_message(self._plan_for_many(names), "muted")
         else:
             self.export_button.setEnabled(True)
             self.message.show_message(*self._plan(names, folder))
@@ -338,6 +363,14 @@ class ExportDialog(QDialog):
         elif self._behind:
             lines.append(self._behind)
         return "\n".join(lines), "warning" if len(lines) > 1 else "muted"
+
+    def _plan_for_many(self, names: tuple[str, ...]) -> str:
+        """Return what an export of many frames would write."""
+        skipped = " Frames that have not changed since an earlier export are skipped." * self.run_record.isChecked()
+        return (
+            f"Writes {counted(self._counts[self.scope.currentData()], 'folder')}, one per frame, with "
+            f"{', '.join(names)}, as far as the frame has them. Blocks without a result are run first.{skipped}"
+        )
 
     def _extrapolation_text(self, depth: NDArray[np.floating]) -> str:
         if self._run.extrapolate:

@@ -201,6 +201,15 @@ class FramesFeature(Feature):
                 why_off=self._why_no_other,
             ),
             Command(
+                "mark_done",
+                "Mark as &done",
+                "ph.check-circle",
+                "Ctrl+Return",
+                "Mark the current frame as done and show the next one that is not; if it is done, remove the mark",
+                handler=self.mark_done,
+                why_off=self.context.reasons.no_frame,
+            ),
+            Command(
                 "note_frame",
                 "N&ote on the frame",
                 "ph.note-pencil",
@@ -320,11 +329,28 @@ class FramesFeature(Feature):
 
     def next_untouched(self) -> None:
         """Show the next frame that has not been worked on."""
-        shown, row = self._shown()
-        following = (entry for entry in (*shown[row + 1 :], *shown[: row + 1]) if _is_untouched(entry))
-        entry = next(following, None)
+        self._go_to_next(_is_untouched, "All frames shown in the list have been worked on.")
+
+    def mark_done(self) -> None:
+        """Mark the current frame as done, and show the next one that is not; if it is done, remove the mark."""
+        entry = self._present()
         if entry is None:
-            self.context.notes.show_message("All frames shown in the list have been worked on.")
+            return
+        done = not entry.summary.done
+        self.context.workspace.frames.set_done(entry, done)
+        if not done:
+            self.context.notes.show_message(f"{entry.name} is no longer marked as done.")
+        elif len(self.context.workspace.frames.entries) == 1:
+            self.context.notes.show_message(f"{entry.name} is marked as done.")
+        else:
+            self._go_to_next(lambda other: not other.summary.done, "All frames shown in the list are done.")
+
+    def _go_to_next(self, wanted: Callable[[Entry], bool], none_left: str) -> None:
+        """Show the next wanted frame, the first after the last; a message if there is none."""
+        shown, row = self._shown()
+        entry = next((entry for entry in (*shown[row + 1 :], *shown[: row + 1]) if wanted(entry)), None)
+        if entry is None:
+            self.context.notes.show_message(none_left)
         else:
             self._go_to(entry)
 

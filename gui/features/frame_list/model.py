@@ -37,7 +37,7 @@ def state_line(entry: Entry) -> str:
         parts.append(f"{summary.completed} of {_blocks(summary.blocks)}")
     elif summary.blocks:
         parts.append(_blocks(summary.blocks))
-    parts += [f"{summary.to_check} to check"] * bool(summary.to_check)
+    parts += [f"{summary.to_check} to check"] * bool(summary.to_check) + ["done"] * summary.done
     return ", ".join(parts)
 
 
@@ -193,6 +193,8 @@ STATES: dict[str, str] = {
     **STAGE_WORDS,
     "note": "With a note",
     "check": "To check",
+    "done": "Done",
+    "not done": "Not done",
     "unsaved": "Unsaved",
 }
 """States to filter by -> text."""
@@ -250,6 +252,7 @@ def states_of(entry: Entry) -> tuple[str, ...]:
     """Return all `STATES` that apply to an entry."""
     summary = entry.summary
     found = ["all", str(summary.stage)]
+    found.append("done" if summary.done else "not done")
     found += ["note"] * bool(summary.note) + ["check"] * bool(summary.to_check) + ["unsaved"] * entry.unsaved
     return tuple(found)
 

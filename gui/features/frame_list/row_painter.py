@@ -89,7 +89,11 @@ def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, 
     fonts[0].setBold(present)
     fonts[2].setItalic(bool(summary.note))
     name = f"{entry.name} •" if entry.unsaved else entry.name
-    _paint_mark(painter, QPointF(left + _MARK / 2, boxes[1].center().y() + 0.5), mark_colour(summary.stage, colours))
+    centre = QPointF(left + _MARK / 2, boxes[1].center().y() + 0.5)
+    if summary.done:
+        _paint_tick(painter, centre, colours.good)
+    else:
+        _paint_mark(painter, centre, mark_colour(summary.stage, colours))
     boxes[1].setLeft(left + _MARK + 5)
     check = colours.warning if summary.to_check else colours.muted
     pens = colours.text, colours.error if summary.stage is Stage.FAILED else check, colours.muted
@@ -116,6 +120,14 @@ def _paint_mark(painter: QPainter, centre: QPointF, colour: QColor | None) -> No
     painter.setPen(QPen(painter.pen().color(), 1.2) if colour is None else Qt.PenStyle.NoPen)
     painter.setBrush(Qt.BrushStyle.NoBrush if colour is None else colour)
     painter.drawEllipse(centre, _MARK / 2, _MARK / 2)
+
+
+def _paint_tick(painter: QPainter, centre: QPointF, colour: QColor) -> None:
+    """Paint the tick of a frame that is done, in place of the mark of its state."""
+    painter.setPen(QPen(colour, 2))
+    half = _MARK / 2
+    corner = centre + QPointF(-half / 3, half)
+    painter.drawPolyline([centre + QPointF(-half, half / 4), corner, centre + QPointF(half, -half)])
 
 
 def _spacing(metrics: QFontMetrics) -> int:

@@ -1,0 +1,227 @@
+"""Export of all frames of the list, in the background."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Generator, Sequence
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QSettings
+from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
+
+from ilf._runtime.formatting import counted
+from ilf.data.parameters import Parameters
+from ilf.data.results import Completion
+from ilf.errors import InputError
+from ilf.project.exporting import (
+    ExportedFrame,
+    ExportStatus,
+    FrameToExport,
+    export_frames,
+    folder_names,
+    run_and_completion,
+)
+from ilf.run.options import ExportOptions
+from ilf.run.run import Run, RunConfiguration
+
+from ..base.commands import Command
+from ..project.store import WorkStore
+from ..state.entries import Entry
+from ..state.session import Session
+from ..widgets.basics import Message
+from ..widgets.work_row import WorkRow
+from ..work.jobs import Worker
+from .context import Context, Feature, PendingWork
+from .documents.export import ExportDialog
+from .documents.file_dialogs import save_folder
+
+ALL_FRAMES, WORKED_ON, DONE = "all", "worked on", "done"
+"""Choices of frames."""
+
+_CHOICES: dict[str, tuple[str, Callable[[Entry], bool]]] = {
+    DONE: ("Frames marked as done", lambda entry: entry.summary.done),
+    WORKED_ON: ("Frames that have been worked on", lambda entry: entry.summary.has_work),
+    ALL_FRAMES: ("All frames of the list", lambda entry: True),
+}
+"""Choice -> its text, and whether it includes a frame."""
+
+Read = Callable[[], tuple[Run, Completion | None]]
+
+# Frames of the window as frames to export.
+
+
+def frames_to_export(
+    entries: Sequence[Entry], store: WorkStore, configuration: RunConfiguration, for_all: Parameters | None
+) -> list[FrameToExport]:
+    """Snapshot of frames, open or not; closed frames are read when they are reached, in any thread.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+    store : WorkStore
+        Of the states of closed frames.
+    configuration : RunConfiguration
+        For frames without blocks.
+    for_all : Parameters or None
+        The parameters that all frames share, if any.
+    """
+    folders = folder_names([(entry.name, entry.id) for entry in entries])
+    return [
+        FrameToExport(entry.name, folder, _reader(entry, store, configuration, for_all))
+        for entry, folder in zip(entries, folders, strict=True)
+    ]
+
+
+def _reader(entry: Entry, store: WorkStore, configuration: RunConfiguration, for_all: Parameters | None) -> Read:
+    if entry.session is not None and entry.session.counts():
+        present = _of_session(entry.session)
+        return lambda: present
+    if entry.session is None and entry.has_state and store.has(entry.id):
+        return partial(_of_store, entry, store, for_all)
+    return partial(_of_files, entry, configuration)
+
+
+def _of_session(session: Session) -> tuple[Run, Completion | None]:
+    """The run of an open frame, and its completion if every block has a result."""
+    if session.counts().keys() - session.valid_results().keys():
+        return session.run(session.common, extrapolate=session.extrapolate), None
+    return session.run(session.common, extrapolate=session.extrapolated), session.completion()
+
+
+def _of_store(entry: Entry, store: WorkStore, for_all: Parameters | None) -> tuple[Run, Completion | None]:
+    state = store.read(entry.id, entry.source).state
+    return run_and_completion(state.with_current_settings(entry.note, for_all))
+
+
+def _of_files(entry: Entry, configuration: RunConfiguration) -> tuple[Run, Completion | None]:
+    if entry.source is None:
+        raise InputError("It has not been read, and where from is not known. Open it first.")
+    return configuration.make_run(entry.source.load()), None
+
+
+# The command, and the progress.
+
+
+class ExportProgress(QDialog):
+    """Progress of an export of many frames. It may be closed meanwhile."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Export all")
+        self.state = Message(lines=2)
+        self.work = WorkRow("export", "finished frames stay, and exporting again goes on")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(10)
+        layout.addWidget(self.state)
+        layout.addWidget(self.work)
+        self.setMinimumWidth(440)
+
+
+class ExportAllFeature(Feature):
+    """The command *File > Export all…*: its dialog, and the export."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        context.actions.add(
+            (
+                Command(
+                    "export_all",
+                    "Export a&ll…",
+                    "ph.export",
+                    "Ctrl+Alt+E",
+                    "Write the results of all frames of the list, of those worked on, or of those marked as done",
+                    handler=self.ask,
+                    why_off=context.reasons.no_frame,
+                ),
+            )
+        )
+        self.progress = ExportProgress(context.window)
+        self.worker = Worker(self)
+        self.worker.progressed.connect(self._take)
+        self.worker.finished.connect(lambda _: self._end())
+        self.worker.failed.connect(self._fail)
+        self.worker.cancelled.connect(lambda: self._end("Cancelled. Export again to go on. "))
+        self.progress.work.cancelled.connect(self.worker.cancel)
+        self._folder = Path()
+        self._frames: list[FrameToExport] = []
+        self._done: list[ExportedFrame] = []
+
+    def ask(self) -> None:
+        """Open the dialog, or show the progress of the export that is being made."""
+        if self.worker.busy:
+            self.progress.show()
+            return
+        session = self.context.workspace.session
+        scopes = {name: (text, len(self._chosen(name))) for name, (text, _) in _CHOICES.items()}
+        dialog = ExportDialog(
+            session.run(session.common), True, str(save_folder() / "export"), self.context.window, scopes=scopes
+        )
+        usual = next(name for name in _CHOICES if scopes[name][1])
+        dialog.scope.setCurrentIndex(dialog.scope.findData(usual))
+        dialog.accepted.connect(
+            lambda: self.export(Path(dialog.folder()), dialog.options(), str(dialog.scope.currentData()))
+        )
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
+
+    def export(self, folder: Path, options: ExportOptions, scope: str = ALL_FRAMES) -> None:
+        """Export a choice of frames in the background."""
+        workspace = self.context.workspace
+        shared = workspace.parameters.shared
+        configuration = RunConfiguration(workspace.parameters.current, workspace.parameters.extraction)
+        self._frames = frames_to_export(
+            self._chosen(scope), self.context.recorder.store, configuration, shared.values if shared.on else None
+        )
+        self._folder, self._done = folder.absolute(), []
+        QSettings().setValue("export/folder", str(self._folder.parent))
+        frames = self._frames
+
+        def job() -> Generator[ExportedFrame, None, None]:
+            yield from export_frames(frames, self._folder, options)
+
+        self.progress.work.begin()
+        self._describe()
+        self.progress.show()
+        self.worker.start(job)
+
+    def pending_work(self) -> Sequence[PendingWork]:
+        """The export in progress, if any."""
+        return [PendingWork(f"an export of {counted(len(self._frames), 'frame')}")] if self.worker.busy else []
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if all threads have ended."""
+        ended = self.worker.shutdown()
+        self.progress.close()
+        return ended
+
+    def _chosen(self, scope: str) -> list[Entry]:
+        _, includes = _CHOICES[scope]
+        return [entry for entry in self.context.workspace.frames.entries if includes(entry)]
+
+    def _take(self, done: list[ExportedFrame]) -> None:
+        self._done += done
+        self._describe()
+
+    def _describe(self) -> None:
+        done, total = len(self._done), len(self._frames)
+        self.progress.work.show_share(done / max(total, 1))
+        name = self._frames[done].name if done < total else ""
+        self.progress.state.show_message(f"{done} of {counted(total, 'frame')}. {name}".strip())
+
+    def _end(self, text: str = "") -> None:
+        self.progress.work.end()
+        self.progress.close()
+        counts = Counter(frame.status for frame in self._done)
+        parts = [f"{count} {status}" for status, count in counts.items()]
+        self.context.notes.show_message(f"{text}Exported to {self._folder}: {', '.join(parts) or 'nothing'}.")
+        failed = [frame for frame in self._done if frame.status is ExportStatus.FAILED]
+        self.context.notes.warn(
+            f"Not exported: {counted(len(failed), 'frame')}", [f"{frame.name}: {frame.notes[0]}" for frame in failed]
+        )
+
+    def _fail(self, error: Exception) -> None:
+        self.progress.work.end()
+        self.progress.close()
+        self.context.notes.report("Export all", error)

@@ -1,0 +1,128 @@
+"""Export of all frames of a list: worked through, marked as done, exported, and exported again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+import ilf
+from gui.app.main_window import MainWindow
+from gui.features.documents.export import ExportDialog
+from gui.features.export_all import ALL_FRAMES, DONE, ExportAllFeature
+from gui.features.frame_list.feature import FramesFeature
+from gui.features.project.saving import SaveRequest
+from ilf.data.frame import RGBDFrame
+from ilf.project.file import open_project
+from ilf.run.options import ExportOptions
+from ilf.segmentation.editing.patches import patch_between
+
+from .conftest import WAIT_MS, write_frame
+
+NAMES = ["frame-0", "frame-1", "frame-2"]
+OPTIONS = ExportOptions(depth_formats=("npy",), expected_error=False, cloud=None)
+
+
+@pytest.fixture
+def listed(window: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame) -> MainWindow:
+    """The window with a list of three frames, the first of them open."""
+    (tmp_path / "walk").mkdir()
+    for name in NAMES:
+        write_frame(tmp_path / "walk" / name, small_frame)
+    window.recorder.start()
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_paths([tmp_path / "walk"])
+    window.workspace.parameters.set(ilf.preset("paper", max_iterations=20))
+    return window
+
+
+def _export(window: MainWindow, qtbot: QtBot, folder: Path, scope: str) -> str:
+    feature = window.feature(ExportAllFeature)
+    feature.export(folder, OPTIONS, scope)
+    assert feature.pending_work()
+    qtbot.waitUntil(lambda: not feature.worker.busy, timeout=WAIT_MS)
+    assert not feature.progress.isVisible()
+    return window.toasts.message
+
+
+def test_frames_that_are_done_are_exported_as_they_were_left(listed: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    window, workspace, out = listed, listed.workspace, tmp_path / "out"
+    entries = workspace.frames.entries
+    window.feature(FramesFeature).open_frames.max_open = 1
+    labels = workspace.session.labels.copy()
+    labels[:8, :8] = 0
+    workspace.blocks.edit(patch_between(workspace.session.labels, labels), "Erase")
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.actions_["mark_done"].trigger()
+    assert entries[0].summary.done
+    assert entries.of(workspace.session.id) is entries[1], "the next one that is not done"
+    qtbot.waitUntil(lambda: entries[0].session is None, timeout=WAIT_MS)
+    assert entries[0].summary.done, "also when it is closed"
+
+    assert "1 written" in _export(window, qtbot, out, DONE)
+    assert sorted(path.name for path in out.iterdir()) == NAMES[:1]
+    run = ilf.replay(out / NAMES[0] / "run.json").run
+    assert np.array_equal(run.blocks, labels)
+    assert run.parameters.max_iterations == 20
+
+    assert "1 unchanged, 2 written" in _export(window, qtbot, out, ALL_FRAMES)
+    assert sorted(path.name for path in out.iterdir()) == NAMES
+    assert "3 unchanged" in _export(window, qtbot, out, ALL_FRAMES)
+    window.actions_["mark_done"].trigger()
+    window.actions_["mark_done"].trigger()
+    qtbot.waitUntil(lambda: window.loader.present == "", timeout=WAIT_MS)
+
+
+def test_present_results_are_exported_without_another_run(
+    listed: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window, out = listed, tmp_path / "out"
+    with qtbot.waitSignal(window.runs.finished, timeout=WAIT_MS):
+        window.actions_["run"].trigger()
+    completion = window.workspace.session.completion()
+    assert completion is not None
+    window.actions_["mark_done"].trigger()
+    qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
+    monkeypatch.setattr("ilf.run.run.Run.complete", None)
+    assert "1 written" in _export(window, qtbot, out, DONE)
+    assert np.array_equal(np.load(out / NAMES[0] / "depth.npy"), completion.depth, equal_nan=True)
+
+
+def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_written(
+    listed: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    warned: list[tuple[str, list[str]]] = []
+    monkeypatch.setattr(listed.context.notes, "warn", lambda what, notes: warned.append((what, list(notes))))
+    (tmp_path / "walk" / "frame-1" / "depth.png").unlink()
+    assert "2 written, 1 failed" in _export(listed, qtbot, tmp_path / "out", ALL_FRAMES)
+    ((what, (reason,)),) = warned
+    assert what == "Not exported: 1 frame"
+    assert reason.startswith("frame-1: ")
+
+
+def test_the_dialog_offers_frames_and_files(listed: MainWindow, qtbot: QtBot) -> None:
+    listed.actions_["export_all"].trigger()
+    (dialog,) = listed.findChildren(ExportDialog)
+    texts = [dialog.scope.itemText(row) for row in range(dialog.scope.count())]
+    assert texts == ["Frames marked as done: 0", "Frames that have been worked on: 0", "All frames of the list: 3"]
+    assert dialog.scope.currentData() == ALL_FRAMES
+    assert "Writes 3 folders, one per frame" in dialog.message.text()
+    assert dialog.export_button.isEnabled()
+    dialog.scope.setCurrentIndex(0)
+    assert not dialog.export_button.isEnabled()
+    dialog.reject()
+
+
+def test_marking_a_frame_is_saved_with_the_project(listed: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    frames, path = listed.workspace.frames, tmp_path / "walk.ilf"
+    frames.set_done(frames.entries[0], True)
+    frames.set_done(frames.entries[2], True)
+    assert frames.entries[0].unsaved
+    done: list[bool] = []
+    listed.project.saving.save(SaveRequest(path, then=done.append))
+    qtbot.waitUntil(lambda: done == [True], timeout=WAIT_MS)
+    with open_project(path) as opened:
+        assert [frame.summary.done for frame in opened.project.frames] == [True, False, True]
+        assert opened.state(opened.project.frames[0].id).state.done
