@@ -68,9 +68,10 @@ _SIZE_EXPONENT = 0.3
 _WEAK = 0.25
 """Edge strength below which a border is weak."""
 
-_COEFFICIENTS = (4.24, -3.11, 0.104, 0.678, -0.429, -0.0731, -2.0, -0.0983, 5.78, 2.1, 0.56, 2.13, -7.09)
-"""Coefficients of `_properties`: fitted on generated scenes, so that among the regions around the middle of an object,
-weighted by the exponential of their score, the mean IoU with the object is largest."""
+_COEFFICIENTS = (5.53, -6.23, -0.102, -0.525, -0.496, -0.251, -3.44, -1.95, 7.5, 2.35, 0.832, 1.19, -17.7)
+"""Coefficients of `_properties`: fitted on generated scenes (`python -m tests.bench.selection --fit --seed 501 --scenes
+40`), so that among the regions around a point of an object, weighted by the exponential of their score, the mean IoU
+with the object is largest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,19 +115,42 @@ class _Hierarchy:
 
 @once_per_frame
 def _hierarchy(frame: RGBDFrame) -> _Hierarchy:
+    pieces, tree = _tree_of(frame)
+    check_cancelled()
+    order, first, stop = _in_order(tree.parents, int(pieces.max()) + 1)
+    return _Hierarchy(
+        pieces, tree.parents, order, first, stop, tree.pixels, _properties(tree) @ np.array(_COEFFICIENTS)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Tree:
+    """What the merges give for every node.
+
+    Attributes
+    ----------
+    parents : ndarray of int64, shape (2 n - 1,)
+    levels, pixels : ndarray of float64, shape (2 n - 1,)
+        Cost of the own merge, and size.
+    outer : ndarray of float64, shape (2 n - 1, 3)
+        Border to all other nodes inside the frame.
+    """
+
+    parents: NDArray[np.int64]
+    levels: Array
+    pixels: Array
+    outer: Array
+
+
+def _tree_of(frame: RGBDFrame) -> tuple[NDArray[np.int32], _Tree]:
+    """The pieces of a frame, and the tree of their merges."""
     edges = find_edges(frame, BlockParameters()).strength
     change = _change_of_colour(frame.rgb)
     pieces = _pieces(edges + np.float32(_FAINT) * change / (change + np.float32(_HALF_FAINT)))
     check_cancelled()
-    count = int(pieces.max()) + 1
-    pixels = np.bincount(pieces.ravel(), minlength=count).astype(np.float64)
-    depth = np.log(filled_depth(frame.depth)[0])
-    sums = np.bincount(pieces.ravel(), depth.ravel(), minlength=count).astype(np.float64)
-    parents, levels, pixels, outer = _merge(_borders(pieces, edges), pixels, sums)
-    check_cancelled()
-    order, first, stop = _in_order(parents, count)
-    score = _properties(parents, levels, pixels, outer) @ np.array(_COEFFICIENTS)
-    return _Hierarchy(pieces, parents, order, first, stop, pixels, score)
+    pixels = np.bincount(pieces.ravel()).astype(np.float64)
+    sums = np.bincount(pieces.ravel(), np.log(filled_depth(frame.depth)[0]).ravel()).astype(np.float64)
+    return pieces, _merge(_borders(pieces, edges), pixels, sums)
 
 
 _Border = tuple[float, float, float]
@@ -152,11 +176,8 @@ def _borders(pieces: NDArray[np.int32], edges: NDArray[np.float32]) -> list[dict
     return borders
 
 
-def _merge(
-    borders: list[dict[int, _Border]], piece_pixels: Array, piece_depth: Array
-) -> tuple[NDArray[np.int64], Array, Array, Array]:
-    """Merge neighbours in order of the cost of their border. Returns, for all nodes: parents, cost of the own merge,
-    pixels, and the border to all others inside the frame, float64 (2 n - 1, 3)."""
+def _merge(borders: list[dict[int, _Border]], piece_pixels: Array, piece_depth: Array) -> _Tree:
+    """Merge neighbours in order of the cost of their border."""
     count, whole = piece_pixels.size, float(piece_pixels.sum())
     pixels, depth = piece_pixels.tolist(), piece_depth.tolist()
     parents, levels = [-1] * (2 * count - 1), [0.0] * count
@@ -192,7 +213,7 @@ def _merge(
             borders[near].pop(other, None)
             borders[near][new] = border
             heapq.heappush(heap, (cost(near, new), near, new))
-    return np.array(parents), np.array(levels), np.array(pixels), np.array(outer)
+    return _Tree(np.array(parents), np.array(levels), np.array(pixels), np.array(outer))
 
 
 def _in_order(parents: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
@@ -208,21 +229,21 @@ def _in_order(parents: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64]
     return np.argsort(first[:count]), np.array(first), np.array(first) + np.array(leaves)
 
 
-def _properties(parents: NDArray[np.int64], levels: Array, pixels: Array, outer: Array) -> Array:
+def _properties(tree: _Tree) -> Array:
     """What the score of every node depends on, float64 (2 n - 1, 13)."""
-    length = np.maximum(outer[:, 0], 1)
-    edge, weak = outer[:, 1] / length, outer[:, 2] / length
-    share = np.log(pixels / pixels[-1])
+    length = np.maximum(tree.outer[:, 0], 1)
+    edge, weak = tree.outer[:, 1] / length, tree.outer[:, 2] / length
+    share, parents = np.log(tree.pixels / tree.pixels[-1]), tree.parents
     return np.stack(
         [
             edge,
             weak,
-            np.log(levels + 1e-3),
-            np.log(levels[parents] + 1e-3),
+            np.log(tree.levels + 1e-3),
+            np.log(tree.levels[parents] + 1e-3),
             share,
             share**2,
             edge * share,
-            np.log(length / np.sqrt(pixels)),
+            np.log(length / np.sqrt(tree.pixels)),
             edge**2,
             edge[parents],
             weak * share,

@@ -13,13 +13,17 @@ import random
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.special import softmax
 
 import ilf
+from ilf.segmentation import selection
 from ilf.segmentation.editing.painting import inside_outline
 from ilf.segmentation.selection import prepare_selection
 
@@ -35,6 +39,9 @@ OBJECTS, SMALLEST = 8, 0.003
 """Objects of a generated scene that are selected, and the smallest share of the frame that one covers."""
 
 CLICKS = 3
+
+POINTS, WEIGHT_DECAY = 2, 1e-4
+"""For the fit: random points of every object beside its middle, and the penalty of the coefficients' squares."""
 
 Mask = NDArray[np.bool_]
 
@@ -127,6 +134,60 @@ def measure(name: str, frames: Iterator[tuple[ilf.RGBDFrame, list[Mask]]]) -> No
     )
 
 
+# The fit of the score's coefficients.
+
+
+@dataclass(frozen=True)
+class Choices:
+    """The regions around a point of an object: their properties, (N, 13), and their IoU with the object, (N,)."""
+
+    properties: NDArray[np.float64]
+    overlaps: NDArray[np.float64]
+
+
+def choices(frame: ilf.RGBDFrame, masks: list[Mask], rng: np.random.Generator) -> Iterator[Choices]:
+    """Yield the choices around the middle of each object, and around `POINTS` random points of it."""
+    pieces, tree = selection._tree_of(frame)
+    order, first, stop = selection._in_order(tree.parents, int(pieces.max()) + 1)
+    properties = selection._properties(tree)
+    for truth in masks:
+        inside = np.bincount(pieces[truth], minlength=order.size)[order]
+        before = np.concatenate([[0], np.cumsum(inside)])
+        shared = before[stop] - before[first]
+        overlaps = shared / (tree.pixels + np.count_nonzero(truth) - shared)
+        x, y = middle(truth)
+        for place in (pieces[int(y), int(x)], *rng.choice(pieces[truth], POINTS)):
+            nodes = [int(place)]
+            while tree.parents[nodes[-1]] >= 0:
+                nodes.append(int(tree.parents[nodes[-1]]))
+            yield Choices(properties[nodes], overlaps[nodes])
+
+
+def fit(seed: int, count: int) -> None:
+    """Print the coefficients of the score that are fitted to generated scenes: those with the largest expected IoU, if
+    regions are chosen with probabilities proportional to the exponential of their score."""
+    rng = np.random.default_rng(seed)
+    found = [one for frame, masks in generated(seed, count) for one in choices(frame, masks, rng)]
+    scale = np.concatenate([one.properties for one in found]).std(axis=0)
+
+    def loss(scaled: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        value, slopes = WEIGHT_DECAY * float(scaled @ scaled), 2 * WEIGHT_DECAY * scaled
+        for one in found:
+            properties = one.properties / scale
+            likely = softmax(properties @ scaled)
+            expected = likely @ one.overlaps
+            value -= expected / len(found)
+            slopes = slopes - (likely * (one.overlaps - expected)) @ properties / len(found)
+        return value, slopes
+
+    start = np.zeros(scale.size)
+    coefficients = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": 500}).x / scale
+    chosen = [one.overlaps[np.argmax(one.properties @ coefficients)] for one in found]
+    best = [one.overlaps.max() for one in found]
+    print(f"{len(found)} points, IoU {np.mean(chosen):.3f}, of the best region {np.mean(best):.3f}")
+    print(f"({', '.join(f'{value:.3g}' for value in coefficients)})")
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Measure on generated scenes and real frames."""
     parser = argparse.ArgumentParser(prog="python -m tests.bench.selection", description=__doc__.splitlines()[0])
@@ -135,7 +196,11 @@ def main(arguments: list[str] | None = None) -> None:
         "--seed", type=int, default=random.randrange(10**6), help="of the scenes; a fresh one if left out"
     )
     parser.add_argument("--scenes", type=int, default=12, help="number of generated scenes")
+    parser.add_argument("--fit", action="store_true", help="fit the score to generated scenes instead of measuring")
     given = parser.parse_args(arguments)
+    if given.fit:
+        fit(given.seed, given.scenes)
+        return
     measure("outlined by hand", outlined(given.folder))
     if given.scenes:
         measure(f"generated with seed {given.seed}", generated(given.seed, given.scenes))
