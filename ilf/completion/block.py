@@ -46,6 +46,10 @@ class BlockTask:
         The block's pixels whose border was drawn by hand, in the order of `block.mask`'s True values; None for none.
     notes : tuple of str
         Notes for the user on the frame.
+    found : FrameEdges or None
+        The filter's edges, if they are not to be found in the frame.
+    carried : ndarray of float32, shape (H, W), or None
+        Depth [m] expected from the previous frame of a sequence, NaN = none.
     """
 
     frame: RGBDFrame
@@ -54,6 +58,8 @@ class BlockTask:
     extraction: BlockParameters
     drawn: NDArray[np.bool_] | None = None
     notes: tuple[str, ...] = ()
+    found: FrameEdges | None = None
+    carried: NDArray[np.float32] | None = None
 
     @property
     def raw(self) -> NDArray[np.float32]:
@@ -76,8 +82,8 @@ class BlockTask:
             result = BlockResult(block, self.raw, rejected, (), parameters, edges=edges, drawn=self.drawn)
             yield Progress(block.label, result=result)
             return
-        seen = edges_of(self.frame, parameters, self.extraction)
-        stepper = make_stepper(self.frame, block, parameters, self.extraction, self.drawn, seen)
+        seen = self.found or edges_of(self.frame, parameters, self.extraction)
+        stepper = make_stepper(self.frame, block, parameters, self.extraction, self.drawn, seen, self.carried)
         live[block.label] = stepper
         history: list[IterationRecord] = []
         ground_truth = self._hidden_truth()

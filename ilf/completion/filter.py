@@ -25,6 +25,7 @@ def make_stepper(
     extraction: BlockParameters | None = None,
     drawn: NDArray[np.bool_] | None = None,
     edges: FrameEdges | None = None,
+    carried: NDArray[np.float32] | None = None,
 ) -> Stepper:
     """Make the stepper of a block.
 
@@ -41,11 +42,14 @@ def make_stepper(
         strength for the edge-aware filter, ignored by the pass band, which sees nothing beyond the block.
     edges : FrameEdges, optional
         Result of `edges_for` with these parameters, if already computed.
+    carried : ndarray of float32, shape (H, W), optional
+        Depth [m] expected from the previous frame of a sequence, NaN = none: a start and a weak hint for the edge-aware
+        filter, ignored by the pass band.
     """
     edges = edges or edges_for(frame, parameters, extraction)
     if edges is None:
         return PassBandIteration(frame, block, parameters)
-    return EdgeAwareIteration(frame, block, parameters, edges, drawn)
+    return EdgeAwareIteration(frame, block, parameters, edges, drawn, carried)
 
 
 def max_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:
