@@ -3,33 +3,22 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import replace
-from functools import partial
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import counted
-from ..completion.confidence.expected_error import expected_error
 from ..data.frame import RGBDFrame
-from ..data.results import Completion
-from ..errors import IlfError, InputError
-from ..io.depth import write_depth
-from ..io.rosbags import ENCODINGS_OF_ROS, DepthRecorder, StampedDepth
-from ..run.options import ERROR_FILES
-from ..sources.frames import write_frame
+from ..errors import Cancelled, IlfError, InputError
+from ..io.rosbags import ENCODINGS_OF_ROS
 from ..sources.source import Source
+from ..stream.recording import MCAP, StreamRecorder
 from ..stream.stream import Stream
 from .output import advance, unit_bar, warn
 from .parsing import add_pairing, add_preset, add_reading, preset_from, source_from
 from .rosbag import stamp_of
 from .usage import Parser, add_progress, count
-
-_MCAP = ".mcap"
-
-Write = Callable[[int, Completion], None]
-"""Writes a completed frame by its number."""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -47,7 +36,7 @@ def add_arguments(parser: Parser) -> None:
         "--out",
         required=True,
         metavar="PATH",
-        help=f"a ROS 2 recording in one file (*{_MCAP}) with colour, completed depth, expected error, camera_info and, "
+        help=f"a ROS 2 recording in one file (*{MCAP}) with colour, completed depth, expected error, camera_info and, "
         "where poses are known, tf; or a folder with a folder for each frame",
     )
     add_preset(parser)
@@ -75,20 +64,25 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.rate is not None and not arguments.rate > 0:
         raise InputError(f"--rate must be more than 0 frames a second, not {arguments.rate:g}.")
     source, chosen, out = source_from(arguments), preset_from(arguments.preset), Path(arguments.out)
+    stamp = _stamps(source, arguments.rate, out.suffix.lower() == MCAP)
     noted: set[str] = set()
     with ExitStack() as stack:
-        write = stack.enter_context(_output(arguments, out, source))
+        recorder = stack.enter_context(
+            StreamRecorder(out, encoding=arguments.written_encoding, frame_id=arguments.frame_id)
+        )
         stream = stack.enter_context(Stream(chosen.parameters, extraction=chosen.extraction, threads=arguments.threads))
         bar = stack.enter_context(unit_bar(arguments, len(source), "frames"))
         for number, key in enumerate(cancellable_items(source.keys)):
             try:
                 completion = stream.complete(source.read(key))
+            except Cancelled:
+                raise
             except IlfError as error:
                 warn([f"{key} is left out: {error}"])
             else:
                 warn(note for note in completion.notes if note not in noted)
                 noted.update(completion.notes)
-                write(number, completion)
+                recorder.write(completion, stamp(number, completion.frame))
             advance(bar, key)
     found = stream.statistics
     if not found.frames:
@@ -99,42 +93,16 @@ def run(arguments: argparse.Namespace) -> None:
     )
 
 
-def _stamps(source: Source, rate: float | None) -> Callable[[int, RGBDFrame], int]:
+def _stamps(source: Source, rate: float | None, needed: bool) -> Callable[[int, RGBDFrame], int]:
     """What gives the timestamp of a frame [ns], from its number and the frame."""
     times = source.timestamps
-    if times is None and rate is None:
+    if needed and times is None and rate is None:
         raise InputError("The frames have no timestamps. Give the frame rate (--rate).")
 
     def stamp(number: int, frame: RGBDFrame) -> int:
         if times is None:
-            assert rate is not None
-            return round(number / rate * 1e9)
+            return round(number / (rate or 1.0) * 1e9)
         exact = None if frame.inputs is None else stamp_of(frame.inputs)  # times are rounded
         return round(times[number] * 1e9) if exact is None else exact
 
     return stamp
-
-
-@contextmanager
-def _output(arguments: argparse.Namespace, out: Path, source: Source) -> Iterator[Write]:
-    """What writes a completed frame by its number: into a recording or a folder."""
-    if out.suffix.lower() != _MCAP:
-        yield partial(_write_folder, out)
-        return
-    stamp = _stamps(source, arguments.rate)
-    with DepthRecorder(out, encoding=arguments.written_encoding, frame_id=arguments.frame_id) as recorder:
-        yield lambda number, completion: recorder.write(_stamped(completion, stamp(number, completion.frame)))
-    if not recorder.count:
-        out.unlink()
-
-
-def _stamped(completion: Completion, stamp: int) -> StampedDepth:
-    frame = completion.frame
-    return StampedDepth(completion.depth, frame.intrinsics, stamp, frame.rgb, expected_error(completion), frame.pose)
-
-
-def _write_folder(out: Path, number: int, completion: Completion) -> None:
-    """Write a completed frame as a frame, with its expected error, into a folder of its own."""
-    folder = out / f"{number:06d}"
-    write_frame(folder, replace(completion.frame, depth=completion.depth, invalid_mask=None, ground_truth=None))
-    write_depth(folder / ERROR_FILES["tiff"], expected_error(completion))

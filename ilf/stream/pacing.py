@@ -7,7 +7,12 @@ import time
 from collections.abc import Generator, Iterable
 from typing import Generic, TypeVar
 
+from .._runtime.cancellation import check_cancelled
+
 T = TypeVar("T")
+
+_POLL_S = 0.05
+"""Interval [s] of checks for cancellation while no item comes."""
 
 
 class _Slot(Generic[T]):
@@ -34,7 +39,8 @@ class _Slot(Generic[T]):
     def take(self) -> tuple[T, int] | None:
         """Wait for an item; return it, and how many were replaced since the last one; None after the last."""
         with self._changed:
-            self._changed.wait_for(lambda: self._waiting or self._ended)
+            while not self._changed.wait_for(lambda: self._waiting or self._ended, _POLL_S):
+                check_cancelled()
             if not self._waiting:
                 if self._end is not None:
                     raise self._end

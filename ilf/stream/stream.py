@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import threading
 import time
@@ -350,7 +351,8 @@ class Stream:
 
     def play(self, frames: Iterable[RGBDFrame]) -> Iterator[Completion]:
         """Complete frames as they come. Without a rate, every one; with a rate, frames are taken at that rate, in a
-        thread, and while one is being completed, of those that come only the latest waits: the others are dropped.
+        thread, and while one is being completed, of those that come only the latest waits: the others are dropped. The
+        first, which takes longest, is completed before others are taken.
 
         Parameters
         ----------
@@ -360,7 +362,10 @@ class Stream:
         if self._rate is None:
             yield from map(self.complete, frames)
             return
-        with closing(latest_of(frames, self._rate)) as taken:
+        coming = iter(frames)
+        for first in itertools.islice(coming, 1):
+            yield self.complete(first)
+        with closing(latest_of(coming, self._rate)) as taken:
             for frame, dropped in taken:
                 self.dropped += dropped
                 yield self.complete(frame)
