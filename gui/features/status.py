@@ -177,6 +177,9 @@ class ReadoutPresenter(QObject):
         outside = session.frame.outside_view
         if outside is not None and outside[y, x]:
             given = "outside the depth camera's view"
+        by_hand = float("nan") if session.by_hand is None else float(session.by_hand.depth[y, x])
+        if session.frame.missing[y, x] and np.isfinite(by_hand):
+            given = f"by hand {_metres(by_hand)}"
         locked = " (locked)" if label in session.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
         viewed_iteration, error = self._workspace.runs.viewed_iteration, session.expected_error()
