@@ -43,7 +43,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
         Command(
             "continue_plane",
             "&Continue this plane",
-            "ph.perspective",
+            "ph.square-half",
             "Ctrl+Shift+U",
             "Continue the plane of the known depth in the rectangle, or in the selected blocks, into their holes",
             handler=with_tool(lambda: tool.propose_plane(editor)),

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QPainterPath
 
-from ilf._runtime.formatting import counted
 from ilf.completion.continuation import continue_plane, nearer_or_farther
 from ilf.errors import InputError
 
@@ -164,7 +163,6 @@ class DepthByHandTool(StrokeTool):
         self._surface, self._text = answer
         self._kept = None
         self._show(host)
-        host.show_message(f"{self._text}: Enter takes it, Esc drops it.")
 
     def _show(self, host: Host) -> None:
         """Show the proposal, and its outline."""
@@ -194,8 +192,8 @@ class DepthByHandTool(StrokeTool):
         free = where & ~np.isin(host.session.labels, list(host.session.locked))
         if not free.any():
             warn_if_any_locked(host, np.unique(host.session.labels[where]).tolist())
-        elif host.state_depth(depth, free, text):
-            host.show_message(f"{counted(int(np.count_nonzero(free)), 'pixel')} by hand.")
+        else:
+            host.state_depth(depth, free, text)
 
     def _remove(self, host: Host, where: Mask) -> None:
         """Remove depth by hand, except in locked blocks."""
@@ -237,7 +235,6 @@ def pick_depth(host: Host, x: float, y: float) -> None:
         host.show_message("There is no depth to pick here.")
     else:
         host.set_option("hand_depth", depth)
-        host.show_message(f"Depth to paint: {depth:.3f} m.")
 
 
 def _depth_at(session: Session, x: float, y: float) -> float | None:
