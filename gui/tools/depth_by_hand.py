@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,24 @@ _NO_BLOCK = "No block has missing depth here: depth by hand counts in blocks onl
 _NOT_SELECTED = "The selected blocks have no missing depth here. Clear the selection (Esc) to paint in all blocks."
 
 
+class Surface(NamedTuple):
+    """A surface to propose.
+
+    Attributes
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        Depth [m], NaN for none.
+    text : str
+        What it is, for the hint.
+    step : str
+        Name of the undo step that takes it.
+    """
+
+    depth: Depth
+    text: str
+    step: str
+
+
 class DepthByHandTool(StrokeTool):
     """The tool Depth by hand. A drag paints the set depth on missing depth of the selected blocks, or of all if none is
     selected; Shift erases, Alt+click picks the depth under the pointer.
@@ -42,18 +61,17 @@ class DepthByHandTool(StrokeTool):
     def __init__(self) -> None:
         super().__init__()
         self._erases = False
-        self._surface: Depth | None = None
-        """The whole proposed surface."""
+        self._surface: Surface | None = None
+        """The proposed surface, whole."""
         self._kept: Mask | None = None
         """Pixels that it is limited to; None for all."""
         self._outline = QPainterPath()
-        self._text = ""
 
     @property
     def hint(self) -> str:
         """Hint: what a click, a drag or a key would do."""
         if self._surface is not None:
-            return f"{self._text} | Enter: take | drag: only under the brush | Esc: drop"
+            return f"{self._surface.text} | Enter: take | drag: only under the brush | Esc: drop"
         return "Drag: paint the depth | Alt+click: pick a depth | Shift+drag: erase | [ ] or Ctrl+wheel: brush size"
 
     @property
@@ -77,7 +95,7 @@ class DepthByHandTool(StrokeTool):
         session = host.session
         if self._surface is not None:
             kept = mask if self._kept is None else self._kept | mask
-            if not np.isfinite(self._surface[kept]).any():
+            if not np.isfinite(self._surface.depth[kept]).any():
                 host.show_message("The proposed surface has no depth under this stroke.")
                 return
             self._kept = kept
@@ -96,10 +114,9 @@ class DepthByHandTool(StrokeTool):
             self._state(host, _constant(host), missing & selected, "Paint depth")
 
     def cancel(self, host: Host) -> bool:
-        """Cancel the stroke, or else drop the proposal."""
-        if super().cancel(host):
-            return True
-        pending_work, self._surface, self._kept = self._surface is not None, None, None
+        """Cancel the stroke and drop the proposal."""
+        pending_work, self._surface, self._kept = self.busy, None, None
+        super().cancel(host)
         host.propose_depth(None)
         return pending_work
 
@@ -107,9 +124,9 @@ class DepthByHandTool(StrokeTool):
         """Take the proposal as depth by hand."""
         if self._surface is None:
             return False
-        proposal, text = self._proposal, self._text
+        proposal, step = self._proposal, self._surface.step
         self.cancel(host)
-        self._state(host, proposal, np.isfinite(proposal), text)
+        self._state(host, proposal, np.isfinite(proposal), step)
         return True
 
     def fill(self, host: Host) -> None:
@@ -136,9 +153,9 @@ class DepthByHandTool(StrokeTool):
             source[session.region] = True
         where = "in the rectangle" if session.region is not None else "in the selected blocks"
 
-        def find() -> tuple[Depth, str]:
+        def find() -> Surface:
             found, plane = continue_plane(session.frame.depth, source, hole)
-            return found, f"Plane through {plane.share:.0%} of the known depth {where}"
+            return Surface(found, f"Plane through {plane.share:.0%} of the known depth {where}", "Continue plane")
 
         self._find(host, find)
 
@@ -147,21 +164,19 @@ class DepthByHandTool(StrokeTool):
         session, hole = host.session, _hole_of(host)
         if hole is None:
             return
-        text = f"The {'nearer' if nearer else 'farther'} surface"
-        labels = session.labels.copy()
-        self._find(host, lambda: (nearer_or_farther(session.frame.depth, labels, hole, nearer), text))
+        text, labels = f"{'Nearer' if nearer else 'Farther'} surface", session.labels.copy()
+        self._find(host, lambda: Surface(nearer_or_farther(session.frame.depth, labels, hole, nearer), text, text))
 
-    def _find(self, host: Host, find: Callable[[], tuple[Depth, str]]) -> None:
+    def _find(self, host: Host, find: Callable[[], Surface]) -> None:
         """Find a surface in the background and propose it."""
         self.cancel(host)
         host.run_in_background(partial(_or_reason, find), partial(self._take, host))
 
-    def _take(self, host: Host, answer: tuple[Depth, str] | str) -> None:
+    def _take(self, host: Host, answer: Surface | str) -> None:
         if isinstance(answer, str):
             host.show_message(answer)
             return
-        self._surface, self._text = answer
-        self._kept = None
+        self._surface, self._kept = answer, None
         self._show(host)
 
     def _show(self, host: Host) -> None:
@@ -185,7 +200,8 @@ class DepthByHandTool(StrokeTool):
     @property
     def _proposal(self) -> Depth:
         assert self._surface is not None
-        return self._surface if self._kept is None else np.where(self._kept, self._surface, np.float32(np.nan))
+        depth = self._surface.depth
+        return depth if self._kept is None else np.where(self._kept, depth, np.float32(np.nan))
 
     def _state(self, host: Host, depth: Depth, where: Mask, text: str) -> None:
         """State depth, except in locked blocks."""
@@ -207,7 +223,7 @@ def _constant(host: Host) -> Depth:
     return np.full(host.session.frame.shape, host.options.hand_depth, np.float32)
 
 
-def _or_reason(find: Callable[[], tuple[Depth, str]]) -> tuple[Depth, str] | str:
+def _or_reason(find: Callable[[], Surface]) -> Surface | str:
     """Return what `find` finds, or the message of its InputError."""
     try:
         return find()

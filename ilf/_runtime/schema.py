@@ -10,7 +10,6 @@ import operator
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -47,9 +46,6 @@ def check_schema(data: Mapping[str, Any], schema: int, what: str) -> None:
 
 T = TypeVar("T")
 
-ADDED_LATER: Mapping[str, Any] = MappingProxyType({"added later": True})
-"""Metadata of a dataclass field that files of earlier versions lack: its default applies there."""
-
 PlainName = Annotated[str, msgspec.Meta(pattern=r"\A(?!\.{1,2}\Z)[^/\\\0]+\Z")]
 """A file name without any folder; see `is_plain`."""
 
@@ -65,8 +61,8 @@ def converted(value: object, kind: type[T], what: str, place: str = "") -> T:
         As parsed.
     kind : type
         Any type that msgspec supports; nothing in a bare `dict` or `list` is checked. Dataclasses need a value for
-        every field, even for those with a default, unless it is NaN or the field has `ADDED_LATER`; fields of a
-        `msgspec.Struct` with a default are optional.
+        every field, even for those with a default, unless it is NaN; fields of a `msgspec.Struct` with a default are
+        optional.
     what : str
         What the value is, or contains it at `place`, for the message.
     place : str
@@ -100,8 +96,7 @@ def _check_complete(value: object, made: object, place: str, what: str) -> None:
     parts: Iterable[tuple[str, object, object]] = ()
     if isinstance(value, dict) and dataclasses.is_dataclass(made):
         for field in dataclasses.fields(made):
-            optional = field.default != field.default or field.metadata == ADDED_LATER
-            if field.name not in value and not optional:
+            if field.name not in value and field.default == field.default:
                 raise FormatError(f"The {what} has no {f'{place}.{field.name}'.lstrip('.')!r}.")
         names = [field.name for field in dataclasses.fields(made) if field.name in value]
         parts = ((f"{place}.{name}", value[name], getattr(made, name)) for name in names)

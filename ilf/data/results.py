@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted, grouped
-from .._runtime.schema import ADDED_LATER
 from .blocks import Block
 from .by_hand import DepthByHand
 from .frame import RGBDFrame
@@ -163,7 +162,7 @@ class BlockOutcome(NanEqual):
     stages: int = 0
     sigma_i: float = math.nan
     outside: int = 0
-    by_hand: int = field(default=0, metadata=ADDED_LATER)
+    by_hand: int = 0
 
     @property
     def defect_rate(self) -> float:

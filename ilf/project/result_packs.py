@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.schema import ADDED_LATER, converted, strict_json
+from .._runtime.schema import converted, strict_json
 from ..data.blocks import Block, Box
 from ..data.by_hand import DepthByHand
 from ..data.parameters import BlockParameters, Parameters
@@ -121,7 +121,7 @@ class _Entry:
     notes: tuple[str, ...]
     drawn: bool
     history: tuple[str, int] | None
-    by_hand: float | None = dataclasses.field(default=None, metadata=ADDED_LATER)
+    by_hand: float | None
 
 
 @dataclass(frozen=True)

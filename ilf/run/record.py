@@ -17,7 +17,7 @@ from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, model_path
 from .._runtime.networks.session import device
-from .._runtime.schema import ADDED_LATER, PlainName, plain
+from .._runtime.schema import PlainName, plain
 from ..completion.correction_network import load_correction_network
 from ..data.by_hand import DepthByHand
 from ..data.declarations import Value
@@ -197,7 +197,7 @@ class RunRecord:
     inputs: FrameInputs | None
     invalid_mask: RecordedMask | None
     drawn: RecordedMask | None = None
-    by_hand: RecordedByHand | None = field(default=None, metadata=ADDED_LATER)
+    by_hand: RecordedByHand | None = None
     outside_view: RecordedMask | None = None
     guide: RecordedGuide | None = None
     pose: tuple[tuple[float, ...], ...] | None = None

@@ -51,7 +51,7 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     assert depth is not None
     assert abs(float(depth[16, 14]) - 1.25) < 0.1
     window.refresh.now()
-    assert "by hand" in [text for _, text in window.views.cells["result"]._stripe_legend]
+    assert "by hand" in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
     window.feature(StatusFeature).readout.point_at((14, 16))
     assert "by hand 1.250 m" in window.feature(StatusFeature).bar.readout.text()
 
@@ -60,15 +60,14 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     assert session.by_hand is None
     assert session.is_up_to_date(left)
     window.refresh.now()
-    assert "by hand" not in [text for _, text in window.views.cells["result"]._stripe_legend]
+    assert "by hand" not in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
 
     # a plane is seen in the images and in 3D before it is taken
     workspace.blocks.select([left])
     window.actions_["cloud_beside"].trigger()
     window.actions_["continue_plane"].trigger()
     qtbot.waitUntil(lambda: session.proposal is not None, timeout=WAIT_MS)
-    window.refresh.now()
-    assert "proposed" in window.cloud._title.text() if hasattr(window.cloud, "_title") else True
+    qtbot.waitUntil(lambda: "proposed surface" in window.cloud.strip.title, timeout=WAIT_MS)
     shown = window.views.material.result
     assert shown is not None
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01

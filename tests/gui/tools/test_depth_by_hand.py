@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject
 from gui.tools.depth_by_hand import DepthByHandTool
 from gui.views.interaction import PointerKind
 from ilf.data.frame import RGBDFrame
+from ilf.errors import InputError
 
 from ..tool_host import Hand, ToolHost
 
@@ -73,8 +74,6 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand: Hand) 
 
 
 def test_depth_beyond_sensors_is_refused(hand: Hand) -> None:
-    from ilf.errors import InputError
-
     with pytest.raises(InputError, match="at most 300 m"):
         hand.host.workspace.by_hand.state(
             np.full((48, 64), 301, np.float32), hand.host.session.frame.missing, "Paint depth"
@@ -83,7 +82,7 @@ def test_depth_beyond_sensors_is_refused(hand: Hand) -> None:
 
 
 def test_a_plane_is_proposed_limited_and_taken(hand: Hand) -> None:
-    host, (rows, columns) = hand.host, np.mgrid[:48, :64]
+    host, rows = hand.host, np.mgrid[:48, :64][0]
     host.select([1])
     _tool(hand).propose_plane(host)
     proposal = host.session.proposal
@@ -100,7 +99,7 @@ def test_a_plane_is_proposed_limited_and_taken(hand: Hand) -> None:
     assert hand.tool.finish(host)
     assert host.session.proposal is None
     assert np.array_equal(_depth(hand), limited, equal_nan=True)
-    assert host.steps == ["Plane through 100% of the known depth in the selected blocks"]
+    assert host.steps == ["Continue plane"]
 
     _tool(hand).propose_plane(host)
     assert hand.tool.cancel(host)
@@ -134,4 +133,4 @@ def test_a_hole_between_two_surfaces_goes_to_either(small_frame: RGBDFrame, qapp
         assert found == pytest.approx(1.6 if nearer else 2.55, rel=0.05)
     Hand(tool, host).send(PointerKind.HOVER, (30, 20))
     assert tool.finish(host)
-    assert host.steps == ["The farther surface"]
+    assert host.steps == ["Farther surface"]
