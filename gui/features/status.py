@@ -194,6 +194,8 @@ class ReadoutPresenter(QObject):
                 parts.append(f"out {_metres(depth_out)}{' (extrapolated)' if extrapolated else ''}")
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
+        if session.proposal is not None and np.isfinite(session.proposal[y, x]):
+            parts.append(f"proposed {_metres(float(session.proposal[y, x]))}")
         if viewed_iteration is None and error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
             unsupported = session.unsupported()

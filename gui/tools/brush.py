@@ -169,7 +169,7 @@ class StrokeTool(Tool):
         elif event.kind is PointerKind.RELEASE and self._swept is not None:
             swept, self._swept = self._swept, None
             self.apply(swept.mask, host)
-        self._preview(event, host)
+        self.show_brush(event, host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> bool:
@@ -186,7 +186,7 @@ class StrokeTool(Tool):
         """Apply a stroke that covered the pixels of a mask, bool (H, W)."""
         raise NotImplementedError
 
-    def _preview(self, event: PointerEvent, host: Host) -> None:
+    def show_brush(self, event: PointerEvent, host: Host) -> None:
         area = self._trail(host.options.brush_radius) if self._swept is not None else None
         host.show_preview(None if event.kind is PointerKind.LEAVE else brush_preview(event, host, area))
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QPainterPath
@@ -71,7 +72,7 @@ class DepthByHandTool(StrokeTool):
     def hint(self) -> str:
         """Hint: what a click, a drag or a key would do."""
         if self._surface is not None:
-            return f"{self._surface.text} | Enter: take | drag: only under the brush | Esc: drop"
+            return f"Enter: take | Esc: drop | drag: only under the brush | {self._surface.text}"
         return "Drag: paint the depth | Alt+click: pick a depth | Shift+drag: erase | [ ] or Ctrl+wheel: brush size"
 
     @property
@@ -180,17 +181,17 @@ class DepthByHandTool(StrokeTool):
         self._show(host)
 
     def _show(self, host: Host) -> None:
-        """Show the proposal, and its outline."""
+        """Show the proposal, and the outline of its larger parts: those of thousands of single pixels are slow."""
         proposal = self._proposal
         host.propose_depth(proposal)
-        box = box_of(np.isfinite(proposal))
-        assert box is not None
-        self._outline = boundary_path(np.isfinite(proposal[box]), box[1].start, box[0].start)
+        large = cv2.morphologyEx(np.isfinite(proposal).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+        box = box_of(large)
+        self._outline = QPainterPath() if box is None else boundary_path(large[box], box[1].start, box[0].start)
         host.show_preview(Preview(self._outline, dashed=True))
 
-    def _preview(self, event: PointerEvent, host: Host) -> None:
+    def show_brush(self, event: PointerEvent, host: Host) -> None:
         if self._surface is None:
-            super()._preview(event, host)
+            super().show_brush(event, host)
             return
         area = self._trail(host.options.brush_radius) if self._swept is not None else None
         path = QPainterPath() if event.kind is PointerKind.LEAVE else brush_preview(event, host).line

@@ -58,6 +58,7 @@ class OptionsRow(QWidget):
         self.hand_depth.setSingleStep(0.01)
         self.hand_depth.setSuffix(" m")
         self.hand_depth.setSpecialValueText("not set")
+        self.hand_depth.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
         self.hand_depth.setAccessibleName("Depth")
         self.hand_depth.setToolTip("Depth that the brush paints and Fill uses; Alt+click in the image picks one")
         self.hand_depth.setFocusPolicy(Qt.FocusPolicy.ClickFocus)

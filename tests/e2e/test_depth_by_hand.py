@@ -71,6 +71,8 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     shown = window.views.material.result
     assert shown is not None
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
+    window.feature(StatusFeature).readout.point_at((14, 16))
+    assert "proposed 1.56" in window.feature(StatusFeature).bar.readout.text()
     assert session.by_hand is None
     key(window, _Key.Key_Escape)
     assert session.proposal is None
