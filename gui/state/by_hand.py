@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand
 
 from ilf.data.blocks import Box
+from ilf.data.by_hand import DepthByHand
 
 from .blocks import WorkspaceBlocks
 from .frames import WorkspaceFrames
@@ -44,9 +45,9 @@ class WorkspaceByHand(QObject):
         self._frames = frames
         self._blocks = blocks
 
-    def state(self, depth: Depth, where: NDArray[np.bool_], text: str) -> bool:
-        """State depth [m], float32 (H, W), NaN for none, at the pixels in `where`, bool (H, W), as one undo step; False
-        if nothing changes.
+    def set_depth(self, depth: Depth, where: NDArray[np.bool_], text: str) -> bool:
+        """Set depth by hand [m], float32 (H, W), NaN for none, at the pixels in `where`, bool (H, W), as one undo step;
+        False if nothing changes.
 
         Raises
         ------
@@ -61,8 +62,8 @@ class WorkspaceByHand(QObject):
         after = np.where(where[box], depth[box], before)
         if np.array_equal(before, after, equal_nan=True):
             return False
-        session.checked_by_hand(box, after)  # before it becomes a step
-        session.undo_stack.push(StateDepth(self, session, box, after, text))
+        DepthByHand(after)  # refuses it before it becomes a step
+        session.undo_stack.push(SetDepth(self, session, box, after, text))
         return True
 
     def propose(self, depth: Depth | None) -> None:
@@ -79,7 +80,7 @@ class WorkspaceByHand(QObject):
         self._blocks.validity_changed.emit(session)
 
 
-class StateDepth(QUndoCommand):
+class SetDepth(QUndoCommand):
     """A change of depth by hand in a box."""
 
     def __init__(self, host: WorkspaceByHand, session: Session, box: Box, depth: Depth, text: str) -> None:

@@ -322,19 +322,13 @@ class Session:
         for label in blocks:  # during a stroke, results were looked up before its borders were known
             self._forget_result(label)
 
-    def checked_by_hand(self, box: Box, depth: NDArray[np.float32]) -> DepthByHand | None:
-        """Return depth by hand with other depth [m] in a box; raise InputError if a depth is out of range."""
-        if self.by_hand is None:
-            whole, changes = np.full(self.labels.shape, np.nan, np.float32), {}
-        else:
-            whole, changes = self.by_hand.depth.copy(), {"weight": self.by_hand.weight}
-        whole[box] = depth
-        return as_by_hand(DepthByHand(whole, **changes), self.labels.shape)
-
     def take_by_hand(self, box: Box, depth: NDArray[np.float32]) -> frozenset[int]:
         """Set depth by hand [m] in a box and return the blocks with changed pixels."""
-        former, self.by_hand = self.by_hand, self.checked_by_hand(box, depth)
-        before = np.float32(np.nan) if former is None else former.depth[box]
+        former = self.by_hand or DepthByHand(np.full(self.labels.shape, np.nan, np.float32))
+        whole = former.depth.copy()
+        whole[box] = depth
+        self.by_hand = as_by_hand(replace(former, depth=whole), self.labels.shape)
+        before = former.depth[box]
         changed = (before != depth) & ~(np.isnan(before) & np.isnan(depth))
         blocks = frozenset(np.unique(self.labels[box][changed]).tolist()) - {0}
         for label in blocks:

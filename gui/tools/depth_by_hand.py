@@ -102,17 +102,17 @@ class DepthByHandTool(StrokeTool):
             self._kept = kept
             self._show(host)
             return
-        selected = np.isin(session.labels, session.selected) if session.selected else session.labels > 0
         if self._erases:
-            self._remove(host, mask & selected)
+            self._remove(host, mask & _selected(session))
             return
         missing = mask & session.frame.missing
-        if not missing.any():
+        wanted = missing & _selected(session) & (session.labels > 0)
+        if wanted.any():
+            self._state(host, _constant(host), wanted, "Paint depth")
+        elif not missing.any():
             host.show_message(_NOT_MISSING)
-        elif not (missing & selected).any():
-            host.show_message(_NOT_SELECTED if session.selected and session.labels[missing].any() else _NO_BLOCK)
         else:
-            self._state(host, _constant(host), missing & selected, "Paint depth")
+            host.show_message(_NOT_SELECTED if session.selected and session.labels[missing].any() else _NO_BLOCK)
 
     def cancel(self, host: Host) -> bool:
         """Cancel the stroke and drop the proposal."""
@@ -139,9 +139,7 @@ class DepthByHandTool(StrokeTool):
 
     def erase(self, host: Host) -> None:
         """Remove depth by hand from the selected blocks, or everywhere if none is selected."""
-        session = host.session
-        everywhere = np.ones(session.labels.shape, bool)
-        self._remove(host, np.isin(session.labels, session.selected) if session.selected else everywhere)
+        self._remove(host, _selected(host.session))
 
     def propose_plane(self, host: Host) -> None:
         """Propose the plane of the known depth in the rectangle, or else in the selected blocks, for their holes."""
@@ -217,6 +215,13 @@ class DepthByHandTool(StrokeTool):
         free = where & ~np.isin(host.session.labels, list(host.session.locked))
         if not host.state_depth(np.full(where.shape, np.nan, np.float32), free, "Remove depth by hand"):
             host.show_message("There is no depth by hand here that can be removed.")
+
+
+def _selected(session: Session) -> Mask:
+    """Return the pixels of the selected blocks, bool (H, W); all pixels if none is selected."""
+    if not session.selected:
+        return np.ones(session.labels.shape, bool)
+    return np.isin(session.labels, session.selected)
 
 
 def _constant(host: Host) -> Depth:

@@ -235,7 +235,7 @@ class Editor(QObject):
     def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
         """State depth by hand, as one undo step."""
         try:
-            return self._workspace.by_hand.state(depth, where, text)
+            return self._workspace.by_hand.set_depth(depth, where, text)
         except InputError as error:
             self.show_message(str(error))
             return False

@@ -78,7 +78,7 @@ def test_commands_in_any_order(
         depth = np.full(shape, chance.choice([np.nan, 1.5, 2.0]), np.float32)
         where = np.zeros(shape, bool)
         where[chance.randrange(20) :, chance.randrange(20) :] = True
-        workspace.by_hand.state(depth, where, "Paint depth")
+        workspace.by_hand.set_depth(depth, where, "Paint depth")
 
     def evaluate() -> None:
         frame = workspace.session.frame

@@ -68,7 +68,7 @@ class ToolHost:
         return self.workspace.blocks.set_invalid_mask(mask, text)
 
     def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
-        return self.workspace.by_hand.state(depth, where, text)
+        return self.workspace.by_hand.set_depth(depth, where, text)
 
     def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
         self.workspace.by_hand.propose(depth)

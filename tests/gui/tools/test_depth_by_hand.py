@@ -75,7 +75,7 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand: Hand) 
 
 def test_depth_beyond_sensors_is_refused(hand: Hand) -> None:
     with pytest.raises(InputError, match="at most 300 m"):
-        hand.host.workspace.by_hand.state(
+        hand.host.workspace.by_hand.set_depth(
             np.full((48, 64), 301, np.float32), hand.host.session.frame.missing, "Paint depth"
         )
     assert hand.host.steps == []
