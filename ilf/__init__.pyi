@@ -35,4 +35,3 @@ from .sources.frames import load_frame as load_frame
 from .sources.source import Source as Source
 from .sources.source import open_source as open_source
 from .stream.stream import Stream as Stream
-from .stream.stream import StreamStatistics as StreamStatistics

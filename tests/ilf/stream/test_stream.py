@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import ilf
 from ilf.stream.carrying import Offsets, Reduced, carry_depth
 from ilf.stream.pacing import latest_of
+from ilf.stream.stream import StreamStatistics
 
 SHAPE = (48, 80)
 SHIFT = 2
@@ -35,17 +36,17 @@ def frame(number: int, seed: int = 0) -> ilf.RGBDFrame:
 
 
 @pytest.fixture(scope="module")
-def streamed() -> tuple[list[ilf.Completion], ilf.StreamStatistics]:
+def streamed() -> tuple[list[ilf.Completion], StreamStatistics]:
     with ilf.Stream() as stream:
         return [stream.complete(frame(number)) for number in range(10)], stream.statistics
 
 
-def test_the_first_frame_is_completed_as_alone(streamed: tuple[list[ilf.Completion], ilf.StreamStatistics]) -> None:
+def test_the_first_frame_is_completed_as_alone(streamed: tuple[list[ilf.Completion], StreamStatistics]) -> None:
     assert np.array_equal(streamed[0][0].depth, ilf.complete(frame(0)).depth)
 
 
 def test_later_frames_are_filled_as_accurately_as_alone(
-    streamed: tuple[list[ilf.Completion], ilf.StreamStatistics],
+    streamed: tuple[list[ilf.Completion], StreamStatistics],
 ) -> None:
     completions, statistics = streamed
     assert (statistics.frames, statistics.scenes, statistics.refreshes, statistics.dropped) == (10, 1, 2, 0)
@@ -58,7 +59,7 @@ def test_later_frames_are_filled_as_accurately_as_alone(
         assert np.array_equal(completion.depth[completion.frame.known], completion.frame.depth[completion.frame.known])
 
 
-def test_the_same_frames_give_the_same_bits(streamed: tuple[list[ilf.Completion], ilf.StreamStatistics]) -> None:
+def test_the_same_frames_give_the_same_bits(streamed: tuple[list[ilf.Completion], StreamStatistics]) -> None:
     with ilf.Stream(threads=1) as again:
         for number, completion in enumerate(streamed[0][:5]):
             assert np.array_equal(again.complete(frame(number)).depth, completion.depth)
