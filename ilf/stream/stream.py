@@ -26,7 +26,7 @@ from ..data.blocks import find_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.parameters import BlockParameters, Parameters, as_block_parameters, as_parameters, split_parameters
-from ..data.results import BlockResult, Completion, compose
+from ..data.results import BlockResult, Completion, Status, compose
 from ..errors import InputError
 from ..segmentation.edges.frame_edges import FrameEdges
 from ..segmentation.extraction import clear_stage_cache, found_blocks
@@ -47,6 +47,8 @@ _CHANGED, _CHANGED_SHARE = 0.2, 0.5
 """The scene has changed if depth is off by more than the first share at more than the second share of known pixels."""
 
 _NEW_SCENE = "The scene has changed: the stream starts anew with {}."
+
+_CARRIED = "It has too little known depth: its depth is that of the frame before."
 
 # What is found in some frames and carried to the following ones.
 
@@ -179,6 +181,19 @@ class Scene:
         probability = offsets.nearest(edges.probability)
         crease = None if edges.crease is None else offsets.nearest(edges.crease)
         return FrameEdges(probability, probability, offsets.nearest(edges.strength), edges.network, crease, edges.notes)
+
+    def with_expected(self, result: BlockResult) -> BlockResult:
+        """The result of a block that has too little known depth, filled with the expected depth; others unchanged."""
+        if self.expected is None or result.outcome.status is not Status.NOT_RECOVERABLE:
+            return result
+        block, left = result.block, self.frame.unfilled_mask(result.parameters.outside_view)
+        expected = self.expected if left is None else np.where(left, np.float32(np.nan), self.expected)
+        depth = np.where(np.isnan(result.depth), expected[block.box][block.mask], result.depth)
+        filled = int(np.count_nonzero(np.isfinite(depth) & np.isnan(result.depth)))
+        if not filled:
+            return result
+        outcome = replace(result.outcome, status=Status.COMPLETED, recovered=filled, message=_CARRIED)
+        return replace(result, depth=depth, outcome=outcome)
 
     def with_change(self, results: dict[int, BlockResult]) -> dict[int, BlockResult]:
         """Results with the change carried to the current frame applied, if there is one."""
@@ -421,7 +436,8 @@ class Stream:
         with closing(filter_steps(tasks, threads, {})) as steps:
             for progress in steps:
                 if progress.result is not None:
-                    results[progress.label] = replace(progress.result, parameters=self._parameters)
+                    found = replace(progress.result, parameters=self._parameters)
+                    results[progress.label] = scene.with_expected(found)
         return results
 
     def _correct(self, scene: Scene, completed: Array, edges: FrameEdges) -> None:

@@ -75,6 +75,20 @@ def test_a_new_scene_starts_anew_and_says_so() -> None:
     assert np.array_equal(other.depth, ilf.complete(frame(0, seed=1)).depth)
 
 
+def test_a_block_whose_depth_is_lost_keeps_that_of_the_frame_before() -> None:
+    before, after = frame(0), frame(1)
+    lost = after.depth.copy()
+    lost[:, 10:] = np.nan
+    with ilf.Stream(min_known_share=0.5) as stream:
+        stream.complete(before)
+        completion = stream.complete(ilf.RGBDFrame(after.rgb, lost))
+    exact = 2 + 0.005 * (SHIFT + np.arange(SHAPE[1], dtype=np.float32))
+    assert np.isfinite(completion.depth[5:-5, 10:70]).all()
+    assert np.abs(completion.depth - exact)[5:-5, 10:70].mean() < 0.02
+    assert any("frame before" in outcome.message for outcome in completion.outcomes.values())
+    assert np.isfinite(ilf.expected_error(completion)[completion.filled]).all()
+
+
 def test_another_size_and_another_distance_are_new_scenes() -> None:
     first = frame(0)
     small = ilf.RGBDFrame(first.rgb[:40], first.depth[:40])
