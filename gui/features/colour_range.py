@@ -13,6 +13,7 @@ from ..base import theme
 from ..base.commands import Command
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
 from ..widgets.basics import PlainLabel
+from ..widgets.docks import PanelGroup
 from .context import Context, Feature
 
 # A histogram with the two limits of the colour range, which can be dragged.
@@ -307,7 +308,7 @@ class ColourRangeFeature(Feature):
         )
         self._lock = actions["lock_range"]
         self.panel = RangePanel(self._lock)
-        context.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.chart-bar", 1.8)
+        context.panels.add(_TITLE, self.panel, PanelGroup.INSPECTION, "ph.chart-bar")
         changed = workspace.frames.session_changed, workspace.runs.results_changed, workspace.runs.error_changed
         shown = (
             views.rangeChanged,

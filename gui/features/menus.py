@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QSettings, QSize
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QApplication, QMenu, QMenuBar, QSizePolicy, QToolBar, QWidget
 
@@ -47,6 +47,8 @@ _MENUS = {
     "hold_out_test sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
 }
 
+_ICONS = QSize(20, 20)
+
 
 class ToolBar(QToolBar):
     """Tool bar with frequent commands and the options of the tool."""
@@ -55,6 +57,7 @@ class ToolBar(QToolBar):
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
+        self.setIconSize(_ICONS)
         _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
         self._options = self.addWidget(options)
         spring = QWidget()  # keeps the buttons to its right in place when the tool's options change
@@ -82,7 +85,7 @@ def fill_menu_bar(
         ),
     )
     view.addSeparator()
-    view.addAction(actions["toggle_panels"])
+    _fill(view, entries(actions, "toggle_panels film_strip"))
     view.addActions(list(toggles))
     view.addSeparator()
     _fill(view, entries(actions, "view_content reset_contents"))

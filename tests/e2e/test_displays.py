@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
@@ -68,19 +67,10 @@ def test_distrusted_and_stale_depth_are_shown(opened: MainWindow, run_all: Calla
     assert not opened.views.cells["depth-in"].view.stripes.pixels.any()
 
 
-def test_a_run_opens_its_curves_and_a_live_solution_does_not(
-    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
-) -> None:
-    share = opened.views.width()
-    opened.workspace.blocks.select([1])
-    opened.workspace.parameters.set(preset("paper", max_iterations=4))
-    qtbot.waitUntil(lambda: opened.runs.free)
-    assert "Convergence" not in opened.panels.open
+def test_a_run_opens_no_panel(opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]) -> None:
+    panels, share = opened.panels.open, opened.views.width()
     run_all(opened)
-    assert "Convergence" in opened.panels.open
-    assert opened.feature(CurvesFeature).panel.records
+    assert (opened.panels.open, opened.views.width()) == (panels, share)
+    opened.panels.reveal("Convergence")
+    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).panel.records))
     assert opened.views.width() == share, "the curves take no room from the pictures"
-    assert (
-        opened.dockWidgetArea(opened.feature(CurvesFeature).panel.parentWidget())
-        == Qt.DockWidgetArea.RightDockWidgetArea
-    )

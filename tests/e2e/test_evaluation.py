@@ -67,7 +67,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert not actions["hold_out_test"].isEnabled()
     open_frame(window, qtbot, FrameSource(str(frame_folder)))
     run_all(window)
-    window.panels.offer("Accuracy")
+    window.panels.reveal("Accuracy")
     assert errors_shown(window) == ["–"] * len(workspace.session.counts())
     assert panel.tabs.currentIndex() == 1  # without a truth, hidden depth is what there is
 

@@ -10,6 +10,7 @@ from ilf.errors import IlfError
 from ...base.commands import Command
 from ...state.results import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.session import Session
+from ...widgets.docks import PanelGroup
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature, PendingWork
 from .ground_truth import GroundTruthDialog, GroundTruthPresenter, GroundTruthSource, frame_with
@@ -62,7 +63,7 @@ class AccuracyFeature(Feature):
         self.ground_truth = GroundTruthPresenter(context, self.panel)
         self.hidden = HoldOutPresenter(context, self.panel)
         self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
-        context.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.target", 3.2)
+        context.panels.add(_TITLE, self.panel, PanelGroup.SETTINGS, "ph.target")
         workspace, panel = context.workspace, self.panel
         changed = workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.runs.results_changed
         shown = (

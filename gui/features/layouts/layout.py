@@ -110,8 +110,8 @@ BUILT_IN = (
     Layout(
         TUNE,
         "Tune",
-        "Views with parameters, convergence and runs",
-        Arrangement("grid", panels=("Parameters", "Convergence", "Runs")),
+        "Views with parameters, runs and convergence",
+        Arrangement("grid", panels=("Parameters", "Runs", "Convergence")),
     ),
 )
 """The built-in layouts."""
