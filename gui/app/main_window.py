@@ -36,6 +36,7 @@ from ..features.presets import PresetsFeature
 from ..features.project.autosave import AutosaveFeature
 from ..features.project.feature import ProjectFeature
 from ..features.project.recent import RecentFeature
+from ..features.project.start_page import StartPageFeature
 from ..features.propagation.feature import PropagationFeature
 from ..features.quality_check.feature import QualityCheckFeature
 from ..features.quality_check.invalid_depth import InvalidDepthFeature
@@ -95,6 +96,7 @@ _FURTHER: tuple[type[Feature], ...] = (
     CompareFeature,
     ColourRangeFeature,
     RecentFeature,
+    StartPageFeature,
     ReportFeature,
     BatchFeature,
     ExportAllFeature,
@@ -145,6 +147,7 @@ class MainWindow(QMainWindow):
         self.centre = Centre(self.views, self.cloud)
         self.setCentralWidget(self.centre)
         self.log, self.toasts = LogPanel(), Toasts(self, (self.views, self.cloud))
+        self.views.pressed.connect(self.toasts.give_way)
         self.notes = Notes(self, self.toasts, self.log)
         self.drops = FileDrops(self)
         self.editor = Editor(self.workspace, self.views, self)

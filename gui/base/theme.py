@@ -33,7 +33,7 @@ _DARK = {
 
 _STYLE_SHEET = """
     QToolTip { padding: 3px; }
-    QToolBar { border: none; spacing: 2px; padding: 3px; }
+    QToolBar { border: none; spacing: 2px; padding: 2px; }
     QDockWidget::title { padding: 3px 8px; }
     QMainWindow::separator { background: rgba(128, 128, 128, 80); width: 1px; height: 1px; }
     QStatusBar::item { border: none; }
@@ -71,7 +71,7 @@ def apply_theme(app: QApplication, name: str = "system") -> None:
     """Set the application's palette to "light", "dark" or, for "system", that of the system."""
     if name not in THEMES:
         raise ValueError(f"theme must be one of {', '.join(THEMES)}, not {name!r}")
-    if app.property(_CHOICE) is None:
+    if app.styleSheet() != _STYLE_SHEET:
         app.setAttribute(Qt.ApplicationAttribute.AA_UseStyleSheetPropagationInWidgetStyles)
         app.setStyle("Fusion")
         app.setStyleSheet(_STYLE_SHEET)
@@ -81,7 +81,7 @@ def apply_theme(app: QApplication, name: str = "system") -> None:
     app.setPalette(palette)
     QToolTip.setPalette(palette)
     palette.setColor(QPalette.ColorRole.ButtonText, QColor(tones["muted"]))
-    app.setPalette(palette, "QHeaderView")
+    app.setPalette(palette, "QHeaderView")  # type: ignore[arg-type]
 
 
 def follow_system(app: QApplication) -> None:
@@ -119,7 +119,7 @@ def icon(name: str, palette: QPalette) -> QIcon:
     """Return an icon of the Phosphor set ("ph.play") in the palette's colours."""
     import qtawesome
 
-    muted = colours(palette).muted
+    muted = QColor((_DARK if is_dark(palette) else _LIGHT)["muted"])
     muted.setAlpha(110)
     return qtawesome.icon(
         name,

@@ -98,7 +98,7 @@ def fill_menu_bar(
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
     view.addMenu(_depth_map_menu(views, view))
-    _fill(view, entries(actions, "show_range lock_range"))
+    _fill(view, entries(actions, "show_range fit_range lock_range"))
     view.addMenu(_theme_menu(view))
     bar.addMenu(experiments)
     _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
@@ -152,7 +152,7 @@ def _compare_menu(actions: Actions, views: LinkedViews, parent: QMenu) -> QMenu:
 
 
 def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
-    menu = QMenu("&Views", parent)
+    menu = QMenu("&View set", parent)
     actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
     menu.insertSeparator(actions[next(iter(CELLS))])
     for name, action in actions.items():

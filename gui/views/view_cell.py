@@ -53,7 +53,7 @@ class TitleStrip(QWidget):
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.88)
         self.setFont(font)
-        self.setFixedHeight(self.fontMetrics().height() + 1)
+        self.setFixedHeight(self.fontMetrics().height() + 3)
         self.setMouseTracking(True)
         self.setToolTip("Click the title to select what is shown; double-click to enlarge the view or show it alone")
 

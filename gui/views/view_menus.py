@@ -39,31 +39,36 @@ class ViewBar(QWidget):
         self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
         self.opacity.setValue(_OPACITY)
         self.layouts = QComboBox()
-        self.layouts.setAccessibleName("Views")
+        self.layouts.setAccessibleName("View set")
         for name, text in LAYOUT_TEXTS.items():
             self.layouts.addItem(text, name)
-        self.layouts.setToolTip("The views shown; double-click a title to enlarge a view or show it alone")
+        self.layouts.setToolTip("View set: the views shown; double-click a title to enlarge a view or show it alone")
         self.layouts.setMaximumHeight(self.fontMetrics().height() + 6)
         self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
         views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(_SPACE)
-        buttons = QWidget()
-        row = QHBoxLayout(buttons)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        for action in actions:
-            button = QToolButton()
-            button.setAutoRaise(True)
-            button.setDefaultAction(action)
-            row.addWidget(button)
-        self._parts = (centre.tabs, self.opacity, self.layouts, buttons)
+        self._buttons = QWidget()
+        self._row = QHBoxLayout(self._buttons)
+        self._row.setContentsMargins(0, 0, 0, 0)
+        self._row.setSpacing(0)
+        self._parts = (centre.tabs, self.opacity, self.layouts, self._buttons)
         for part in self._parts:
             layout.addWidget(part)
-        self._spare = (self.opacity, buttons)
+        self._spare = (self.opacity, self._buttons)
         for part in self._parts[1:]:
             centre.turned.connect(lambda part=part: part.setEnabled(not centre.shows_cloud_alone))
+
+        for action in actions:
+            self.add_button(action)
+
+    def add_button(self, action: QAction) -> None:
+        """Add a button for an action."""
+        button = QToolButton()
+        button.setAutoRaise(True)
+        button.setDefaultAction(action)
+        self._row.addWidget(button)
 
     def sizeHint(self) -> QSize:
         shown = [part.sizeHint() for part in self._parts if not part.isHidden()]

@@ -71,11 +71,15 @@ class Docks(QObject):
         self.rail.setObjectName("Panels")
         self.rail.setMovable(False)
         self.rail.setIconSize(QSize(_RAIL_ICON, _RAIL_ICON))
+        self.rail.addSeparator()
+        self._ends = {group: self.rail.addSeparator() for group in PanelGroup}
+        """The actions of a group are before this one."""
+        self._ends[PanelGroup.INSPECTION].setVisible(False)
         window.addToolBar(Qt.ToolBarArea.RightToolBarArea, self.rail)
 
     def add_fold(self, fold: QAction) -> None:
-        """Add the action that hides all panels, before the panels are added."""
-        self.rail.addAction(fold)
+        """Add the action that hides all panels."""
+        self.rail.insertAction(self.rail.actions()[0], fold)
 
     def add(self, title: str, widget: QWidget, group: PanelGroup, icon: str, is_open: bool = False) -> None:
         """Add a panel.
@@ -111,13 +115,7 @@ class Docks(QObject):
         for changed in (action.toggled, dock.topLevelChanged):
             changed.connect(lambda _: self._titles_timer.start())
         action.setIcon(theme.icon(icon, self._window.palette()))
-        if others:
-            following = [panel.dock.toggleViewAction() for panel in self._panels.values() if panel.group is group]
-            below = self.rail.actions()[self.rail.actions().index(following[-2]) + 1 :]
-            self.rail.insertAction(below[0], action) if below else self.rail.addAction(action)
-        else:
-            self.rail.addSeparator()
-            self.rail.addAction(action)
+        self.rail.insertAction(self._ends[group], action)
 
     def toggles(self) -> list[QAction]:
         """Return the actions that show and hide the panels, in the order in which they were added."""
@@ -206,8 +204,11 @@ class Docks(QObject):
         """Leave out the title of panels that have a tab with the same text."""
         for dock, *_ in self._panels.values():
             tabbed = any(not other.isHidden() for other in self._window.tabifiedDockWidgets(dock))
-            if tabbed != (dock.titleBarWidget() is not None):
+            empty = dock.titleBarWidget()
+            if tabbed != (empty is not None):
                 dock.setTitleBarWidget(QWidget() if tabbed else None)  # type: ignore[arg-type]
+                if empty is not None:
+                    empty.deleteLater()
 
     def _show(self, titles: Iterable[str]) -> None:
         wanted = set(titles)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
 from ilf.data.frame import RGBDFrame
@@ -95,8 +97,12 @@ class AccuracyFeature(Feature):
                 workspace.parameters.changed,
                 self.ground_truth.evaluated,
                 self.hidden.tested,
+                workspace.runs.error_changed,
             ),
         )
+        self._of: NDArray[np.float32] | None = None
+        self._by_block = BlockErrors()
+        """Expected errors of the blocks, from the expected error `_of`."""
         workspace.frames.session_changed.connect(self._select_page)
         workspace.blocks.ground_truth_changed.connect(self._select_page)
         self._select_page()
@@ -174,5 +180,12 @@ class AccuracyFeature(Feature):
         elif outcome is not None:
             errors = BlockErrors(HOLD_OUT, outcome.errors_of(session))
         else:
-            errors = BlockErrors()
+            errors = self._expected(session)
         workspace.blocks.set_block_errors(session, errors)
+
+    def _expected(self, session: Session) -> BlockErrors:
+        error = session.expected_error()
+        if error is not self._of:
+            self._of = error
+            self._by_block = BlockErrors() if error is None else BlockErrors.expected(error, session.labels)
+        return self._by_block

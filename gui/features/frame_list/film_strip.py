@@ -29,7 +29,7 @@ from .feature import FramesFeature
 from .model import ENTRY, PRESENT, FrameListModel
 from .row_painter import mark_colour, paint_tick
 
-_HEIGHT_SHARE = 0.04
+_HEIGHT_SHARE = 0.0375
 _HEIGHTS = 30, 60
 """Height of the strip: share of the window's height, minimum and maximum [px]."""
 _BAR = 4
@@ -43,9 +43,11 @@ Index = QModelIndex | QPersistentModelIndex
 class ThumbnailPainter(QStyledItemDelegate):
     """Paints a thumbnail with a bar in the colour of the frame's state, and a mark if it is done or to be checked."""
 
+    size = QSize()
+
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        """All thumbnails have the size of the grid."""
-        return option.widget.gridSize()  # type: ignore[no-any-return]
+        """All thumbnails have one size."""
+        return self.size
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         entry: Entry = index.data(ENTRY)
@@ -111,7 +113,8 @@ class FilmStrip(QListView):
     def __init__(self, model: FrameListModel) -> None:
         super().__init__()
         self.setModel(model)
-        self.setItemDelegate(ThumbnailPainter(self))
+        self._painter = ThumbnailPainter(self)
+        self.setItemDelegate(self._painter)
         self.setAccessibleName("Film strip of the frames")
         self.setFlow(QListView.Flow.LeftToRight)
         self.setUniformItemSizes(True)
@@ -133,7 +136,8 @@ class FilmStrip(QListView):
         """Set the height [px]."""
         if height != self.height() or not self.gridSize().isValid():
             self.setFixedHeight(height)
-            self.setGridSize(QSize(4 * height // 3, height))
+            self._painter.size = QSize(4 * height // 3, height)
+            self.setGridSize(self._painter.size)
             self._fit()
 
     def _fit(self) -> None:

@@ -26,7 +26,7 @@ _KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"}
 # Options of the views, stored between program starts.
 
 _KEY = "views"
-_CHOICES = "contours_only", "block_names", "show_missing"
+_CHOICES = "block_names", "show_missing"
 
 
 def remember_choices(actions: Actions) -> None:
@@ -273,6 +273,7 @@ class LayoutsFeature(Feature):
             panels.places(),
             views.sides.chosen,
             self.context.actions["cloud_beside"].isChecked(),
+            self.context.actions["contours_only"].isChecked(),
         )
 
     def _apply(self, arrangement: Arrangement) -> None:
@@ -289,6 +290,7 @@ class LayoutsFeature(Feature):
             with contextlib.suppress(ValueError):
                 views.sides.choose(*arrangement.sides)
             self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
+            self.context.actions["contours_only"].setChecked(arrangement.contours)
         finally:
             self._turning = False
         self.context.panels.take(arrangement.panels, arrangement.places)
@@ -304,6 +306,7 @@ class LayoutsFeature(Feature):
                 self._leave(CORRECT if comes else self._back())
                 there = self.store.left(self.present)
                 self.context.panels.take(there.panels, there.places)
+                self.context.actions["contours_only"].setChecked(there.contours)
                 self._show()
         self._views, self._lasting = name, lasting
 
