@@ -104,7 +104,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
 def test_the_film_strip_goes_from_frame_to_frame(listed: MainWindow, qtbot: QtBot) -> None:
     strip, entries = listed.feature(FilmStripFeature).strip, listed.workspace.frames.entries
     assert strip.isVisible()
-    assert strip.model().rowCount() == len(entries)
+    qtbot.waitUntil(lambda: strip.model().rowCount() == len(entries))
     second = strip.visualRect(strip.model().index(1, 0)).center()
     with qtbot.waitSignal(listed.loader.idle, timeout=WAIT_MS):
         QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=second)
