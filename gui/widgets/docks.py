@@ -113,7 +113,7 @@ class Docks(QObject):
         action.triggered.disconnect()  # the default handler shows the dock behind the other tabs
         action.triggered.connect(lambda on: self.reveal(title) if on else dock.close())
         for changed in (action.toggled, dock.topLevelChanged):
-            changed.connect(lambda _: self._titles_timer.start())
+            changed.connect(lambda _: self._show_titles_soon())
         action.setIcon(theme.icon(icon, self._window.palette()))
         self.rail.insertAction(self._ends[group], action)
 
@@ -189,16 +189,22 @@ class Docks(QObject):
         if self._arranged:
             return
         self._arranged = True
+        self._show_titles_soon()
         self._declared = self._window.saveState(_VERSION)
         self.take(*self._requested)
 
     def remember(self) -> None:
-        """Store the window size for the next session."""
+        """Store the window size for the next session, when the window closes."""
+        self._titles_timer.stop()
         if self.persistent:
             QSettings().setValue("window/geometry", self._window.saveGeometry())
 
     def _members(self, group: PanelGroup) -> list[QDockWidget]:
         return [panel.dock for panel in self._panels.values() if panel.group is group]
+
+    def _show_titles_soon(self) -> None:
+        if self._window.isVisible():  # closing the window hides its panels
+            self._titles_timer.start()
 
     def _show_titles(self) -> None:
         """Leave out the title of panels that have a tab with the same text."""
