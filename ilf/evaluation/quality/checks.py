@@ -17,14 +17,14 @@ from .places import CheckInput, Group, Place, largest_groups, number_groups
 
 # Blocks with more than one surface: depth jumps inside them, in known or in missing depth.
 
-_REACH = 24
+REACH = 24
 """Distance [px] up to which an error affects filled depth, decreasing with distance; also the maximum displacement of
 a wrong border."""
 
 _KNOWN_WEIGHT = 0.03
 """Weight of a known pixel near an error, relative to a pixel to be filled."""
 
-_BESIDE = 2
+BESIDE = 2
 """Distance [px] from a jump at which the depth on its sides is read, since pixels right beside it may be mixed; also
 the distance up to which an edge belongs to a border."""
 
@@ -42,7 +42,7 @@ _WEIGHT_WITHOUT_EDGE = 0.3
 
 def find_multiple_surfaces(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
     """Find depth jumps inside blocks, and blocks with two surfaces separated only by missing depth."""
-    jumps, hidden = _jumps(inputs), _hidden(inputs, strength)
+    jumps, hidden = find_steps(inputs, strength)
     step = np.maximum(jumps, hidden)
     numbers = number_groups(step > 0, inputs.labels)
     if not numbers.any():
@@ -53,6 +53,12 @@ def find_multiple_surfaces(inputs: CheckInput, strength: NDArray[np.float32]) ->
         yield Place(kind, group.box, (group.label,), group.point, group.harm, _step_reason(inputs, group, kind, step))
 
 
+def find_steps(inputs: CheckInput, strength: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Heights [m] of the jumps in known depth inside blocks, and distances [m] of surfaces that meet in missing depth
+    inside a block; float64 (H, W), 0 elsewhere."""
+    return _jumps(inputs), _hidden(inputs, strength)
+
+
 def _harm(inputs: CheckInput, numbers: NDArray[np.int32], step: NDArray[np.float64]) -> NDArray[np.float64]:
     """For every group, the pixels to be filled around it, weighted by the step [m] at the nearest of its pixels."""
     away, nearest = cv2.distanceTransformWithLabels(
@@ -61,12 +67,12 @@ def _harm(inputs: CheckInput, numbers: NDArray[np.int32], step: NDArray[np.float
     at = np.zeros(int(nearest.max()) + 1, np.int64)
     on = numbers > 0
     at[nearest[on]] = np.flatnonzero(on)
-    reached = at[nearest[away < _REACH]]
+    reached = at[nearest[away < REACH]]
     labels = inputs.labels
-    counts = (labels[away < _REACH] == labels.ravel()[reached]) * np.where(
-        inputs.missing[away < _REACH], 1.0, _KNOWN_WEIGHT
+    counts = (labels[away < REACH] == labels.ravel()[reached]) * np.where(
+        inputs.missing[away < REACH], 1.0, _KNOWN_WEIGHT
     )
-    faded = 1 - away[away < _REACH] / _REACH
+    faded = 1 - away[away < REACH] / REACH
     weights = counts * faded * step.ravel()[reached]
     harm = np.bincount(numbers.ravel()[reached], weights, minlength=int(numbers.max()) + 1)
     return np.asarray(harm, np.float64)
@@ -81,12 +87,12 @@ def _jumps(inputs: CheckInput) -> NDArray[np.float64]:
     for side, (dy, dx) in enumerate(((0, 1), (1, 0))):
         rows, columns = np.nonzero(inner[side])
         one = (
-            np.clip(rows - _BESIDE * dy, 0, height - 1),
-            np.clip(columns - _BESIDE * dx, 0, width - 1),
+            np.clip(rows - BESIDE * dy, 0, height - 1),
+            np.clip(columns - BESIDE * dx, 0, width - 1),
         )
         other = (
-            np.clip(rows + (1 + _BESIDE) * dy, 0, height - 1),
-            np.clip(columns + (1 + _BESIDE) * dx, 0, width - 1),
+            np.clip(rows + (1 + BESIDE) * dy, 0, height - 1),
+            np.clip(columns + (1 + BESIDE) * dx, 0, width - 1),
         )
         step = np.abs(inputs.depth[one].astype(np.float64) - inputs.depth[other])
         found[rows, columns] = np.maximum(found[rows, columns], step)
@@ -140,14 +146,14 @@ def _beside(inputs: CheckInput, group: Group) -> tuple[float, float]:
 
 # Borders between surfaces at different depths without an edge in the image.
 
-_STRONG, _WEAK = 0.5, 0.25
+_STRONG, WEAK = 0.5, 0.25
 """Edge strength from which on a border is plausible, and below which it is not."""
 
 _WRONG_BORDER_PROBABILITY = 0.3
 """Probability that a border without an edge is wrong: in missing depth, two surfaces may have similar colours."""
 
 _DEFAULT_DISPLACEMENT = 4
-"""Assumed displacement [px] of a border if there is no edge within `_REACH`."""
+"""Assumed displacement [px] of a border if there is no edge within `REACH`."""
 
 
 def find_weak_borders(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
@@ -172,13 +178,13 @@ def _stretches(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
     """At the pixels of weak borders: possible displacement [px], distance [m] between their blocks, and the lower and
     the higher label of these; 0 elsewhere."""
-    square = np.ones((2 * _BESIDE + 1,) * 2, np.uint8)
+    square = np.ones((2 * BESIDE + 1,) * 2, np.uint8)
     under = cv2.dilate(strength, square)
-    weak = (under < _WEAK) & ~inputs.relief.near
+    weak = (under < WEAK) & ~inputs.relief.near
     edges = (strength >= _STRONG).astype(np.uint8)
     away = cv2.distanceTransform(1 - edges, cv2.DIST_L2, 5) if edges.any() else np.full(edges.shape, np.inf)
-    share = cv2.blur(inputs.missing.astype(np.float64), (_REACH + 1,) * 2)
-    off = share * np.where(away <= _REACH, away, _DEFAULT_DISPLACEMENT)
+    share = cv2.blur(inputs.missing.astype(np.float64), (REACH + 1,) * 2)
+    off = share * np.where(away <= REACH, away, _DEFAULT_DISPLACEMENT)
     found, difference = np.zeros(weak.shape), np.zeros(weak.shape)
     lower, higher = np.zeros(weak.shape, np.int64), np.zeros(weak.shape, np.int64)
     for parted, labels, sources, weaknesses in zip(
