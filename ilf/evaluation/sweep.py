@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from ..run.run import Run
 from .evaluation import RunEvaluation, Step, fills_enough, restrict_to_shared, run_to_end, scaled_progress
 from .ground_truth import ground_truth_steps, pixels_with_ground_truth
 from .hold_out import HoldOutTest, completion_steps, hold_out_steps
+from .ties import Ties, find_ties
 
 MAX_POINTS = 150
 """Maximum number of points of a sweep: the depth of every point stays in memory."""
@@ -139,11 +141,21 @@ class SweepResult:
         """The point with the smallest RMSE, the first of equals; None if none filled anything."""
         return self.best_by("rmse")
 
+    @cached_property
+    def ties(self) -> Ties | None:
+        """Which points, by number, cannot be told from the best; None if none filled anything."""
+        able = [number for number, point in enumerate(self.points) if point in self._able]
+        return find_ties([point.evaluated for point in self.points], able)
+
+    @property
+    def _able(self) -> list[SweepPoint]:
+        """Points that fill enough."""
+        everyone = [point.evaluated for point in self.points]
+        return [point for point in self.points if point.whole.pixels and fills_enough(point.evaluated, everyone)]
+
     def best_by(self, measure: str) -> SweepPoint | None:
         """The point with the smallest "rmse", "mae" or "median" among those that fill enough; None without any."""
-        everyone = [point.evaluated for point in self.points]
-        able = [point for point in self.points if point.whole.pixels and fills_enough(point.evaluated, everyone)]
-        return min(able, key=lambda point: float(getattr(point.whole, measure)), default=None)
+        return min(self._able, key=lambda point: float(getattr(point.whole, measure)), default=None)
 
 
 def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step | SweepPoint, None, SweepResult]:
