@@ -32,7 +32,7 @@ REMEDIES = ("split", "give", "merge", "move", "invalid", "checked")
 """Cut a part off a block as a new one; give a part to a neighbour; merge two blocks; move a border to the edge beside
 it; mark measured depth as invalid; mark a propagated block as checked."""
 
-_MIN_REDUCTION = 0.2
+_MIN_REDUCTION = 0.5
 """Minimum reduction of the score of all places by a remedy, as a share of the place's score."""
 
 
@@ -72,7 +72,7 @@ def find_remedy(
     A block with a step inside is divided along the step. The part goes to the neighbour that it continues if there is
     no edge between them, and is a new block otherwise. If most of its measured depth is likely invalid, that is marked
     instead. A change is only a remedy if the quality checks confirm it: afterwards, the score of all places together
-    must be lower by at least a fifth of the place's score.
+    must be lower by at least half of the place's score.
 
     Parameters
     ----------
