@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,31 +130,24 @@ class SweepResult:
     sweep : Sweep
     points : tuple of SweepPoint
         In the order of `Sweep.points`.
+    ties : Ties or None
+        Which points, by number, cannot be told from the best; None if none filled anything.
     """
 
     sweep: Sweep
     points: tuple[SweepPoint, ...]
+    ties: Ties | None
 
     @property
     def best(self) -> SweepPoint | None:
         """The point with the smallest RMSE, the first of equals; None if none filled anything."""
         return self.best_by("rmse")
 
-    @cached_property
-    def ties(self) -> Ties | None:
-        """Which points, by number, cannot be told from the best; None if none filled anything."""
-        able = [number for number, point in enumerate(self.points) if point in self._able]
-        return find_ties([point.evaluated for point in self.points], able)
-
-    @property
-    def _able(self) -> list[SweepPoint]:
-        """Points that fill enough."""
-        everyone = [point.evaluated for point in self.points]
-        return [point for point in self.points if point.whole.pixels and fills_enough(point.evaluated, everyone)]
-
     def best_by(self, measure: str) -> SweepPoint | None:
         """The point with the smallest "rmse", "mae" or "median" among those that fill enough; None without any."""
-        return min(self._able, key=lambda point: float(getattr(point.whole, measure)), default=None)
+        everyone = [point.evaluated for point in self.points]
+        able = [point for point in self.points if point.whole.pixels and fills_enough(point.evaluated, everyone)]
+        return min(able, key=lambda point: float(getattr(point.whole, measure)), default=None)
 
 
 def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step | SweepPoint, None, SweepResult]:
@@ -189,9 +181,9 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
         points.append(point)
         yield point
     shared = restrict_to_shared([point.evaluated for point in points])
-    return SweepResult(
-        sweep, tuple(replace(point, evaluated=evaluated) for point, evaluated in zip(points, shared, strict=True))
-    )
+    able = [number for number, evaluated in enumerate(shared) if fills_enough(evaluated, shared)]
+    evaluated_points = (replace(point, evaluated=evaluated) for point, evaluated in zip(points, shared, strict=True))
+    return SweepResult(sweep, tuple(evaluated_points), find_ties(shared, able))
 
 
 def run_sweep(

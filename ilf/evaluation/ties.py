@@ -46,8 +46,8 @@ def margin_of_mean(values: Sequence[NDArray[np.floating]], places: Sequence[NDAr
     mean = sum(float(part.sum(dtype=np.float64)) for part in values) / max(sum(part.size for part in values), 1)
     for part, at in zip(values, places, strict=True):
         rows, columns = np.divmod(at, width)
-        _, cells = np.unique(rows // _CELL * (width // _CELL + 1) + columns // _CELL, return_inverse=True)
-        sums.append(np.bincount(cells, part.astype(np.float64) - mean))
+        cells = rows // _CELL * (width // _CELL + 1) + columns // _CELL
+        sums.append(np.bincount(cells, part.astype(np.float64) - mean)[np.bincount(cells) > 0])
         sizes.append(part.size)
     count = sum(part.size for part in sums)
     if count < 2:
