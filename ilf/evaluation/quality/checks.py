@@ -17,7 +17,7 @@ from .places import CheckInput, Group, Place, largest_groups, number_groups
 
 # Blocks with more than one surface: depth jumps inside them, in known or in missing depth.
 
-REACH = 24
+_REACH = 24
 """Distance [px] up to which an error affects filled depth, decreasing with distance; also the maximum displacement of
 a wrong border."""
 
@@ -67,12 +67,12 @@ def _harm(inputs: CheckInput, numbers: NDArray[np.int32], step: NDArray[np.float
     at = np.zeros(int(nearest.max()) + 1, np.int64)
     on = numbers > 0
     at[nearest[on]] = np.flatnonzero(on)
-    reached = at[nearest[away < REACH]]
+    reached = at[nearest[away < _REACH]]
     labels = inputs.labels
-    counts = (labels[away < REACH] == labels.ravel()[reached]) * np.where(
-        inputs.missing[away < REACH], 1.0, _KNOWN_WEIGHT
+    counts = (labels[away < _REACH] == labels.ravel()[reached]) * np.where(
+        inputs.missing[away < _REACH], 1.0, _KNOWN_WEIGHT
     )
-    faded = 1 - away[away < REACH] / REACH
+    faded = 1 - away[away < _REACH] / _REACH
     weights = counts * faded * step.ravel()[reached]
     harm = np.bincount(numbers.ravel()[reached], weights, minlength=int(numbers.max()) + 1)
     return np.asarray(harm, np.float64)
@@ -146,14 +146,14 @@ def _beside(inputs: CheckInput, group: Group) -> tuple[float, float]:
 
 # Borders between surfaces at different depths without an edge in the image.
 
-_STRONG, WEAK = 0.5, 0.25
+_STRONG, _WEAK = 0.5, 0.25
 """Edge strength from which on a border is plausible, and below which it is not."""
 
 _WRONG_BORDER_PROBABILITY = 0.3
 """Probability that a border without an edge is wrong: in missing depth, two surfaces may have similar colours."""
 
 _DEFAULT_DISPLACEMENT = 4
-"""Assumed displacement [px] of a border if there is no edge within `REACH`."""
+"""Assumed displacement [px] of a border if there is no edge within `_REACH`."""
 
 
 def find_weak_borders(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
@@ -180,11 +180,11 @@ def _stretches(
     the higher label of these; 0 elsewhere."""
     square = np.ones((2 * BESIDE + 1,) * 2, np.uint8)
     under = cv2.dilate(strength, square)
-    weak = (under < WEAK) & ~inputs.relief.near
+    weak = (under < _WEAK) & ~inputs.relief.near
     edges = (strength >= _STRONG).astype(np.uint8)
     away = cv2.distanceTransform(1 - edges, cv2.DIST_L2, 5) if edges.any() else np.full(edges.shape, np.inf)
-    share = cv2.blur(inputs.missing.astype(np.float64), (REACH + 1,) * 2)
-    off = share * np.where(away <= REACH, away, _DEFAULT_DISPLACEMENT)
+    share = cv2.blur(inputs.missing.astype(np.float64), (_REACH + 1,) * 2)
+    off = share * np.where(away <= _REACH, away, _DEFAULT_DISPLACEMENT)
     found, difference = np.zeros(weak.shape), np.zeros(weak.shape)
     lower, higher = np.zeros(weak.shape, np.int64), np.zeros(weak.shape, np.int64)
     for parted, labels, sources, weaknesses in zip(

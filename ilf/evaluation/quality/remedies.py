@@ -14,13 +14,13 @@ from ..._runtime.cancellation import check_cancelled
 from ..._runtime.formatting import grouped
 from ...data.blocks import checked_labels
 from ...data.frame import RGBDFrame
-from ...data.pixel_grids import different_labels, mark, sides
+from ...data.pixel_grids import sides
 from ...segmentation.editing.cleaning import merge
 from ...segmentation.editing.cutting import piece_at
 from ...segmentation.editing.painting import give
-from ...segmentation.editing.patches import LabelPatch, grown, patch_between
+from ...segmentation.editing.patches import LabelPatch
 from ...segmentation.flooding import flood
-from .checks import BESIDE, REACH, WEAK, find_steps
+from .checks import BESIDE, find_steps
 from .invalid_depth import suggest_invalid
 from .places import JUMP, JUMP_SHARE, CheckInput, Place, make_check_input
 from .ranking import find_places
@@ -28,9 +28,9 @@ from .ranking import find_places
 Labels = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
-REMEDIES = ("split", "give", "merge", "move", "invalid", "checked")
-"""Cut a part off a block as a new one; give a part to a neighbour; merge two blocks; move a border to the edge beside
-it; mark measured depth as invalid; mark a propagated block as checked."""
+REMEDIES = ("split", "give", "merge", "invalid", "checked")
+"""Cut a part off a block as a new one; give a part to a neighbour; merge two blocks; mark measured depth as invalid;
+mark a propagated block as checked."""
 
 _MIN_REDUCTION = 0.5
 """Minimum reduction of the score of all places by a remedy, as a share of the place's score."""
@@ -150,8 +150,6 @@ class _Candidates:
         match self._place.kind:
             case "jump" | "surfaces":
                 yield from self._of_step()
-            case "border":
-                yield from self._of_border()
             case "island" | "sliver":
                 yield from self._of_island()
 
@@ -172,23 +170,6 @@ class _Candidates:
                 patch = give(self._labels, part, taker)
                 yield Remedy("give", f"Give a part of Block {label} to Block {taker}", patch)
         yield Remedy("split", f"Split Block {label}", give(self._labels, smaller, self._new))
-
-    def _of_border(self) -> Iterator[Remedy]:
-        """Redraw the border of two blocks around the place along the strongest edges, if there are any."""
-        one, other = self._place.labels
-        both = np.isin(self._labels, (one, other))
-        box = grown(self._place.box, 1, both.shape)
-        weak = np.zeros(both.shape, bool)
-        weak[box] = (mark(different_labels(np.where(both, self._labels, 0))) & both)[box]
-        free = both & (cv2.distanceTransform((~weak).astype(np.uint8), cv2.DIST_L2, 5) <= REACH)
-        heights = _heights(make_check_input(self._frame, self._labels), self._strength)
-        redrawn = flood(heights, np.where(both & ~free, self._labels, 0), both)
-        after = np.where(redrawn > 0, redrawn, self._labels).astype(np.int32)
-        border = mark(different_labels(after)) & free
-        patch = patch_between(self._labels, after)
-        seen = cv2.dilate(heights, np.ones((_AT, _AT), np.uint8))[border]
-        if patch is not None and seen.size and seen.mean() >= WEAK:
-            yield Remedy("move", f"Move the border between Block {one} and Block {other} to the edge", patch)
 
     def _of_island(self) -> Iterator[Remedy]:
         labels, place = self._labels, self._place

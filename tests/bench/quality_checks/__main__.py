@@ -21,7 +21,7 @@ from pathlib import Path
 from ilf import load_frame
 
 from .faults import KINDS
-from .trials import Trial, try_frame
+from .trials import Mending, Trial, try_frame
 
 TUNING_FRAMES = ("0035", "0057", "0119", "0153", "0172", "0211", "0273", "0334", "0390", "0462")
 """Frames on which the weights of the quality checks were tuned."""
@@ -58,30 +58,20 @@ def by_kind(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
 
 
 def by_remedy(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
-    """Table of the kinds of fault: how many are found, have a remedy, are mended by it and made worse, and the mean IoU
-    of the blocks before and after it."""
+    """Table of the kinds of fault, and of remedy: how many are found, have a remedy, are mended by it and made worse,
+    and the mean IoU of the blocks before and after it."""
+    found = [(trial.faults[number].kind, one) for trial in trials for number, one in trial.mended.items()]
     for kind in (*KINDS, "all"):
-        found = [
-            mending
-            for trial in trials
-            for number, mending in trial.mended.items()
-            if kind in ("all", trial.faults[number].kind)
-        ]
-        tried = [mending for mending in found if mending.remedy]
-        overlaps = [
-            sum(values) / max(len(found), 1) for values in zip(*((one.before, one.after) for one in found), strict=True)
-        ]
-        yield (
-            kind,
-            len(found),
-            len(tried),
-            sum(one.mends for one in tried),
-            sum(one.after < one.before for one in tried),
-            *(f"{overlap:.3f}" for overlap in overlaps),
-        )
-    for kind, number in Counter(one.remedy for trial in trials for one in trial.mended.values() if one.remedy).items():
-        mends = sum(one.mends for trial in trials for one in trial.mended.values() if one.remedy == kind)
-        yield f"by {kind}", "", number, mends, "", "", ""
+        yield kind, *_mending_row([one for fault, one in found if kind in ("all", fault)])
+    for kind in sorted({one.remedy for _, one in found} - {""}):
+        yield f"by {kind}", *_mending_row([one for _, one in found if one.remedy == kind])
+
+
+def _mending_row(found: Sequence[Mending]) -> tuple[object, ...]:
+    tried = [one for one in found if one.remedy]
+    before, after = (sum(getattr(one, name) for one in found) / max(len(found), 1) for name in ("before", "after"))
+    worse = sum(one.after < one.before for one in tried)
+    return len(found), len(tried), sum(one.mends for one in tried), worse, f"{before:.3f}", f"{after:.3f}"
 
 
 def by_frame(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
