@@ -86,6 +86,16 @@ class ToolsFeature(Feature):
                 why_off=no_frame,
             ),
             Command(
+                "tool_refine",
+                "&Refine edge",
+                "ph.waves",
+                "Ctrl+U",
+                "Brush along a border: only the pixels under the brush are divided anew, by edges, colour and depth",
+                group="tool",
+                handler=partial(self._choose, "refine"),
+                why_off=no_frame,
+            ),
+            Command(
                 "tool_outline",
                 "&Outline",
                 "ph.scribble-loop",

@@ -110,6 +110,15 @@ class Host(Protocol):
         """Set the invalid mask, bool (H, W), as one undo step."""
         ...
 
+    @property
+    def undo_index(self) -> int:
+        """The number of undo steps of the current frame that are done."""
+        ...
+
+    def undo(self) -> None:
+        """Undo the last step."""
+        ...
+
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a preview over the views."""
         ...
@@ -134,11 +143,14 @@ class Tool:
         Whether it needs only clicks at points: then it also works on the point cloud.
     wheel : bool
         Whether it uses the wheel while Ctrl is held.
+    guided : bool
+        Whether it uses the edges of the frame, which are computed in advance.
     """
 
     options: tuple[str, ...] = ()
     points_only = False
     wheel = False
+    guided = False
 
     @property
     def hint(self) -> str:

@@ -7,11 +7,23 @@ from .border import BorderTool, OutlineTool
 from .brush import BrushTool, MarkInvalidTool
 from .give import GiveTool
 from .inspect import MeasureTool, ProfileTool, RectangleTool
+from .refine import RefineTool
 from .select import SelectTool
 from .smart_select import SmartSelectTool
 from .split import SplitTool
 
-CORRECTING = ("select", "border", "outline", "smart_select", "split", "paint", "erase", "give", "mark_invalid")
+CORRECTING = (
+    "select",
+    "border",
+    "refine",
+    "outline",
+    "smart_select",
+    "split",
+    "paint",
+    "erase",
+    "give",
+    "mark_invalid",
+)
 INSPECTING = ("profile", "rectangle", "measure")
 TOOL_NAMES = (*CORRECTING, *INSPECTING)
 
@@ -21,6 +33,7 @@ def make_tools() -> dict[str, Tool]:
     tools = (
         SelectTool(),
         BorderTool(),
+        RefineTool(),
         OutlineTool(),
         SmartSelectTool(),
         SplitTool(),
