@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
@@ -146,22 +144,6 @@ def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = N
     return Preview(path, area=area)
 
 
-def trail(points: Sequence[Point], radius: float) -> QPainterPath:
-    """Return the area that the brush covers along a line."""
-    stroker = QPainterPathStroker()
-    stroker.setWidth(2 * max(radius, 0.5))
-    stroker.setCapStyle(Qt.PenCapStyle.RoundCap)
-    stroker.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-    area = stroker.createStroke(line_path(points if points[0] != points[-1] else [*points, _beside(points[0])]))
-    area.setFillRule(Qt.FillRule.WindingFill)
-    return area
-
-
-def _beside(point: Point) -> Point:
-    """Return a point so near that a line to it is drawn as a dot; a line of zero length would have no direction."""
-    return point[0] + 1e-3, point[1]
-
-
 # Marking measured depth as invalid.
 
 
@@ -196,7 +178,7 @@ class MarkInvalidTool(Tool):
         elif event.kind is PointerKind.RELEASE and self._swept is not None:
             swept, self._swept = self._swept, None
             self._commit(swept, host)
-        area = trail(self._points, host.options.brush_radius) if self.busy else None
+        area = self._trail(host.options.brush_radius) if self.busy else None
         host.show_preview(None if event.kind is PointerKind.LEAVE else brush_preview(event, host, area))
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
@@ -224,3 +206,18 @@ class MarkInvalidTool(Tool):
             host.show_message("There is no invalid depth here.")
         else:
             host.show_message("There is no valid measured depth here.")
+
+    def _trail(self, radius: float) -> QPainterPath:
+        stroker = QPainterPathStroker()
+        stroker.setWidth(2 * max(radius, 0.5))
+        stroker.setCapStyle(Qt.PenCapStyle.RoundCap)
+        stroker.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        points = self._points
+        trail = stroker.createStroke(line_path(points if points[0] != points[-1] else [*points, _beside(points[0])]))
+        trail.setFillRule(Qt.FillRule.WindingFill)
+        return trail
+
+
+def _beside(point: Point) -> Point:
+    """Return a point so near that a line to it is drawn as a dot; a line of zero length would have no direction."""
+    return point[0] + 1e-3, point[1]

@@ -12,21 +12,22 @@ from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.editing.refining import refine_borders
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.pixel_items import boundary_path
 from .base import Host, Point, Tool, edges_ready, warn_if_any_locked
-from .brush import Swept, brush_preview, trail
+from .brush import Swept, brush_preview
 from .line_preview import LinePreview, preview_of_patch
 
 
 class RefineTool(Tool):
     """The tool Refine edge. A stroke along a border decides the covered pixels by edges, colour and depth, as one undo
-    step; the dashed outline shows the pixels that change their block."""
+    step; a dashed outline shows the pixels that would change their block."""
 
     options = ("brush",)
     guided = True
 
     def __init__(self) -> None:
         self._swept: Swept | None = None
-        self._points: list[Point] = []
+        self._last: Point = 0.0, 0.0
         self._effect: LinePreview | None = None
         self._decide: Callable[[], None] | None = None
         """Decides the band of a stroke that was released, until this is done."""
@@ -50,7 +51,7 @@ class RefineTool(Tool):
             if self._decide is not None:
                 self._decide()
             if edges_ready(host):
-                self._swept, self._points = Swept(host.session.labels.shape), [(event.x, event.y)]
+                self._swept, self._last = Swept(host.session.labels.shape), (event.x, event.y)
                 self._sweep(self._swept, event, host)
         elif self._swept is not None and self._decide is None:
             if event.kind is PointerKind.MOVE:
@@ -66,9 +67,9 @@ class RefineTool(Tool):
         return pending_work
 
     def _sweep(self, swept: Swept, event: PointerEvent, host: Host) -> None:
-        last = self._points[-1]
-        self._points.append((event.x, event.y))
-        stroke = brush_stroke(swept.mask.shape, [last, self._points[-1]], host.options.brush_radius)
+        point = event.x, event.y
+        stroke = brush_stroke(swept.mask.shape, [self._last, point], host.options.brush_radius)
+        self._last = point
         if stroke is not None:
             swept.add(stroke)
         self._show(event, host)
@@ -117,6 +118,8 @@ class RefineTool(Tool):
         if event.kind is PointerKind.LEAVE and not self.busy:
             host.show_preview(None)
             return
-        brush = brush_preview(event, host, trail(self._points, host.options.brush_radius) if self.busy else None)
-        effect = None if self._effect is None else self._effect.path
-        host.show_preview(Preview(brush.line, area=brush.area, line_preview=effect))
+        line = brush_preview(event, host).line
+        band = None if self._swept is None else self._swept.stroke
+        if band is not None:
+            line.addPath(boundary_path(band.mask, band.box[1].start, band.box[0].start))
+        host.show_preview(Preview(line, line_preview=None if self._effect is None else self._effect.path))

@@ -142,7 +142,8 @@ def test_refine_edge_divides_the_band_on_release(small_frame: RGBDFrame, small_l
     refine.drag([(27, 10), (27, 24), (27, 38)], release=False)
     assert "px from Block 2 to Block 1" in refine.tool.hint
     assert host.preview is not None
-    assert host.preview.area is not None
+    assert host.preview.line_preview is not None
+    assert host.preview.line_preview.boundingRect().right() == pytest.approx(30, abs=1), "what would change"
     assert host.steps == []
     refine.send(PointerKind.RELEASE, (27, 38))
     assert host.steps == ["Refine edge"]
