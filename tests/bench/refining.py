@@ -1,8 +1,8 @@
 """Accuracy of Refine edge: `python -m tests.bench.refining [--seed N] [--scenes N] [FOLDER]`.
 
 The borders of the objects of `tests.bench.selection` are displaced by smooth noise, and refined by a band along them.
-The table has the mean offset from the true border [px], wrong pixels per pixel of border: before, after a watershed of the
-same evidence in the same band, and refined.
+The table has the mean offset from the true border [px], wrong pixels per pixel of border: before, after a watershed of
+the same evidence in the same band, and refined.
 """
 
 from __future__ import annotations
