@@ -23,7 +23,7 @@ BLOCK_MENU = (
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = (
-    "tool_select tool_border tool_outline tool_smart_select tool_split tool_paint tool_erase tool_give "
+    "tool_select tool_border tool_refine tool_outline tool_smart_select tool_split tool_paint tool_erase tool_give "
     "tool_mark_invalid tool_depth_by_hand"
 )
 _BY_HAND = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"

@@ -89,6 +89,16 @@ class ToolsFeature(Feature):
                 why_off=no_frame,
             ),
             Command(
+                "tool_refine",
+                "&Refine edge",
+                "ph.waves",
+                "Ctrl+T",
+                "Brush along a border: only the pixels under the brush are divided anew, by edges, colour and depth",
+                group="tool",
+                handler=partial(self._choose, "refine"),
+                why_off=no_frame,
+            ),
+            Command(
                 "tool_outline",
                 "&Outline",
                 "ph.scribble-loop",
