@@ -35,6 +35,8 @@ class _Stroke:
     def of(tree: RegionTree, given: tuple[float, float] | Points) -> _Stroke:
         points = np.asarray(given, np.float64).reshape(-1, 2)
         height, width = tree.pieces.shape
+        if not len(points):
+            raise InputError("A stroke needs at least one point.")
         for x, y in points:
             if not (0 <= x < width and 0 <= y < height):
                 raise InputError(f"The point ({x:g}, {y:g}) lies outside the frame of {width} x {height} pixels.")
@@ -96,8 +98,8 @@ def select_region(
     Raises
     ------
     InputError
-        If the input is not a frame, a point or the box lies outside of it, the start has another shape, there are
-        neither points inside nor a box nor a start, or there are not as many steps as points inside.
+        If the input is not a frame, a point or the box lies outside of it, a stroke is empty, the start has another
+        shape, there are neither points inside nor a box nor a start, or there are not as many steps as points inside.
 
     Examples
     --------
@@ -235,70 +237,34 @@ def removable_parts(
 
 # How likely a part is: linear in its properties.
 
-Coefficients = dict[str, tuple[float, ...]]
+KINDS = ("first", "further", "outside")
+"""Kinds of points: the first one, further ones inside, and those outside."""
 
-COEFFICIENTS: Coefficients = {
-    "first": (
-        4.165,
-        -7.33,
-        -0.239,
-        -2.483,
-        -0.256,
-        4.165,
-        -7.33,
-        -0.239,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.07,
-        0.085,
-        5.754,
-        0.792,
-        -1.758,
-    ),
-    "further": (
-        1.268,
-        -2.027,
-        0.857,
-        -0.496,
-        -0.017,
-        4.474,
-        -3.839,
-        0.265,
-        6.846,
-        1.643,
-        -0.333,
-        -0.041,
-        -1.304,
-        -0.518,
-        7.483,
-        2.177,
-        1.592,
-    ),
-    "outside": (
-        1.149,
-        -0.114,
-        1.45,
-        -0.228,
-        0.065,
-        4.596,
-        -4.401,
-        -2.441,
-        -2.411,
-        4.303,
-        -0.307,
-        -0.14,
-        1.435,
-        0.288,
-        8.914,
-        3.016,
-        1.522,
-    ),
-}
-"""Coefficients of `part_properties` for the first point, further points inside, and points outside: fitted on generated
-scenes (`python -m tests.bench.selection --fit --seed 502 --scenes 60`), so that with parts weighted by the exponential
-of their score, the mean IoU with the object is largest."""
+COEFFICIENTS = np.array(
+    [
+        (4.731, 0.658, 0.254),  # mean edge along the border of the part
+        (-7.601, -3.266, 2.153),  # share of the border that is weak
+        (-0.655, 1.441, 1.089),  # its length in relation to the size
+        (-1.03, -0.531, -0.333),  # share of the frame as a logarithm
+        (-0.169, -0.033, 0.094),  # its square
+        (-14.589, -6.697, 13.887),  # share of the frame
+        (4.731, 4.151, 6.991),  # of the selection after the change: mean edge
+        (-7.601, -3.399, -4.279),  # weak share
+        (-0.655, 0.1, -2.542),  # length
+        (0.0, 9.547, -3.568),  # share of the part's border to the rest of the selection
+        (0.0, 3.09, 7.592),  # mean edge there
+        (0.0, -0.367, -0.468),  # ratio of the sizes
+        (0.0, -0.022, -0.227),  # its square
+        (0.531, -1.74, 1.611),  # difference of colour
+        (-0.372, -0.754, -0.02),  # difference of depth
+        (8.815, 3.959, 6.123),  # nearness of the points to the middle
+        (0.722, 2.238, 0.616),  # its logarithm
+        (-1.1, 0.854, 1.091),  # distance of the points from the border
+    ]
+)
+"""Coefficient of every property of `part_properties` for each kind: fitted on generated scenes (`python -m
+tests.bench.selection --fit --seed 502 --scenes 60`), so that with parts weighted by the exponential of their score, the
+mean IoU with the object is largest."""
 
 _COARSE = 19_200
 """Approximate number of pixels at which the middle of a part is searched."""
@@ -307,18 +273,18 @@ _COARSE = 19_200
 def part_scores(tree: RegionTree, chosen: Mask, parts: Mask, points: Array, adds: bool) -> Array:
     """Return how likely each part, bool (K, n), is what points add to a selection or take away, as a logarithm."""
     kind = "outside" if not adds else "further" if chosen.any() else "first"
-    return np.asarray(part_properties(tree, chosen, parts, points, adds) @ np.array(COEFFICIENTS[kind]))
+    return np.asarray(part_properties(tree, chosen, parts, points, adds) @ COEFFICIENTS[:, KINDS.index(kind)])
 
 
 def part_properties(tree: RegionTree, chosen: Mask, parts: Mask, points: Array, adds: bool) -> Array:
-    """Return the properties of parts that points, float64 (N, 2), add to a selection or take away, float64 (K, 17).
+    """Return the properties of parts that points, float64 (N, 2), add to a selection or take away, float64 (K, 18).
 
     Of a part: mean edge along its border, share of the border that is weak, length of the border in relation to the
-    size, logarithm of the share of the frame and its square. Of the selection after the change: the first three. Of
-    both: share of the part's border that divides it from the rest of the selection, mean edge there, logarithm of the
-    ratio of sizes and its square, difference of mean colour and of mean log depth as logarithms. Of the point: its
-    distance from the border of the part in relation to the largest one inside, the logarithm of this, and that of the
-    distance.
+    size, logarithm of the share of the frame, its square, and the share. Of the selection after the change: the first
+    three. Of both: share of the part's border that divides it from the rest of the selection, mean edge there,
+    logarithm of the ratio of sizes and its square, difference of mean colour and of mean log depth as logarithms. Of
+    the points: their distance from the border of the part in relation to the largest one inside, the logarithm of this,
+    and that of the distance.
     """
     if adds:
         parts = parts & ~chosen
@@ -341,6 +307,7 @@ def part_properties(tree: RegionTree, chosen: Mask, parts: Mask, points: Array, 
             *_border_properties(outer, size),
             share,
             share**2,
+            np.exp(share),
             *_border_properties(new, np.maximum(after @ pixels, 1)),
             shared[:, 0] / np.maximum(outer[:, 0], 1),
             np.where(shared[:, 0] > 0, shared[:, 1] / np.maximum(shared[:, 0], 1), 0.3),

@@ -180,7 +180,7 @@ def choices(frame: ilf.RGBDFrame, truth: Mask, place: Callable[[Mask], Point]) -
         (inside if adds else outside).append((x, y))
 
 
-def fitted(found: list[Choices]) -> tuple[float, ...]:
+def fitted(found: list[Choices]) -> NDArray[np.float64]:
     """Return the coefficients with the largest expected IoU, if parts are chosen with probabilities proportional to the
     exponential of their score."""
     properties, overlaps = (
@@ -200,7 +200,7 @@ def fitted(found: list[Choices]) -> tuple[float, ...]:
         return WEIGHT_DECAY * float(weights @ weights) - expected.mean(), 2 * WEIGHT_DECAY * weights - slopes
 
     best = minimize(loss, np.zeros(scale.size), jac=True, method="L-BFGS-B", options={"maxiter": 300}).x
-    return tuple(round(float(value), 3) for value in best / scale)
+    return np.round(best / scale, 3)
 
 
 def fit(frames: list[tuple[ilf.RGBDFrame, list[Mask]]]) -> None:
@@ -216,15 +216,17 @@ def fit(frames: list[tuple[ilf.RGBDFrame, list[Mask]]]) -> None:
         one
         for frame, masks in frames
         for truth in masks
-        for place in (middle, anywhere)
+        for place in (middle, middle, anywhere)  # most people click in the middle
         for one in choices(frame, truth, place)
     ]
-    for kind in selection.COEFFICIENTS:
+    columns = []
+    for kind in selection.KINDS:
         these = [one for one in found if one.kind == kind]
-        coefficients = fitted(these)
-        chosen = np.mean([one.overlaps[np.argmax(one.properties @ np.array(coefficients))] for one in these])
+        columns.append(fitted(these))
+        chosen = np.mean([one.overlaps[np.argmax(one.properties @ columns[-1])] for one in these])
         best = np.mean([one.overlaps.max() for one in these])
-        print(f"{kind}: {len(these)} clicks, IoU {chosen:.3f}, of the best part {best:.3f}\n{coefficients}", flush=True)
+        print(f"{kind}: {len(these)} clicks, IoU {chosen:.3f}, of the best part {best:.3f}", flush=True)
+    print(*zip(*(column.tolist() for column in columns), strict=True), sep=",\n")
 
 
 def main(arguments: list[str] | None = None) -> None:

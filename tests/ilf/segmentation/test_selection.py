@@ -127,6 +127,7 @@ def test_where_depth_is_missing_colour_decides() -> None:
         ([(3, 3)], [(3, -1)], None),
         ([(3, 3)], [], (200, 0, 300, 20)),
         ([(float("nan"), 3)], [], None),
+        ([[(3, 3)], []], [], None),
     ],
 )
 def test_impossible_points_are_refused(inside: list, outside: list, box: tuple | None) -> None:
