@@ -73,7 +73,7 @@ class ToolsFeature(Feature):
                 "S&mart select",
                 "ph.magic-wand",
                 "Ctrl+G",
-                "Select a surface or object by clicks or a box, and make it a block",
+                "Select a surface or object by clicks, strokes or a box: a new block, or a change of the selected one",
                 group="tool",
                 handler=partial(self._choose, "smart_select"),
                 why_off=no_frame,
