@@ -41,6 +41,7 @@ from .options import (
     DRAWN_FILE,
     ERROR_FILES,
     EXTRAPOLATED_FILE,
+    FROM_NEIGHBOURS_FILE,
     GUIDE_FILE,
     INVALID_MASK_FILE,
     LABELS_FILE,
@@ -181,6 +182,8 @@ def _scalars(
         scalars["expected_error"] = error
     scalars["filled"] = completion.filled
     scalars["block"] = run.blocks
+    if run.frame.from_neighbours is not None:
+        scalars["from_neighbours"] = completion.from_neighbours
     if unsupported_mask is not None:
         scalars["unsupported"] = unsupported_mask
     return scalars
@@ -396,8 +399,13 @@ def _write_results(
 
 
 def _masks(run: RunSetup) -> dict[str, NDArray[np.bool_]]:
-    """File name -> mask: invalid depth, drawn borders, pixels outside the depth camera's view."""
-    masks = {INVALID_MASK_FILE: run.frame.invalid_mask, DRAWN_FILE: run.drawn, OUTSIDE_FILE: run.frame.outside_view}
+    """File name -> mask: invalid depth, drawn borders, pixels outside the depth camera's view and from neighbours."""
+    masks = {
+        INVALID_MASK_FILE: run.frame.invalid_mask,
+        DRAWN_FILE: run.drawn,
+        OUTSIDE_FILE: run.frame.outside_view,
+        FROM_NEIGHBOURS_FILE: run.frame.from_neighbours,
+    }
     return {name: mask for name, mask in masks.items() if mask is not None}
 
 

@@ -165,7 +165,8 @@ def expected_error(completion: Completion) -> Array:
     """Compute the expected error of a completion, each block with the model of its filter.
 
     Extrapolated pixels have the model of their filter, which is that of "best". A guide that is followed makes the
-    expected error smaller, by what the hold-out for it says.
+    expected error smaller, by what the hold-out for it says. Where neighbours have measured, it is estimated by how
+    their depth differs from the frame's own.
 
     Parameters
     ----------
@@ -202,6 +203,10 @@ def expected_error(completion: Completion) -> Array:
     error[(model == _NUMBERS[DEFAULT_MODEL]) & ~_by_guide_alone(completion)] *= np.float32(_guide_factor(frame))
     beyond = _beyond_range(completion)
     error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
+    if frame.neighbours is not None:
+        measured = completion.from_neighbours
+        share = frame.neighbours.relative_error(frame.own_depth)
+        error[measured] = np.float32(share) * completion.depth[measured]
     return error
 
 

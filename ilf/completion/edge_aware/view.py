@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...data.blocks import Block, Box, union, within
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
+from ...data.neighbours import WEIGHT
 from ...data.parameters import Parameters
 from ...data.results import hold_out_mask
 from ...segmentation.edges.frame_edges import FrameEdges
@@ -234,6 +235,9 @@ class View:
         self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
         """Depth [m] in that box, without flying pixels and held-out pixels."""
         self.depth[self.place][self._held_out] = np.nan
+        added = frame.from_neighbours
+        self.weights = None if added is None else np.where(added[self.window], np.float32(WEIGHT), np.float32(1))
+        """Weights of the known depth in the window; None for 1."""
         unknown = np.isnan(self.depth[self.place])
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
         self.gap = float(self._distance[self._mask].max())
@@ -281,6 +285,8 @@ class View:
     def grid(self, trend: Array, found: FrameEdges, parameters: Parameters) -> Grid:
         """The finest grid."""
         counts, totals = _samples(self.depth[self.place] - trend)
+        if self.weights is not None:
+            counts, totals = counts * self.weights, totals * self.weights
         held_out = None
         if self._held_out.any():
             rest = self._frame.depth[self.window] - trend
@@ -312,7 +318,7 @@ class View:
 def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
     """The window of the surface: all that may change, with some known depth around."""
     rows, columns = block.box
-    wanted = block.mask & np.isnan(frame.depth[block.box]) if mode == "fill" else block.mask
+    wanted = block.mask & ~frame.own[block.box] if mode == "fill" else block.mask
     if not wanted.any():
         wanted = block.mask
     found = []
