@@ -142,7 +142,7 @@ def beside_jumps(depth: Depth) -> Mask:
     known, square = np.isfinite(depth), np.ones((3, 3), np.uint8)
     near = cv2.erode(np.where(known, depth, np.float32(np.inf)), square)
     far = cv2.dilate(np.where(known, depth, np.float32(0)), square)
-    return np.asarray(far > np.float32(1 + _JUMP) * near)
+    return np.asarray(far / np.float32(1 + _JUMP) > near)
 
 
 def _differs(layer: Depth, depth: Depth) -> Mask:

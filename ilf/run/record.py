@@ -22,6 +22,7 @@ from ..completion.correction_network import load_correction_network
 from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Guide
+from ..data.neighbours import NeighbourDepth
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockOutcome, Completion
 from ..errors import InputError
@@ -99,6 +100,16 @@ class RecordedGuide(RecordedMask):
 
 
 @dataclass(frozen=True)
+class RecordedNeighbour:
+    """A neighbour of the frame whose depth was used; see `Neighbour`."""
+
+    name: str
+    motion: tuple[tuple[float, ...], ...]
+    sha256: tuple[str, ...]
+    source: dict[str, Any]
+
+
+@dataclass(frozen=True)
 class RecordedBlocks:
     """The blocks of a run.
 
@@ -153,6 +164,7 @@ class RunRecord:
     guide : RecordedGuide or None
     pose : tuple of tuple of float, or None
         Pose of the frame's camera, as rows of a matrix; None if unknown.
+    neighbours : tuple of RecordedNeighbour
     extraction : BlockParameters or None
         None if the blocks were not extracted.
     blocks : RecordedBlocks
@@ -183,6 +195,7 @@ class RunRecord:
     outside_view: RecordedMask | None = None
     guide: RecordedGuide | None = None
     pose: tuple[tuple[float, ...], ...] | None = None
+    neighbours: tuple[RecordedNeighbour, ...] = ()
     extraction: BlockParameters | None
     blocks: RecordedBlocks
     networks: RecordedNetworks
@@ -223,7 +236,8 @@ def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -
         drawn=_recorded(run.drawn, DRAWN_FILE),
         outside_view=_recorded(run.frame.outside_view if is_of_files else None, OUTSIDE_FILE),
         guide=_recorded_guide(run.frame.guide),
-        pose=None if run.frame.pose is None else tuple(map(tuple, run.frame.pose.tolist())),
+        pose=None if run.frame.pose is None else _rows(run.frame.pose),
+        neighbours=_recorded_neighbours(run.frame.neighbours),
         extraction=run.extraction,
         blocks=RecordedBlocks(
             array_sha256(run.blocks), run.frame.shape, run.edited, LABELS_FILE if options.labels else None
@@ -265,6 +279,17 @@ def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:
 
 def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
     return None if guide is None else RecordedGuide(array_sha256(guide.array), GUIDE_FILE, guide.path)
+
+
+def _recorded_neighbours(depth: NeighbourDepth | None) -> tuple[RecordedNeighbour, ...]:
+    return tuple(
+        RecordedNeighbour(one.name, _rows(one.motion), one.sha256, dict(one.source))
+        for one in (() if depth is None else depth.neighbours)
+    )
+
+
+def _rows(matrix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, matrix.tolist()))
 
 
 def _extraction_networks(run: RunSetup) -> dict[str, str]:

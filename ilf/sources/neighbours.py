@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -26,6 +26,7 @@ from .registration import Camera, projected_depth
 
 Array = NDArray[np.float32]
 Matrix = NDArray[np.float64]
+T = TypeVar("T")
 
 _SMOOTHING = 1.0
 """Standard deviation [px] of the Gaussian blur of colours before they are compared."""
@@ -107,6 +108,17 @@ def with_neighbours(
             used.append(_neighbour(given, other, motion))
     added = frame.with_neighbours(NeighbourDepth(np.stack(layers), tuple(used)) if layers else None)
     return replace(added, depth=added.measured, notes=(*added.notes, _note(added, len(used), refused)))
+
+
+def around(items: Sequence[T], place: int, reach: int) -> tuple[tuple[T, ...], tuple[T, ...]]:
+    """Return up to `reach` items before a place and as many after it, the nearest first.
+
+    Examples
+    --------
+    >>> around("abcdef", 2, 3)
+    (('b', 'a'), ('d', 'e', 'f'))
+    """
+    return (*reversed(items[max(place - reach, 0) : place]),), (*items[place + 1 : place + 1 + reach],)
 
 
 def seen_by(frame: RGBDFrame, other: RGBDFrame, motion: Matrix) -> Array:

@@ -193,8 +193,20 @@ def expected_error(completion: Completion) -> Array:
     (40, True)
     """
     frame = completion.frame
-    if not filled_pixels(frame, completion.depth).any():  # no edges needed
-        return np.full(frame.shape, np.nan, np.float32)
+    if filled_pixels(frame, completion.depth).any():
+        error = _modelled_error(completion)
+    else:  # no edges needed
+        error = np.full(frame.shape, np.nan, np.float32)
+    if frame.neighbours is not None:
+        measured = completion.from_neighbours
+        share = frame.neighbours.relative_error(frame.own_depth)
+        error[measured] = np.float32(share) * completion.depth[measured]
+    return error
+
+
+def _modelled_error(completion: Completion) -> Array:
+    """The expected error where no depth was known, NaN elsewhere."""
+    frame = completion.frame
     model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
@@ -203,10 +215,6 @@ def expected_error(completion: Completion) -> Array:
     error[(model == _NUMBERS[DEFAULT_MODEL]) & ~_by_guide_alone(completion)] *= np.float32(_guide_factor(frame))
     beyond = _beyond_range(completion)
     error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
-    if frame.neighbours is not None:
-        measured = completion.from_neighbours
-        share = frame.neighbours.relative_error(frame.own_depth)
-        error[measured] = np.float32(share) * completion.depth[measured]
     return error
 
 

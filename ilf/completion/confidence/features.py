@@ -196,10 +196,10 @@ _LEAST_SHARE, _LEAST_STEPS, _LEAST_ASIDE = 1e-3, 0.1, 1.0
 
 
 def filled_pixels(frame: RGBDFrame, depth: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Pixels, bool (H, W), without measured depth in the frame and with depth in `depth`; InputError if the shapes differ."""
+    """Pixels, bool (H, W), without depth in the frame and with depth in `depth`; InputError if the shapes differ."""
     if depth.shape != frame.shape:
         raise InputError(f"Depth of shape {depth.shape} does not belong to a frame of shape {frame.shape}.")
-    return ~frame.own & np.isfinite(depth) & (depth > 0)
+    return ~frame.known & np.isfinite(depth) & (depth > 0)
 
 
 def default_edges(frame: RGBDFrame) -> Array:
