@@ -81,7 +81,7 @@ def summarise_edit(
     if completed[0] is not None and completed[1] is not None:
         filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
     effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth((before, after), completed, touched))
-    errors = _errors((before, after), _near(changed) & after.frame.known)
+    errors = _errors((before, after), _near(changed) & after.frame.own)
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))
     if count < _FEWEST:

@@ -19,7 +19,7 @@ from .._runtime.formatting import counted
 from ..data.frame import RGBDFrame
 from ..data.neighbours import Neighbour, NeighbourDepth, agreeing_share, beside_jumps
 from ..data.open3d_images import load_open3d
-from ..errors import IlfError, InputError
+from ..errors import IlfError, InputError, ParameterError
 from .frame_source import FrameSource
 from .poses import motion_between
 from .registration import Camera, projected_depth
@@ -78,6 +78,8 @@ def with_neighbours(
 
     Raises
     ------
+    ParameterError
+        If the step is not positive.
     InputError
         If the frame's intrinsics are not known.
     ExportError
@@ -94,6 +96,8 @@ def with_neighbours(
     >>> int(frame.from_neighbours.sum()), int(frame.missing.sum()), frame.notes
     (50, 50, ('Depth of 1 neighbour is used at 50 pixels (100% of the missing ones).',))
     """
+    if step < 1:
+        raise ParameterError(f"The step of neighbours must be at least 1, not {step}.")
     _camera_of(frame)
     layers: list[Array] = []
     used: list[Neighbour] = []

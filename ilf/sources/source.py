@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..data.frame import RGBDFrame
-from ..errors import InputError
+from ..errors import InputError, ParameterError
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import EncodingSpec
 from .frame_source import FrameSource
@@ -215,9 +215,13 @@ class Source:
         ------
         InputError
             If there is no such frame, and as `ilf.load_frame`; for a raw pair, also if its cameras are not known.
+        ParameterError
+            For neighbours of a raw pair.
         ExportError
             As `with_neighbours`.
         """
+        if neighbours and not registered:
+            raise ParameterError("A raw pair has no neighbours: leave them out, or read the registered frame.")
         source = self.frame_source(key)
         if registered:
             frame = source.load(warn=True)

@@ -10,7 +10,7 @@ import pytest
 import ilf
 from ilf.data.frame import RGBDFrame
 from ilf.data.neighbours import NeighbourDepth
-from ilf.errors import InputError
+from ilf.errors import InputError, ParameterError
 from ilf.sources.neighbours import odometry, seen_by
 
 from ..small_sequences import CAMERA, SHAPE, exact_view, pose_of, sequence, write_sequence
@@ -72,7 +72,8 @@ def test_completed_depth_follows_neighbours_but_they_do_not_count_as_measured():
     others = [_with_bump(frame, number) for number, frame in enumerate(frames)]
     frame = replace(others[2], depth=np.where(frames[2].known, others[2].depth, np.nan))
     blocks = np.ones(SHAPE, np.int32)
-    alone, helped = ilf.complete(frame, blocks), ilf.complete(ilf.with_neighbours(frame, others[1:2], others[3:4]), blocks)
+    alone = ilf.complete(frame, blocks)
+    helped = ilf.complete(ilf.with_neighbours(frame, others[1:2], others[3:4]), blocks)
     errors = [np.abs(done.depth - exact)[HOLE].mean() for done in (alone, helped)]
     assert errors[1] < 0.3 * errors[0]
     np.testing.assert_array_equal(helped.filled, alone.filled)
@@ -143,6 +144,15 @@ def test_a_frame_without_intrinsics_cannot_have_neighbours():
     frames = [replace(frame, intrinsics=None) for frame in sequence(2)]
     with pytest.raises(InputError, match="intrinsics of frame 0 are not known"):
         ilf.with_neighbours(frames[0], [frames[1]])
+
+
+def test_steps_and_raw_pairs_that_make_no_sense_are_refused(tmp_path):
+    frames = sequence(2)
+    with pytest.raises(ParameterError, match="step of neighbours must be at least 1, not 0"):
+        ilf.with_neighbours(frames[0], [frames[1]], step=0)
+    source = ilf.open_source(write_sequence(tmp_path, 2), intrinsics=CAMERA)
+    with pytest.raises(ParameterError, match="raw pair has no neighbours"):
+        source.read(source.keys[0], registered=False, neighbours=1)
 
 
 def _bump() -> np.ndarray:
