@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from .camera import CameraIntrinsics, as_camera, checked_transform
 from .guide import Guide, as_guide
-from .neighbours import NeighbourDepth
+from .neighbours import NeighbourDepth, agrees
 from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
 from .pictures import html_row, plot_row
 
@@ -217,11 +217,11 @@ class RGBDFrame:
         check_depth_scale(self.depth, in_file=self.inputs is not None)
 
     def _add_neighbours(self, neighbours: NeighbourDepth) -> None:
-        """Add the neighbours' depth where the frame has none of its own."""
+        """Add the neighbours' depth where the frame has none of its own, unless it repeats invalid depth."""
         if neighbours.layers.shape[1:] != self.shape:
             raise InputError(f"The depth of neighbours has shape {neighbours.layers.shape[1:]}, not {self.shape}.")
         depth = neighbours.fused(self.depth)
-        added = self.missing & np.isfinite(depth)
+        added = self.missing & np.isfinite(depth) & ~agrees(depth, self.measured)
         if added.any():
             object.__setattr__(self, "depth", _frozen(np.where(added, depth, self.depth)))
             object.__setattr__(self, "from_neighbours", _frozen(added))

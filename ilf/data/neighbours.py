@@ -98,8 +98,7 @@ class NeighbourDepth:
         """
         layers = np.stack([np.where(_differs(layer, depth), np.float32(np.nan), layer) for layer in self.layers])
         median = median_of_known(layers)
-        with np.errstate(invalid="ignore"):
-            agreeing = np.count_nonzero(np.abs(layers - median) <= np.float32(AGREEMENT) * median, axis=0)
+        agreeing = np.count_nonzero(agrees(layers, median), axis=0)
         most = 2 * agreeing > np.count_nonzero(np.isfinite(layers), axis=0)
         found = np.where(most, median, np.float32(np.nan))
         return np.where(beside_jumps(np.where(np.isfinite(depth), depth, found)), np.float32(np.nan), found)
@@ -119,12 +118,10 @@ class NeighbourDepth:
         return float(np.quantile(np.abs(median[both] - depth[both]) / depth[both], _WITHIN))
 
 
-def agreeing_share(layer: Depth, depth: Depth) -> float:
-    """Compute the share of the pixels with depth in both images [m], (H, W), where they agree; 0 without any."""
-    both = np.isfinite(layer) & np.isfinite(depth)
-    if not both.any():
-        return 0.0
-    return float(np.mean(np.abs(layer[both] - depth[both]) <= AGREEMENT * depth[both]))
+def agrees(one: Depth, other: Depth) -> Mask:
+    """Find pixels, bool (H, W), with depth in both images [m] that agrees."""
+    with np.errstate(invalid="ignore"):
+        return np.abs(one - other) <= np.float32(AGREEMENT) * other
 
 
 def median_of_known(depths: Depth) -> Depth:
@@ -148,7 +145,6 @@ def beside_jumps(depth: Depth) -> Mask:
 def _differs(layer: Depth, depth: Depth) -> Mask:
     """Pixels where a layer differs from the frame's own depth, at the pixel or at many pixels around it."""
     both = np.isfinite(layer) & np.isfinite(depth)
-    with np.errstate(invalid="ignore"):
-        differing = both & (np.abs(layer - depth) > np.float32(AGREEMENT) * depth)
+    differing = both & ~agrees(layer, depth)
     compared, apart = (cv2.blur(mask.astype(np.float32), (_AROUND, _AROUND)) for mask in (both, differing))
     return differing | (apart > np.float32(_MAX_DIFFERING) * compared + np.float32(1e-6))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .._runtime.cancellation import check_cancelled
 from .._runtime.formatting import counted
 from ..data.frame import RGBDFrame
-from ..data.neighbours import Neighbour, NeighbourDepth, agreeing_share, beside_jumps
+from ..data.neighbours import Neighbour, NeighbourDepth, agrees, beside_jumps
 from ..data.open3d_images import load_open3d
 from ..errors import IlfError, InputError, ParameterError
 from .frame_source import FrameSource
@@ -247,7 +247,7 @@ def _neighbour(given: RGBDFrame | FrameSource, read: RGBDFrame, motion: Matrix) 
 
 def _agrees(layer: Array, depth: Array) -> bool:
     overlap = np.count_nonzero(np.isfinite(layer) & np.isfinite(depth))
-    return overlap >= _MIN_OVERLAP * depth.size and agreeing_share(layer, depth) >= _MIN_AGREEING
+    return overlap >= _MIN_OVERLAP * depth.size and np.count_nonzero(agrees(layer, depth)) >= _MIN_AGREEING * overlap
 
 
 def _note(frame: RGBDFrame, used: int, refused: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""`python -m tests.bench.neighbours [--data FOLDER] [--cache FOLDER] [--seed 0]`: depth measured by neighbours.
+"""`python -m tests.bench.neighbours [--data FOLDER] [--cache FOLDER] [--seed 0] [--only real]`: depth measured by neighbours.
 
 Real frames: a sequence in the layout of 7-Scenes, every third frame. Areas of known depth are hidden and completed: by
 the frame alone, with the neighbours 9 and 18 frames before and after by the poses of the files, the same by odometry,
@@ -201,9 +201,12 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path("../shared/data/sequence"))
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "ilf-following")
     parser.add_argument("--seed", type=int, default=0, help="of the hidden areas")
+    parser.add_argument("--only", choices=("rooms", "real"), help="run one part only")
     options = parser.parse_args()
-    rooms(options.cache)
-    real(options.data, options.seed)
+    if options.only != "real":
+        rooms(options.cache)
+    if options.only != "rooms":
+        real(options.data, options.seed)
 
 
 if __name__ == "__main__":

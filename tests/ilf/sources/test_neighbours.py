@@ -107,6 +107,18 @@ def test_neighbours_that_contradict_each_other_or_the_depth_around_are_left_out(
     assert np.isnan(NeighbourDepth(shifted, ()).fused(depth)[32, 22])
 
 
+def test_neighbours_do_not_bring_back_invalid_depth():
+    frames, mask = sequence(), np.zeros(SHAPE, bool)
+    mask[40:50, 60:70] = True
+    frame = ilf.with_neighbours(frames[2].with_invalid_mask(mask), frames[1::-1], frames[3:])
+    assert frame.from_neighbours[HOLE].any()
+    assert not frame.from_neighbours[mask].any()
+    wrong = frames[2].measured.copy()
+    wrong[mask] = 1.2  # as of glare: the neighbours know better
+    better = ilf.with_neighbours(replace(frames[2], depth=wrong).with_invalid_mask(mask), frames[1::-1], frames[3:])
+    assert better.from_neighbours[mask].mean() > 0.9
+
+
 def test_motion_without_poses_is_linked_by_odometry():
     frames = [replace(frame, pose=None) for frame in sequence()]
     frame = ilf.with_neighbours(frames[2], frames[1::-1], frames[3:], step=2)
