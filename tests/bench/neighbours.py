@@ -1,4 +1,4 @@
-"""`python -m tests.bench.neighbours [--data FOLDER] [--cache FOLDER] [--seed 0] [--only real]`: depth measured by neighbours.
+"""`python -m tests.bench.neighbours [--data FOLDER] [--cache FOLDER] [--only real]`: depth measured by neighbours.
 
 Real frames: a sequence in the layout of 7-Scenes, every third frame. Areas of known depth are hidden and completed: by
 the frame alone, with the neighbours 9 and 18 frames before and after by the poses of the files, the same by odometry,
