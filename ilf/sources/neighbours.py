@@ -246,8 +246,9 @@ def _neighbour(given: RGBDFrame | FrameSource, read: RGBDFrame, motion: Matrix) 
 
 
 def _agrees(layer: Array, depth: Array) -> bool:
-    overlap = np.count_nonzero(np.isfinite(layer) & np.isfinite(depth))
-    return overlap >= _MIN_OVERLAP * depth.size and np.count_nonzero(agrees(layer, depth)) >= _MIN_AGREEING * overlap
+    overlap = int(np.count_nonzero(np.isfinite(layer) & np.isfinite(depth)))
+    agreeing = int(np.count_nonzero(agrees(layer, depth)))
+    return overlap >= _MIN_OVERLAP * depth.size and agreeing >= _MIN_AGREEING * overlap
 
 
 def _note(frame: RGBDFrame, used: int, refused: Sequence[str]) -> str:

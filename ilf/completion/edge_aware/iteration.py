@@ -109,7 +109,7 @@ class Denoising:
         return cls(
             known=known,
             samples=np.where(known, depth - trend, np.float32(0)),
-            deviation=deviation if weights is None else deviation / np.sqrt(weights),
+            deviation=deviation if weights is None else np.asarray(deviation / np.sqrt(weights), np.float32),
             grain=noise.grain,
             bending=parameters.bending_weight,
             smoothness=parameters.smoothness,
