@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QResizeEvent, QTextDocument
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from ilf._runtime.formatting import grouped, millimetres
 from ilf.data.results import Completion
@@ -21,6 +22,7 @@ from ilf.segmentation.editing.patches import LabelPatch
 from ..base import theme
 from ..base.commands import Command
 from ..state.blocks import Change, DrawnChange
+from ..state.by_hand import HandDepthChange
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..work.frame_runs import RunState
@@ -41,12 +43,20 @@ class _Labels(NamedTuple):
     moved: str
     filled: str
     by_ground_truth: str
-    expected: str
     held_out: str
+    equal: str
+    expected: str
 
 
-_LONG = _Labels("{} px moved", "filled {}", "RMSE against ground truth {}", "expected error, RMS {}", "hold-out {}")
-_SHORT = _Labels("{} px", "filled {}", "ground truth {}", "expected RMS {}", "hold-out {}")
+_LONG = _Labels(
+    "{} px moved",
+    "filled {}",
+    "RMSE against ground truth {}",
+    "hold-out {}",
+    " (equal within {} mm)",
+    "expected error, RMS {}",
+)
+_SHORT = _Labels("{} px", "filled {}", "ground truth {}", "hold-out {}", " (±{} mm)", "expected RMS {}")
 
 
 class EditSummaryLine(QWidget):
@@ -59,12 +69,14 @@ class EditSummaryLine(QWidget):
         super().__init__(parent)
         self.label = QLabel()
         self.label.setTextFormat(Qt.TextFormat.RichText)
-        self.label.setMinimumWidth(1)
+        self.label.setMinimumSize(1, self.label.fontMetrics().height())
+        self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         self.label.setToolTip(
-            "Effect of the last edit. Ground truth, if the frame has one: root mean square error of the pixels filled "
-            "in the edited blocks, before and after. Hold-out: known depth near the edited border is hidden, and the "
-            "blocks there are completed without it; mean absolute error, correct in about two of three cases. "
-            "Hold B to see the state before the edit."
+            "Effect of the last edit, before and after; green is better and red is worse where it is certain. Ground "
+            "truth, if the frame has one: root mean square error of the pixels filled in the edited blocks. Hold-out: "
+            "known depth near the edited border is hidden, and the blocks there are completed without it; mean "
+            "absolute error, equal where the difference is smaller than its uncertainty (95 %). Expected error: an "
+            "estimate. Hold B to see the state before the edit."
         )
         layout = QHBoxLayout(self)
         layout.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
@@ -95,6 +107,7 @@ class EditSummaryLine(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
+        self.label.setWordWrap(self.height() > 2 * self.fontMetrics().height())  # beside the film strip
         self._write()
 
     def _write(self) -> None:
@@ -108,7 +121,8 @@ class EditSummaryLine(QWidget):
             self.label.setText(f'<span style="color:{tone}"><b>Before the edit: {html.escape(text)}</b></span>')
             return
         words = self._words(_LONG, text, effect, note)
-        if effect is not None and _width(words, self.label) > self.contentsRect().width() - 2 * _MARGIN:
+        room = self.contentsRect().width() - 2 * _MARGIN
+        if effect is not None and _width(words, self.label) > (2 * room if self.label.wordWrap() else room):
             words = self._words(_SHORT, text, effect, note)
         self.label.setText(words)
 
@@ -118,17 +132,28 @@ class EditSummaryLine(QWidget):
             parts.append(names.moved.format(grouped(effect.moved)))
             if effect.filled is not None and effect.filled[0] != effect.filled[1]:
                 before, after = effect.filled
-                parts.append(names.filled.format(self._tinted(grouped(before), f"{grouped(after)} px", after > before)))
-            for name in ("by_ground_truth", "expected", "held_out"):
-                if (error := getattr(effect, name)) is not None:
-                    parts.append(getattr(names, name).format(self._change(*error)))
+                parts.append(names.filled.format(self._tinted(grouped(before), f"{grouped(after)} px", None)))
+            if effect.by_ground_truth is not None:
+                parts.append(names.by_ground_truth.format(self._change(*effect.by_ground_truth)))
+            if effect.held_out is not None:
+                parts.append(self._held_out(names, effect, effect.held_out))
+            if effect.expected is not None:
+                tone = theme.colours(self.palette()).muted.name()
+                text = names.expected.format(" → ".join(map(millimetres, effect.expected)) + " mm")
+                parts.append(f'<span style="color:{tone}">{text}</span>')
         if note:
             parts.append(html.escape(note))
         return " &nbsp;·&nbsp; ".join(parts)
 
-    def _change(self, before: float, after: float) -> str:
-        """Return two errors [m] as text, coloured as better or worse."""
-        differ = abs(after - before) > _EQUAL * max(before, after)
+    def _held_out(self, names: _Labels, effect: EditSummary, errors: tuple[float, float]) -> str:
+        """Return the errors on hold-out as text: coloured if their difference exceeds its margin."""
+        text = names.held_out.format(self._change(*errors, certain=effect.held_out_differs))
+        uncertain = not effect.held_out_differs and math.isfinite(effect.margin)
+        return text + names.equal.format(millimetres(effect.margin)) if uncertain else text
+
+    def _change(self, before: float, after: float, certain: bool = True) -> str:
+        """Return two errors [m] as text, coloured as better or worse if that is certain."""
+        differ = certain and abs(after - before) > _EQUAL * max(before, after)
         better = after < before if differ else None
         return self._tinted(millimetres(before), f"{millimetres(after)} mm", better)
 
@@ -199,6 +224,7 @@ class EditSummaryPresenter(QObject):
         workspace.blocks.replaced.connect(self._forget)
         workspace.blocks.guide_changed.connect(self._forget)
         workspace.blocks.invalid_mask_changed.connect(self._take_invalid_mask)
+        workspace.by_hand.changed.connect(self._take_by_hand)
         workspace.blocks.ground_truth_changed.connect(self._ask_again)
         for changed in (workspace.parameters.changed, workspace.runs.results_changed, runs.state_changed):
             changed.connect(self._go_on)
@@ -233,13 +259,21 @@ class EditSummaryPresenter(QObject):
         self._go_on()
 
     def _take_invalid_mask(self) -> None:
-        """Handle a change of the invalid mask: the state before it can be viewed; it affects all blocks."""
+        """Handle a change of the invalid mask, which affects all blocks."""
+        frame = self._workspace.session.frame
+        self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known)))
+
+    def _take_by_hand(self, change: HandDepthChange) -> None:
+        """Handle a change of depth by hand."""
+        by_hand = change.session.by_hand
+        self._take_other("Depth by hand", 0 if by_hand is None else int(np.count_nonzero(by_hand.pixels)))
+
+    def _take_other(self, title: str, count: int) -> None:
+        """Show what an edit of depth leaves, in pixels; the state before it can be viewed."""
         before = self._present
         self._forget()
         self._edited, self._before = True, before
-        frame = self._workspace.session.frame
-        count = int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known))
-        self._line.show_message("Invalid depth", note=f"{grouped(count)} px" if count else "none")
+        self._line.show_message(title, note=f"{grouped(count)} px" if count else "none")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
@@ -305,7 +339,7 @@ class EditSummaryFeature(Feature):
         views = context.feature(ViewsFeature).presenter
         self.presenter = EditSummaryPresenter(workspace, runs, views, self.line, actions["live"])
         edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
-        for changed in (workspace.frames.session_changed, *edits):
+        for changed in (workspace.frames.session_changed, *edits, workspace.by_hand.changed):
             # an edit shows the current state again
             changed.connect(lambda *_: actions["show_before_edit"].setChecked(False))
         runs.resolved.connect(self._tell_resolved)

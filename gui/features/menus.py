@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QSettings, QSize
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QApplication, QMenu, QMenuBar, QSizePolicy, QToolBar, QWidget
 
@@ -23,9 +23,10 @@ BLOCK_MENU = (
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = (
-    "tool_select tool_border tool_outline tool_smart_select tool_split tool_paint tool_erase tool_give "
-    "tool_mark_invalid"
+    "tool_select tool_border tool_refine tool_outline tool_smart_select tool_split tool_paint tool_erase tool_give "
+    "tool_mark_invalid tool_depth_by_hand"
 )
+_BY_HAND = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
 _INSPECT = (
     "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
     "copy_measurements save_measurements delete_measurements"
@@ -36,16 +37,18 @@ _MENUS = {
     "save_project_as | load_ground_truth remove_ground_truth | load_guide remove_guide | load_blocks "
     "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",
-    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | cancel_stroke",
+    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | {_BY_HAND} | cancel_stroke",
     "&Blocks": "extract | propagate_next propagate_previous propagate_through | "
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "I&nspect": _INSPECT,
-    "Re&view": "next_check previous_check ignore_check mark_checked | suggest_invalid",
+    "Re&view": "next_check previous_check apply_remedy ignore_check mark_checked | suggest_invalid",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | "
     "share_parameters keep_own_parameters reset_to_shared separate_parameters | extrapolate clear_results | "
     "hold_out_test sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
 }
+
+_ICONS = QSize(20, 20)
 
 
 class ToolBar(QToolBar):
@@ -55,6 +58,7 @@ class ToolBar(QToolBar):
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
+        self.setIconSize(_ICONS)
         _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
         self._options = self.addWidget(options)
         spring = QWidget()  # keeps the buttons to its right in place when the tool's options change
@@ -82,7 +86,7 @@ def fill_menu_bar(
         ),
     )
     view.addSeparator()
-    view.addAction(actions["toggle_panels"])
+    _fill(view, entries(actions, "toggle_panels film_strip"))
     view.addActions(list(toggles))
     view.addSeparator()
     _fill(view, entries(actions, "view_content reset_contents"))
@@ -95,7 +99,7 @@ def fill_menu_bar(
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
     view.addMenu(_depth_map_menu(views, view))
-    _fill(view, entries(actions, "show_range lock_range"))
+    _fill(view, entries(actions, "show_range fit_range lock_range"))
     view.addMenu(_theme_menu(view))
     bar.addMenu(experiments)
     _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
@@ -149,7 +153,7 @@ def _compare_menu(actions: Actions, views: LinkedViews, parent: QMenu) -> QMenu:
 
 
 def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
-    menu = QMenu("&Views", parent)
+    menu = QMenu("&View set", parent)
     actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
     menu.insertSeparator(actions[next(iter(CELLS))])
     for name, action in actions.items():

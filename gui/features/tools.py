@@ -13,6 +13,7 @@ from ..base.commands import Command
 from ..tools.keys import ToolKeys
 from ..tools.options_row import OptionsRow
 from ..views.interaction import PointerEvent
+from .by_hand import BY_HAND_COMMANDS, by_hand_commands
 from .context import Context, Feature
 
 
@@ -24,8 +25,10 @@ class ToolsFeature(Feature):
         self._editor = editor = context.editor
         actions, notes = context.actions, context.notes
         actions.add(self._commands())
+        actions.add(by_hand_commands(context, self._choose))
         by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
-        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
+        by_hand = [actions[name] for name in BY_HAND_COMMANDS]
+        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount, by_hand)
         self.options.changed.connect(editor.set_option)
         self.keys = ToolKeys(context.window, editor, context.views)
         context.views.set_pointer_handler(self._point)
@@ -70,7 +73,7 @@ class ToolsFeature(Feature):
                 "S&mart select",
                 "ph.magic-wand",
                 "Ctrl+G",
-                "Select a surface or object by clicks or a box, and make it a block",
+                "Select a surface or object by clicks, strokes or a box: a new block, or a change of the selected one",
                 group="tool",
                 handler=partial(self._choose, "smart_select"),
                 why_off=no_frame,
@@ -83,6 +86,16 @@ class ToolsFeature(Feature):
                 "Redraw a border between two blocks; the blocks on both sides follow",
                 group="tool",
                 handler=partial(self._choose, "border"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_refine",
+                "&Refine edge",
+                "ph.waves",
+                "Ctrl+T",
+                "Brush along a border: only the pixels under the brush are divided anew, by edges, colour and depth",
+                group="tool",
+                handler=partial(self._choose, "refine"),
                 why_off=no_frame,
             ),
             Command(
@@ -143,6 +156,16 @@ class ToolsFeature(Feature):
                 "Mark measured depth as invalid, for example behind glass: it counts as missing",
                 group="tool",
                 handler=partial(self._choose, "mark_invalid"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_depth_by_hand",
+                "&Depth by hand",
+                "ph.hand-pointing",
+                "Ctrl+U",
+                "State depth where it is missing: paint it, fill a hole, or continue a surface",
+                group="tool",
+                handler=partial(self._choose, "depth_by_hand"),
                 why_off=no_frame,
             ),
             Command(

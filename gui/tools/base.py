@@ -45,6 +45,8 @@ class ToolOptions:
         Whether erased pixels belong to no block, instead of the best-fitting neighbour.
     amount : int
         Pixels by which blocks grow, shrink or are smoothed.
+    hand_depth : float
+        Depth [m] that is painted by hand; 0 until one is picked or typed.
     """
 
     brush_radius: float = 8.0
@@ -52,6 +54,7 @@ class ToolOptions:
     similar_only: bool = False
     to_no_block: bool = False
     amount: int = 2
+    hand_depth: float = 0.0
 
     def step_brush(self, steps: int) -> None:
         """Change the brush size by steps, which grow with the size."""
@@ -110,6 +113,28 @@ class Host(Protocol):
         """Set the invalid mask, bool (H, W), as one undo step."""
         ...
 
+    @property
+    def undo_index(self) -> int:
+        """The number of undo steps of the current frame that are done."""
+        ...
+
+    def undo(self) -> None:
+        """Undo the last step."""
+        ...
+
+    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
+        """State depth by hand [m], float32 (H, W), NaN for none, at the pixels in `where` as one undo step; False if
+        nothing changes."""
+        ...
+
+    def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
+        """Show depth [m], float32 (H, W), NaN for none, in place of the completed depth; None ends it."""
+        ...
+
+    def set_option(self, name: str, value: float | bool) -> None:
+        """Set one of the options."""
+        ...
+
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a preview over the views."""
         ...
@@ -134,11 +159,14 @@ class Tool:
         Whether it needs only clicks at points: then it also works on the point cloud.
     wheel : bool
         Whether it uses the wheel while Ctrl is held.
+    guided : bool
+        Whether it uses the edges of the frame, which are computed in advance.
     """
 
     options: tuple[str, ...] = ()
     points_only = False
     wheel = False
+    guided = False
 
     @property
     def hint(self) -> str:

@@ -24,9 +24,6 @@ from .base import Result, Tool, ToolOptions
 from .edge_data import EdgeData, EdgeDataSource
 from .kinds import CORRECTING, INSPECTING, make_tools
 
-_GUIDED = {"leash", "similar"}
-"""Tool options that need the aid."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Job:
@@ -119,7 +116,10 @@ class Editor(QObject):
 
     def escape(self) -> None:
         """Cancel the tool's action in progress, or else remove its mark, or else clear the selection."""
-        if not self.cancel() and not (self._workspace.has_session and self.tool.remove(self)):
+        if self.busy:
+            self.cancel()
+        elif not self._update_hint(self._workspace.has_session and self.tool.remove(self)):
+            self.cancel()
             self.select([])
 
     def undo(self) -> None:
@@ -160,7 +160,7 @@ class Editor(QObject):
 
     def _look_ahead(self) -> None:
         """Start computing the aid before it is needed."""
-        if self._workspace.has_session and _GUIDED & set(self.tool.options):
+        if self._workspace.has_session and self.tool.guided:
             _ = self.edge_data
 
     # options
@@ -224,6 +224,11 @@ class Editor(QObject):
         """Cancel the stroke."""
         return self._workspace.blocks.drop_stroke()
 
+    @property
+    def undo_index(self) -> int:
+        """The number of undo steps of the current frame that are done."""
+        return self.session.undo_stack.index()
+
     def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
         """Set the invalid mask, as one undo step."""
         try:
@@ -231,6 +236,18 @@ class Editor(QObject):
         except InputError as error:
             self.show_message(str(error))
             return False
+
+    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
+        """State depth by hand, as one undo step."""
+        try:
+            return self._workspace.by_hand.set_depth(depth, where, text)
+        except InputError as error:
+            self.show_message(str(error))
+            return False
+
+    def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
+        """Show depth in place of the completed depth."""
+        self._workspace.by_hand.propose(depth)
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""

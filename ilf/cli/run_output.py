@@ -108,10 +108,10 @@ def completion_report(finished: FinishedRun) -> str:
 
 
 COMPLETION_KEYS = (
-    "frame, width, height, preset, parameters, missing_before, missing_after, recovered, from_neighbours, outside_view "
-    "(pixels), blocks, iterations, seconds, errors (against ground truth; null without it), folder, files, warnings. "
-    "blocks: label, status, message, pixels, known, recovered, outside, missing_share, iterations, stages, sigma_i_m, "
-    "errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error (share)"
+    "frame, width, height, preset, parameters, missing_before, missing_after, recovered, from_neighbours, by_hand, "
+    "outside_view (pixels), blocks, iterations, seconds, errors (against ground truth; null without it), folder, "
+    "files, warnings. blocks: label, status, message, pixels, known, recovered, outside, by_hand, missing_share, "
+    "iterations, stages, sigma_i_m, errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error (share)"
 )
 """The keys of `completion_record`, for the help."""
 
@@ -131,6 +131,7 @@ def completion_record(finished: FinishedRun, warnings: Iterable[str]) -> dict[st
         "missing_after": int(np.count_nonzero(frame.missing & ~completion.filled)),
         "recovered": int(np.count_nonzero(frame.missing & completion.filled)),
         "from_neighbours": int(np.count_nonzero(completion.from_neighbours)),
+        "by_hand": int(np.count_nonzero(completion.by_hand)),
         "outside_view": int(outside),
         "blocks": [outcome_record(outcome, finished.by_block.get(outcome.label)) for outcome in outcomes],
         "iterations": sum(outcome.iterations for outcome in outcomes),
@@ -236,11 +237,12 @@ def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) ->
     if missing == 0:
         return f"No pixel was missing. {outside}{effort}"
     recovered = int(np.count_nonzero(completion.filled & frame.missing))
-    added = int(np.count_nonzero(completion.from_neighbours))
-    measured = f"{grouped(added)} of them were measured by neighbours. " if added else ""
+    parts = {"measured by neighbours": completion.from_neighbours, "by hand": completion.by_hand}
+    counts = {what: int(np.count_nonzero(pixels)) for what, pixels in parts.items()}
+    of_them = "".join(f", {grouped(count)} of them {what}" for what, count in counts.items() if count)
     return (
-        f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({recovered / missing:.1%}). "
-        f"{measured}{outside}{effort}"
+        f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({recovered / missing:.1%}){of_them}. "
+        f"{outside}{effort}"
     )
 
 

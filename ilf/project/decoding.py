@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.schema import Section
+from ..data.by_hand import DepthByHand
 from ..data.frame import GroundTruthFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
 from ..evaluation.hold_out import HoldOutTest
+from ..evaluation.quality.ignored import IgnoredPlace
 from ..run.run import Run
 from ..sources.frame_source import FrameSource
 from .archive import Parts
@@ -129,6 +131,7 @@ class _Decoding:
         self.arrays: dict[tuple[str, object], NDArray[Any]] = {}
         self.frames: dict[str, RGBDFrame] = {}
         self.guides: dict[str, Guide] = {}
+        self.by_hands: dict[str, DepthByHand] = {}
         self.packs: dict[str, list[BlockResult]] = {}
         self.same_depth = True
 
@@ -173,6 +176,7 @@ class _Decoding:
             ),
             results=results,
             extrapolation=extrapolation,
+            by_hand=self._read_or_report("Depth by hand is", lambda: self._by_hand(data), None),
             runs=self._run_history(data),
             **self._plain_fields(data),
         )
@@ -189,6 +193,7 @@ class _Decoding:
             "note": lambda: data.get("note", str),
             "done": lambda: data.get("done", bool),
             "to_check": lambda: data.get("to_check", frozenset[int]),
+            "ignored": lambda: data.get("ignored", tuple[IgnoredPlace, ...]),
             "selected": lambda: data.get("selected", tuple[int, ...]),
             "looked": lambda: inspection_of(data.section("looked")),
             "view": lambda: data.get("view", dict),
@@ -264,6 +269,18 @@ class _Decoding:
                     self.origins.append((array, section.get(name, str)))
             self.guides[key] = guide
         return self.guides[key]
+
+    def _by_hand(self, data: Section) -> DepthByHand | None:
+        """Return depth by hand of `data`; equal ones share one object."""
+        if "by_hand" not in data.values:
+            return None
+        section = data.section("by_hand")
+        key = json.dumps(section.values, sort_keys=True)
+        if key not in self.by_hands:
+            depth, weight = self._array(section, "depth", _depth), section.get("weight", float)
+            self.by_hands[key] = by_hand = DepthByHand(depth, weight)
+            self.origins.append((by_hand.depth, section.get("depth", str)))
+        return self.by_hands[key]
 
     def _register_frame_parts(self, described: Section) -> None:
         """Record the parts with the colour, depth and outside view of a frame that was not read from files."""
@@ -408,6 +425,7 @@ class _Decoding:
             network=data.get("network", str, None),
             notes=data.get("notes", tuple[str, ...]),
             drawn=self._mask(data, "drawn"),
+            by_hand=self._by_hand(data),
         )
 
 

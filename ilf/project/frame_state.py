@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.blocks import Box
+from ..data.by_hand import DepthByHand
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
+from ..evaluation.quality.ignored import IgnoredPlace
 from ..run.run import Run
 from .run_history import Colour, Extrapolation, StoredRun
 
@@ -149,6 +151,7 @@ class FrameState:
         Numbers of the stored runs that are shown beside the present result.
     next_number : int
         Number of the next stored run.
+    by_hand : DepthByHand or None
     extrapolate : bool
         Whether to extrapolate the depth that is still missing after a run.
     own_parameters : bool
@@ -159,6 +162,8 @@ class FrameState:
         Whether the user has marked the frame as done.
     to_check : frozenset of int
         Propagated blocks that have to be checked and have not been checked yet.
+    ignored : tuple of IgnoredPlace
+        Flagged places that the user ignores.
     selected : tuple of int
         The selected blocks.
     looked : InspectionState
@@ -176,11 +181,13 @@ class FrameState:
     runs: tuple[StoredRun, ...] = ()
     compared: tuple[int, ...] = ()
     next_number: int = 1
+    by_hand: DepthByHand | None = None
     extrapolate: bool = False
     own_parameters: bool = False
     note: str = ""
     done: bool = False
     to_check: frozenset[int] = frozenset()
+    ignored: tuple[IgnoredPlace, ...] = ()
     selected: tuple[int, ...] = ()
     looked: InspectionState = field(default_factory=InspectionState)
     view: Mapping[str, Any] = field(default_factory=dict)
@@ -209,6 +216,7 @@ class FrameState:
             edited=self.edited,
             network=notes.network,
             drawn=notes.drawn,
+            by_hand=self.by_hand,
         )
 
 

@@ -119,10 +119,10 @@ class Level(NamedTuple):
 class Grid:
     """A level of the pyramid over the window.
 
-    `counts` and `totals` are the number and sum of the known depth minus the trend, each with its weight;
-    `inside` is the number of the block's pixels in every cell; `edges` is the largest edge strength there, `creases`
-    the largest probability of a crease, or None if unknown. `held_out` contains counts and totals of the held-out
-    depth, or None; `cut_links` the links cut by a drawn border, or None.
+    `counts` and `totals` are the number and sum of the known depth minus the trend, in which depth of neighbours and by
+    hand counts with its weight; `inside` is the number of the block's pixels in every cell; `edges` is the largest edge
+    strength there, `creases` the largest probability of a crease, or None if unknown. `held_out` contains counts and
+    totals of the held-out depth, or None; `cut_links` the links cut by a drawn border, or None.
     """
 
     cell: int
@@ -142,7 +142,7 @@ class Grid:
 
     @cached_property
     def samples(self) -> float:
-        """Number of pixels with known depth, each with its weight."""
+        """Number of pixels with known depth or depth by hand, each with its weight."""
         return float(self.counts.sum(dtype=np.float64))
 
     @property

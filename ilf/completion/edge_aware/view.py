@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.blocks import Block, Box, union, within
+from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 from ...data.neighbours import WEIGHT
@@ -239,7 +240,14 @@ _SEPARATING_EDGE = 10.0
 class View:
     """The stepper's view of a frame: the window, and the block in it. Used for set-up only."""
 
-    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, drawn: NDArray[np.bool_] | None) -> None:
+    def __init__(
+        self,
+        frame: RGBDFrame,
+        block: Block,
+        parameters: Parameters,
+        drawn: NDArray[np.bool_] | None,
+        by_hand: DepthByHand | None,
+    ) -> None:
         self._frame = frame
         self._block = block
         self.window = _window(frame, block, parameters.mode)
@@ -274,6 +282,12 @@ class View:
         added = frame.from_neighbours
         self.weights = None if added is None else np.where(added[self.window], np.float32(WEIGHT), np.float32(1))
         """Weights of the known depth in the window; None for 1."""
+        self._by_hand: tuple[Array, float] | None = None
+        """Depth by hand [m] in that box, NaN for none, and its weight. Edges fade towards measured depth only."""
+        if by_hand is not None:
+            stated = np.full(self.mask.shape, np.nan, np.float32)
+            stated[self.mask] = by_hand.depth
+            self._by_hand = stated, by_hand.weight
         unknown = np.isnan(self.depth[self.place])
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
         self.gap = float(self._distance[self._mask].max())
@@ -290,18 +304,23 @@ class View:
         raw[self.place][self._held_out] = np.nan
         return raw
 
+    @cached_property
+    def _stated(self) -> Array:
+        """The depth [m] in the box with depth by hand in its gaps."""
+        return self.depth if self._by_hand is None else np.where(np.isnan(self.depth), self._by_hand[0], self.depth)
+
     def mean_depth(self, guide: FittedGuide | None) -> float:
-        """Mean of the block's known depth [m]; of its guide if there is none."""
-        known = self.depth[self.mask]
+        """Mean of the block's known depth and depth by hand [m]; of its guide if there is neither."""
+        known = self._stated[self.mask]
         if guide is not None and not np.isfinite(known).any():
             known = guide.depth[self._block.box][self._block.mask]
         return float(np.nanmean(known, dtype=np.float64))
 
     def trend(self, depth: float, noise: float, shaped: bool) -> tuple[Array, float, bool]:
-        """Trend [m] in the window, factor on the stiffness due to noise in the known depth, and whether the trend
-        explains that depth up to its noise."""
+        """Trend [m] of known depth and depth by hand in the window, factor on the stiffness due to noise in the known
+        depth, and whether the trend explains that depth up to its noise."""
         quiet = _LOW_NOISE * max(depth, NEAREST)
-        found = trend_of(self.depth, self.mask, noise) if shaped else None
+        found = trend_of(self._stated, self.mask, noise) if shaped else None
         # where the residual is mostly noise, known depth is followed less
         followed = quiet if found is None else min(quiet, max(found.spread, quiet / _MAX_SOFTENING))
         stiffness = (noise / followed) ** 2 if noise > quiet else 1.0
@@ -324,6 +343,11 @@ class View:
         counts, totals = _samples(self.depth[self.place] - trend)
         if self.weights is not None:
             counts, totals = counts * self.weights, totals * self.weights
+        if self._by_hand is not None:
+            stated, weight = self._by_hand[0][self.place], np.float32(self._by_hand[1])
+            added = np.isfinite(stated)
+            counts[added] += weight
+            totals[added] += weight * (stated - trend)[added]
         held_out = None
         if self._held_out.any():
             rest = self._frame.depth[self.window] - trend
