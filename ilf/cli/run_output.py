@@ -111,7 +111,8 @@ COMPLETION_KEYS = (
     "frame, width, height, preset, parameters, missing_before, missing_after, recovered, from_neighbours, by_hand, "
     "outside_view (pixels), blocks, iterations, seconds, errors (against ground truth; null without it), folder, "
     "files, warnings. blocks: label, status, message, pixels, known, recovered, outside, by_hand, missing_share, "
-    "iterations, stages, sigma_i_m, errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error (share)"
+    "iterations, stages, sigma_i_m, errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error "
+    "(share)"
 )
 """The keys of `completion_record`, for the help."""
 
