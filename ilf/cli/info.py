@@ -141,6 +141,9 @@ def record_facts(record: RunRecord) -> list[Fact]:
         origin = "" if record.guide.path is None else f", read from {record.guide.path}"
         entries = {"guide": {"file": record.guide.file, "path": record.guide.path}}
         facts.append(Fact("guide", f"in {record.guide.file}{origin}", entries))
+    if record.neighbours:
+        names = [neighbour.name for neighbour in record.neighbours]
+        facts.append(Fact("neighbours", ", ".join(names), {"neighbours": names}))
     if record.extrapolate:
         facts.append(Fact("extrapolated", "depth that was still missing after the run", {"extrapolated": True}))
     files = list(record.outputs or record.export.filenames())
@@ -220,8 +223,8 @@ def add_arguments(parser: Parser) -> None:
         "depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, intrinsics, "
         "ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, encoding, "
         "intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
-        "block_parameters, networks, invalid_mask, borders, depth_by_hand, guide, extrapolated, files, blocks (as in "
-        "`ilf complete --json`). Keys without a value are left out."
+        "block_parameters, networks, invalid_mask, borders, depth_by_hand, guide, neighbours, extrapolated, files, "
+        "blocks (as in `ilf complete --json`). Keys without a value are left out."
     )
     parser.set_defaults(command=run)
     add_frame(parser)

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..data.frame import RGBDFrame
-from ..errors import InputError
+from ..errors import InputError, ParameterError
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import EncodingSpec
 from .frame_source import FrameSource
 from .frames import frame_folder
 from .listing import Listing, list_frames
+from .neighbours import around, with_neighbours
 from .opening import opened
 from .reading_options import ReadingOptions
 from .recording import Cameras, Topics
@@ -151,6 +152,11 @@ class Source:
         """The location of a frame and its reading options; raises InputError as `find`."""
         return self._frames[self.find(key)]
 
+    def around(self, key: str, reach: int) -> tuple[tuple[FrameSource, ...], tuple[FrameSource, ...]]:
+        """The locations of up to `reach` frames before a frame and of as many after it, the nearest first; raises
+        InputError as `find`."""
+        return around([*self._frames.values()], self.keys.index(self.find(key)), reach)
+
     def calibration(self, key: str) -> Calibration:
         """The cameras of a frame, without decoding it.
 
@@ -177,12 +183,16 @@ class Source:
         return source.files().camera_pose
 
     @overload
-    def read(self, key: str, registered: Literal[True] = True) -> RGBDFrame: ...
+    def read(
+        self, key: str, registered: Literal[True] = True, *, neighbours: int = 0, neighbour_step: int = 1
+    ) -> RGBDFrame: ...
 
     @overload
     def read(self, key: str, registered: Literal[False]) -> RawPair: ...
 
-    def read(self, key: str, registered: bool = True) -> RGBDFrame | RawPair:
+    def read(
+        self, key: str, registered: bool = True, *, neighbours: int = 0, neighbour_step: int = 1
+    ) -> RGBDFrame | RawPair:
         """Read a frame.
 
         Parameters
@@ -191,6 +201,10 @@ class Source:
             One of `keys`, or an ending that only one of them has.
         registered : bool
             Whether unregistered depth is registered to colour. False returns both images as captured.
+        neighbours : int
+            Number of frames before it and after it whose depth is added (`with_neighbours`); not for a raw pair.
+        neighbour_step : int
+            Their distance: every so many frames.
 
         Returns
         -------
@@ -201,10 +215,19 @@ class Source:
         ------
         InputError
             If there is no such frame, and as `ilf.load_frame`; for a raw pair, also if its cameras are not known.
+        ParameterError
+            For neighbours of a raw pair.
+        ExportError
+            As `with_neighbours`.
         """
+        if neighbours and not registered:
+            raise ParameterError("A raw pair has no neighbours: leave them out, or read the registered frame.")
         source = self.frame_source(key)
         if registered:
-            return source.load(warn=True)
+            frame = source.load(warn=True)
+            if not neighbours:
+                return frame
+            return with_neighbours(frame, *self.around(key, neighbours * neighbour_step), step=neighbour_step)
         pair = source.load_pair(warn=True)
         if self.is_registered or source.frame is not None:
             return pair
