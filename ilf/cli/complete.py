@@ -154,6 +154,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
                 "frame",
                 "max_gap",
                 "topics",
+                "layout",
                 "preset",
                 "blocks",
                 "borders",

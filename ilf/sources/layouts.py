@@ -1,0 +1,139 @@
+"""The table of layouts, and finding those that fit a folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import platformdirs
+
+from ..errors import InputError
+from .file_patterns import FilePattern, Folders, alternatives
+from .layout import Layout, layout_from_text, layouts_from_file
+
+_SUFFIX = ".toml"
+_TABLE = "layouts.toml"
+_SCENE_LEVELS, _MAX_SCENES = 3, 300
+"""Number of levels of folders, and of folders, in which a layout is recognised below the opened folder."""
+
+
+def layouts_folder() -> Path:
+    """Folder of the user's layouts, which may not exist; the environment variable ILF_LAYOUTS overrides it."""
+    chosen = os.environ.get("ILF_LAYOUTS")
+    return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "layouts"
+
+
+@cache
+def built_in_layouts() -> tuple[Layout, ...]:
+    """The layouts that come with the program."""
+    with as_file(files(__package__) / _TABLE) as path:
+        return tuple(layouts_from_file(path))
+
+
+def all_layouts() -> tuple[Layout, ...]:
+    """The user's layouts, by file name, then the built-in ones that have no such name.
+
+    Raises
+    ------
+    FormatError
+        If a file of the user's folder is not valid.
+    """
+    own = {one.name: one for path in sorted(layouts_folder().glob(f"*{_SUFFIX}")) for one in layouts_from_file(path)}
+    return *own.values(), *(one for one in built_in_layouts() if one.name not in own)
+
+
+def given_layouts(given: str | os.PathLike[str]) -> tuple[Layout, ...]:
+    """The layouts that a user names.
+
+    Parameters
+    ----------
+    given : str or path-like
+        A text key=value ..., the name of a layout, or a TOML file, whose layouts are tried in order.
+
+    Raises
+    ------
+    InputError
+        If there is no such layout or file.
+    FormatError
+        If it is not valid.
+    """
+    text = os.fspath(given)
+    if text.lower().endswith(_SUFFIX) and "=" not in text:
+        return tuple(layouts_from_file(Path(text)))
+    if "=" in text:
+        return (layout_from_text(text),)
+    known = all_layouts()
+    found = tuple(one for one in known if one.name == text)
+    if not found:
+        names = ", ".join(one.name for one in known)
+        raise InputError(
+            f"There is no layout {text!r:.60}. Known: {names}. Or give a TOML file, or a text such as "
+            '"rgb=color/*.jpg depth=depth/*.png units=1000".'
+        )
+    return found
+
+
+def scenes(folders: Folders) -> Iterator[str]:
+    """The opened folder, then those below it, level by level, up to a limit."""
+    level, count = [""], 0
+    for _ in range(_SCENE_LEVELS + 1):
+        for folder in level:
+            yield folder
+            count += 1
+            if count >= _MAX_SCENES:
+                return
+        level = [f"{folder}/{name}" if folder else name for folder in level for name in folders.content(folder)[1]]
+
+
+def fitting(folders: Folders, layouts: Sequence[Layout], below: Sequence[str] | Iterator[str]) -> Iterator[Layout]:
+    """The layouts that fit one of these folders, taken for {}; each once.
+
+    Parameters
+    ----------
+    folders : Folders
+        The opened folder.
+    layouts : sequence of Layout
+    below : iterable of str
+        Folders relative to the opened one.
+    """
+    seen: set[str] = set()
+    for folder in below:
+        for layout in layouts:
+            if layout.name not in seen and not _lacking(folders, layout, folder):
+                seen.add(layout.name)
+                yield layout
+
+
+def _lacking(folders: Folders, layout: Layout, below: str) -> list[str]:
+    """The patterns of a layout's colour, depth and further files that nothing in a folder matches."""
+    wanted = [layout.rgb, layout.depth, *layout.needs]
+    return [text for text in wanted if not any(_first(folders, one, below) for one in alternatives(text))]
+
+
+def _first(folders: Folders, pattern: str, below: str) -> bool:
+    return next(_compiled(pattern).matches(folders, below), None) is not None
+
+
+@cache
+def _compiled(pattern: str) -> FilePattern:
+    return FilePattern(pattern)
+
+
+def nearest_layout(folders: Folders) -> str:
+    """A sentence with the layout of which a folder has most, and what it lacks; "" if it has nothing of any."""
+    best: tuple[int, str] = (0, "")
+    for folder in scenes(folders):
+        for layout in all_layouts():
+            lacking = _lacking(folders, layout, folder)
+            there = [text for text in (layout.rgb, layout.depth, *layout.needs) if text not in lacking]
+            told = [text for text in there if not text.removeprefix("{}/").startswith("*.")]
+            if len(told) > best[0] and lacking:
+                where = f" in {folder}" if folder else ""
+                best = len(told), (
+                    f"The nearest layout is {layout.text}: {' and '.join(there)} is there{where}, but "
+                    f"{' and '.join(lacking)} is missing."
+                )
+    return best[1]
