@@ -76,8 +76,8 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--layout",
         metavar="LAYOUT",
-        help="how the files of a folder are named and read: 'rgb=image/*.png depth=depth/*.png units=1000 K=K.txt', the "
-        "name of a layout, or a TOML file (default: recognised; `ilf info --layouts` lists them)",
+        help="how the files of a folder are named and read: 'rgb=image/*.png depth=depth/*.png units=1000 K=K.txt', "
+        "the name of a layout, or a TOML file (default: recognised; `ilf info --layouts` lists them)",
     )
 
 

@@ -252,9 +252,7 @@ class RGBDFrame:
             **({} if self.inputs.encoding is None else {"encoding": self.inputs.encoding}),
             **({} if self.inputs.invalid is None else {"invalid": self.inputs.invalid}),
             **(
-                {}
-                if self.inputs.depth_intrinsics is None
-                else {"depth_intrinsics": list(self.inputs.depth_intrinsics)}
+                {} if self.inputs.depth_intrinsics is None else {"depth_intrinsics": list(self.inputs.depth_intrinsics)}
             ),
             **(
                 {}

@@ -244,7 +244,7 @@ def _along_rays(name: str) -> DepthEncoding:
     size = tuple(map(int, numbers[4:]))
     if len(numbers) not in {4, 6} or min(size, default=1) < 1:
         raise ParameterError(
-            f"{name!r:.80} must be ray:UNITS,FX,FY,CX,CY, with five numbers, or seven with the image's width and height."
+            f"{name!r:.80} must be ray:UNITS,FX,FY,CX,CY, five numbers, or seven with the image's width and height."
         )
     try:
         camera = CameraIntrinsics(*numbers[:4])

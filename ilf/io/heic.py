@@ -75,7 +75,9 @@ def read_heic_colour(file: FileContent) -> NDArray[np.uint8]:
     if images:
         size = images[0].size
         if abs(size[0] / size[1] * colour.height / colour.width - 1) > _ASPECT_TOLERANCE:
-            raise FormatError(f"{file}: its depth image of {size[0]} x {size[1]} pixels shows another view than colour.")
+            raise FormatError(
+                f"{file}: its depth image of {size[0]} x {size[1]} pixels shows another view than colour."
+            )
         colour = colour.resize(size, Image.Resampling.BOX)
     return np.asarray(colour, np.uint8)
 

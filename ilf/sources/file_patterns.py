@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 ANY_FOLDERS = "{}"
-MAX_LEVELS = 4
+MAX_LEVELS = 5
 """Maximum number of folders that {} stands for."""
 
 _ALTERNATIVES = re.compile(r"\{([^{}]*,[^{}]*)\}")
@@ -38,11 +38,19 @@ class Folders:
                 with os.scandir(os.path.join(self.root, folder)) as entries:
                     for entry in entries:
                         if not entry.name.startswith("."):
-                            (folders if entry.is_dir() else files).append(entry.name)
+                            (folders if is_folder(entry) else files).append(entry.name)
             except (OSError, ValueError):  # no such folder, or it cannot be read
                 pass
             found = self._read[folder] = sorted(files), sorted(folders)
         return found
+
+
+def is_folder(entry: os.DirEntry[str]) -> bool:
+    """Whether an entry is a folder; False for a link that leads nowhere, which must not prevent listing the others."""
+    try:
+        return entry.is_dir()
+    except OSError:
+        return False
 
 
 def alternatives(text: str) -> list[str]:

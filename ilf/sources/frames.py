@@ -107,8 +107,8 @@ def load_frame(
     Parameters
     ----------
     rgb : path-like
-        Colour PNG, JPEG or TIFF, or the depth file if it contains colour (.pcd, .heic); or, without `depth`, a folder with meta.json, a colour image `rgb.*` and
-        depth `depth.*`; or, with `frame`, a recording.
+        Colour PNG, JPEG or TIFF, or the depth file if it contains colour (.pcd, .heic); or, without `depth`, a folder
+        with meta.json, a colour image `rgb.*` and depth `depth.*`; or, with `frame`, a recording.
     depth : path-like, optional
         Depth in any format of `ilf.io.read_depth_values`: 16-bit PNG, TIFF, PGM, NPY, EXR and others.
     depth_units : float, optional
@@ -304,7 +304,7 @@ def pair_of_images(
     """The raw pair of two images of different sizes, seen from the same place; as `frame_of_images`."""
     if camera is None or inputs.depth_intrinsics is None:
         raise InputError(
-            "depth has another size than colour: to register it, the intrinsics of colour are needed, too (--intrinsics)."
+            "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
         )
     cameras = (
         Camera(intrinsics, (image.shape[1], image.shape[0]))

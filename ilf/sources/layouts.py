@@ -11,13 +11,13 @@ from pathlib import Path
 import platformdirs
 
 from ..errors import InputError
-from .file_patterns import FilePattern, Folders, alternatives
+from .file_patterns import MAX_LEVELS, FilePattern, Folders, alternatives
 from .layout import Layout, layout_from_text, layouts_from_file
 
 _SUFFIX = ".toml"
 _TABLE = "layouts.toml"
-_SCENE_LEVELS, _MAX_SCENES = 3, 300
-"""Number of levels of folders, and of folders, in which a layout is recognised below the opened folder."""
+_MAX_SCENES = 300
+"""Number of folders below the opened one in which a layout is looked for."""
 
 
 def layouts_folder() -> Path:
@@ -77,15 +77,22 @@ def given_layouts(given: str | os.PathLike[str]) -> tuple[Layout, ...]:
 
 
 def scenes(folders: Folders) -> Iterator[str]:
-    """The opened folder, then those below it, level by level, up to a limit."""
-    level, count = [""], 0
-    for _ in range(_SCENE_LEVELS + 1):
-        for folder in level:
-            yield folder
-            count += 1
-            if count >= _MAX_SCENES:
-                return
-        level = [f"{folder}/{name}" if folder else name for folder in level for name in folders.content(folder)[1]]
+    """The opened folder and folders below it: the first one of each level, then all, level by level, up to a limit."""
+    first: str | None = ""
+    for _ in range(MAX_LEVELS + 1):
+        if first is not None:
+            yield first
+            first = next(iter(_inside(folders, first)), None)
+    level, left = _inside(folders, ""), _MAX_SCENES
+    while level and left > 0:
+        level = level[:left]
+        yield from level
+        left -= len(level)
+        level = [inner for folder in level for inner in _inside(folders, folder)]
+
+
+def _inside(folders: Folders, folder: str) -> list[str]:
+    return [f"{folder}/{name}" if folder else name for name in folders.content(folder)[1]]
 
 
 def fitting(folders: Folders, layouts: Sequence[Layout], below: Sequence[str] | Iterator[str]) -> Iterator[Layout]:
@@ -132,8 +139,11 @@ def nearest_layout(folders: Folders) -> str:
             told = [text for text in there if not text.removeprefix("{}/").startswith("*.")]
             if len(told) > best[0] and lacking:
                 where = f" in {folder}" if folder else ""
-                best = len(told), (
-                    f"The nearest layout is {layout.text}: {' and '.join(there)} is there{where}, but "
-                    f"{' and '.join(lacking)} is missing."
+                best = (
+                    len(told),
+                    (
+                        f"The nearest layout is {layout.text}: {' and '.join(there)} is there{where}, but "
+                        f"{' and '.join(lacking)} is missing."
+                    ),
                 )
     return best[1]

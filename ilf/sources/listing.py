@@ -15,7 +15,7 @@ from .._runtime.formatting import counted
 from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
 from ..errors import FormatError, InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE, read_cameras
-from .file_patterns import Folders
+from .file_patterns import Folders, is_folder
 from .frame_source import FrameSource
 from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .layout import Layout
@@ -284,7 +284,7 @@ def _content(folder: str | Path) -> _Content:
     """Names in a folder, without hidden ones."""
     try:
         with os.scandir(folder) as entries:
-            shown = [(entry.name, _is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
+            shown = [(entry.name, is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
     except NotADirectoryError:
         raise InputError(
             f"{folder} is a file, but not a recording ({', '.join(recording_suffixes())}). Give the folder that "
@@ -300,13 +300,6 @@ def _content(folder: str | Path) -> _Content:
         frozenset(name for name, is_folder in shown if not is_folder),
         tuple(name for name, is_folder in shown if is_folder),
     )
-
-
-def _is_folder(entry: os.DirEntry[str]) -> bool:
-    try:
-        return entry.is_dir()
-    except OSError:  # a broken link must not prevent listing the others
-        return False
 
 
 def _recorded(path: Path, given: ReadingOptions, max_gap: float, topics: Topics | None) -> Listing:
@@ -356,12 +349,14 @@ def _by_time(root: Path, content: _Content, given: ReadingOptions, max_gap: floa
     )
     times_found = tuple(time for time, _, _ in rows)
     hint = (
-        ", as in the TUM benchmark: give mm as the depth encoding (--depth-encoding mm) if it is in millimetres, as many "
-        "recorders write it"
+        ", as in the TUM benchmark: give mm as the depth encoding (--depth-encoding mm) if it is in millimetres, as "
+        "many recorders write it"
     )
     is_guess = given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics
     note = f"Depth is read with {encoding_text}{hint if is_guess else ''}."
-    return Listing(tuple(sources), (note, *notes), times_found, layout="lists of files by time, as in the TUM benchmark")
+    return Listing(
+        tuple(sources), (note, *notes), times_found, layout="lists of files by time, as in the TUM benchmark"
+    )
 
 
 def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str]]:

@@ -83,7 +83,9 @@ def read_pose(path: Path) -> Matrix | None:
 def as_pose(numbers: ArrayLike) -> Matrix | None:
     """The camera pose of 12 or 16 numbers, row by row; None if they are no pose."""
     flat = np.asarray(numbers, np.float64).ravel()
-    return checked_pose(np.append(flat, (0, 0, 0, 1)[: 16 - flat.size]).reshape(4, 4)) if flat.size in {12, 16} else None
+    return (
+        checked_pose(np.append(flat, (0, 0, 0, 1)[: 16 - flat.size]).reshape(4, 4)) if flat.size in {12, 16} else None
+    )
 
 
 @lru_cache(maxsize=2)
