@@ -218,10 +218,10 @@ def add_arguments(parser: Parser) -> None:
     parser.epilog = (
         "The JSON document contains an object for the source, the frame and the run, if present. All have doubts "
         "(plausibility warnings) and problems (lists of sentences). source: path, frames, layout, keys, start_s, "
-        "end_s, colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, depth_width, "
-        "depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, intrinsics, "
-        "ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, encoding, "
-        "intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
+        "end_s, colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, "
+        "depth_width, depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, "
+        "intrinsics, ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, "
+        "encoding, intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
         "block_parameters, networks, invalid_mask, borders, guide, extrapolated, files, blocks (as in `ilf complete "
         "--json`). Keys without a value are left out."
     )

@@ -33,7 +33,8 @@ class Folders:
         """The names of the files and the folders in a folder, relative to the root, sorted; empty if there is none."""
         found = self._read.get(folder)
         if found is None:
-            files, folders = [], []
+            files: list[str] = []
+            folders: list[str] = []
             try:
                 with os.scandir(os.path.join(self.root, folder)) as entries:
                     for entry in entries:
@@ -131,14 +132,14 @@ class FilePattern:
     def _walk(self, folders: Folders, folder: str, at: int, texts: dict[str, str]) -> Iterator[Match]:
         part, is_last = self._parts[at], at == len(self._parts) - 1
         content = folders.content(folder)[0 if is_last else 1]
+        found: list[tuple[str, dict[str, str]]] = []
         if isinstance(part, str):
-            found = ((part, texts),) if part in content else ()
+            found = [(part, texts)] if part in content else []
         else:
-            found = tuple(
-                (name, {**texts, **match.groupdict()})
-                for name in content
-                if (match := part.fullmatch(name)) and all(texts.get(k, v) == v for k, v in match.groupdict().items())
-            )
+            for name in content:
+                groups = {} if (match := part.fullmatch(name)) is None else match.groupdict()
+                if match and all(texts.get(key, text) == text for key, text in groups.items()):
+                    found.append((name, texts | groups))
         for name, together in found:
             path = f"{folder}/{name}" if folder else name
             if is_last:

@@ -114,14 +114,18 @@ def fitting(folders: Folders, layouts: Sequence[Layout], below: Sequence[str] | 
                 yield layout
 
 
+def _wanted(layout: Layout) -> list[str]:
+    """The patterns without which a folder does not fit a layout."""
+    return [layout.rgb, layout.depth, *layout.needs]
+
+
 def _lacking(folders: Folders, layout: Layout, below: str) -> list[str]:
-    """The patterns of a layout's colour, depth and further files that nothing in a folder matches."""
-    wanted = [layout.rgb, layout.depth, *layout.needs]
-    return [text for text in wanted if not any(_first(folders, one, below) for one in alternatives(text))]
+    """The patterns of `_wanted` that nothing in a folder matches."""
+    return [text for text in _wanted(layout) if not _is_there(folders, text, below)]
 
 
-def _first(folders: Folders, pattern: str, below: str) -> bool:
-    return next(_compiled(pattern).matches(folders, below), None) is not None
+def _is_there(folders: Folders, text: str, below: str) -> bool:
+    return any(next(_compiled(one).matches(folders, below), None) is not None for one in alternatives(text))
 
 
 @cache
@@ -135,15 +139,17 @@ def nearest_layout(folders: Folders) -> str:
     for folder in scenes(folders):
         for layout in all_layouts():
             lacking = _lacking(folders, layout, folder)
-            there = [text for text in (layout.rgb, layout.depth, *layout.needs) if text not in lacking]
+            others = [text for text in (layout.truth, layout.confidence, layout.K, layout.pose) if text]
+            there = [text for text in _wanted(layout) if text not in lacking]
+            there += [text for text in others if _is_there(folders, text, folder)]
             told = [text for text in there if not text.removeprefix("{}/").startswith("*.")]
             if len(told) > best[0] and lacking:
                 where = f" in {folder}" if folder else ""
                 best = (
                     len(told),
                     (
-                        f"The nearest layout is {layout.text}: {' and '.join(there)} is there{where}, but "
-                        f"{' and '.join(lacking)} is missing."
+                        f"The nearest layout is {layout.text}: it finds {' and '.join(there)}{where}, but lacks "
+                        f"{' and '.join(lacking)}."
                     ),
                 )
     return best[1]
