@@ -150,6 +150,8 @@ class CloudFeature(Feature):
         cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         self._wish: CloudRequest | None = None
         self._made: tuple[CloudRequest, Scene] | None = None
+        self._proposed: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.float32]] | None = None
+        """The last depth, the proposal, and the depth with it."""
         self._seen = ""
         """Key of the session whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8]] | None = None
@@ -174,6 +176,7 @@ class CloudFeature(Feature):
             workspace.runs.compared_changed,
             workspace.runs.error_changed,
             workspace.blocks.invalid_mask_changed,
+            workspace.by_hand.proposed,
             workspace.runs.viewed_iteration_changed,
         )
         for signal in watched:
@@ -238,10 +241,10 @@ class CloudFeature(Feature):
         title = f"{by.text} of the raw depth" if raw else by.text
         if viewed_iteration is not None:
             depth, title = viewed_iteration.depth, f"{by.text} {viewed_iteration.text}"
-        elif completion is None or raw:
-            depth = session.frame.depth
         else:
-            depth = completion.depth
+            depth = session.frame.depth if completion is None or raw else completion.depth
+            if session.proposal is not None and not raw:
+                depth, title = self._with_proposal(session, depth), f"{title}, with the proposed surface"
         chosen = frozenset(session.selected) if self._cloud.chosen_only.isChecked() else None
         if chosen is None and by is not ColourBy.BLOCK:
             self._blocks = None
@@ -264,6 +267,13 @@ class CloudFeature(Feature):
             extrapolated=completion.extrapolated if completion is not None and by is ColourBy.FILLED else None,
         )
         return CloudRequest(session.key, intrinsics, subject, by, chosen, title)
+
+    def _with_proposal(self, session: Session, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The depth with the proposal; the same object for the same two, so that the cloud is not built again."""
+        known = self._proposed
+        if known is None or known[0] is not depth or known[1] is not session.proposal:
+            self._proposed = known = depth, session.proposal, session.with_proposal(depth)
+        return known[2]
 
     def _range(self, kind: str) -> Range:
         """Range mode of a kind, with its fixed levels if any; depth uses the levels of the images."""
@@ -298,7 +308,7 @@ class CloudFeature(Feature):
     def _drop(self, message: str = "") -> None:
         """Show no cloud, and release the data of the last one."""
         self._questions.forget()
-        self._wish = self._made = self._blocks = None
+        self._wish = self._made = self._blocks = self._proposed = None
         self._cloud.set_message(*([message] if message else []))
 
     def _show_value(self, pixel: tuple[int, int] | None) -> None:

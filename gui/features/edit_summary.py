@@ -21,6 +21,7 @@ from ilf.segmentation.editing.patches import LabelPatch
 from ..base import theme
 from ..base.commands import Command
 from ..state.blocks import Change, DrawnChange
+from ..state.by_hand import HandDepthChange
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..work.frame_runs import RunState
@@ -199,6 +200,7 @@ class EditSummaryPresenter(QObject):
         workspace.blocks.replaced.connect(self._forget)
         workspace.blocks.guide_changed.connect(self._forget)
         workspace.blocks.invalid_mask_changed.connect(self._take_invalid_mask)
+        workspace.by_hand.changed.connect(self._take_by_hand)
         workspace.blocks.ground_truth_changed.connect(self._ask_again)
         for changed in (workspace.parameters.changed, workspace.runs.results_changed, runs.state_changed):
             changed.connect(self._go_on)
@@ -233,13 +235,21 @@ class EditSummaryPresenter(QObject):
         self._go_on()
 
     def _take_invalid_mask(self) -> None:
-        """Handle a change of the invalid mask: the state before it can be viewed; it affects all blocks."""
+        """Handle a change of the invalid mask, which affects all blocks."""
+        frame = self._workspace.session.frame
+        self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known)))
+
+    def _take_by_hand(self, change: HandDepthChange) -> None:
+        """Handle a change of depth by hand."""
+        by_hand = change.session.by_hand
+        self._take_other("Depth by hand", 0 if by_hand is None else int(np.count_nonzero(by_hand.pixels)))
+
+    def _take_other(self, title: str, count: int) -> None:
+        """Show what an edit of depth leaves, in pixels; the state before it can be viewed."""
         before = self._present
         self._forget()
         self._edited, self._before = True, before
-        frame = self._workspace.session.frame
-        count = int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known))
-        self._line.show_message("Invalid depth", note=f"{grouped(count)} px" if count else "none")
+        self._line.show_message(title, note=f"{grouped(count)} px" if count else "none")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
@@ -305,7 +315,7 @@ class EditSummaryFeature(Feature):
         views = context.feature(ViewsFeature).presenter
         self.presenter = EditSummaryPresenter(workspace, runs, views, self.line, actions["live"])
         edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
-        for changed in (workspace.frames.session_changed, *edits):
+        for changed in (workspace.frames.session_changed, *edits, workspace.by_hand.changed):
             # an edit shows the current state again
             changed.connect(lambda *_: actions["show_before_edit"].setChecked(False))
         runs.resolved.connect(self._tell_resolved)

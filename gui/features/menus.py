@@ -24,8 +24,9 @@ BLOCK_MENU = (
 )
 _TOOLS = (
     "tool_select tool_border tool_outline tool_smart_select tool_split tool_paint tool_erase tool_give "
-    "tool_mark_invalid"
+    "tool_mark_invalid tool_depth_by_hand"
 )
+_BY_HAND = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
 _INSPECT = (
     "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
     "copy_measurements save_measurements delete_measurements"
@@ -36,7 +37,7 @@ _MENUS = {
     "save_project_as | load_ground_truth remove_ground_truth | load_guide remove_guide | load_blocks "
     "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",
-    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | cancel_stroke",
+    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | {_BY_HAND} | cancel_stroke",
     "&Blocks": "extract | propagate_next propagate_previous propagate_through | "
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",

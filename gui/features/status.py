@@ -177,6 +177,9 @@ class ReadoutPresenter(QObject):
         outside = session.frame.outside_view
         if outside is not None and outside[y, x]:
             given = "outside the depth camera's view"
+        by_hand = float("nan") if session.by_hand is None else float(session.by_hand.depth[y, x])
+        if session.frame.missing[y, x] and np.isfinite(by_hand):
+            given = f"by hand {_metres(by_hand)}"
         locked = " (locked)" if label in session.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
         viewed_iteration, error = self._workspace.runs.viewed_iteration, session.expected_error()
@@ -191,6 +194,8 @@ class ReadoutPresenter(QObject):
                 parts.append(f"out {_metres(depth_out)}{' (extrapolated)' if extrapolated else ''}")
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
+        if session.proposal is not None and np.isfinite(session.proposal[y, x]):
+            parts.append(f"proposed {_metres(float(session.proposal[y, x]))}")
         if viewed_iteration is None and error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
             unsupported = session.unsupported()

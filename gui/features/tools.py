@@ -13,6 +13,7 @@ from ..base.commands import Command
 from ..tools.keys import ToolKeys
 from ..tools.options_row import OptionsRow
 from ..views.interaction import PointerEvent
+from .by_hand import BY_HAND_COMMANDS, by_hand_commands
 from .context import Context, Feature
 
 
@@ -24,8 +25,10 @@ class ToolsFeature(Feature):
         self._editor = editor = context.editor
         actions, notes = context.actions, context.notes
         actions.add(self._commands())
+        actions.add(by_hand_commands(context, self._choose))
         by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
-        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
+        by_hand = [actions[name] for name in BY_HAND_COMMANDS]
+        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount, by_hand)
         self.options.changed.connect(editor.set_option)
         self.keys = ToolKeys(context.window, editor, context.views)
         context.views.set_pointer_handler(self._point)
@@ -143,6 +146,16 @@ class ToolsFeature(Feature):
                 "Mark measured depth as invalid, for example behind glass: it counts as missing",
                 group="tool",
                 handler=partial(self._choose, "mark_invalid"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_depth_by_hand",
+                "&Depth by hand",
+                "ph.hand-pointing",
+                "Ctrl+U",
+                "State depth where it is missing: paint it, fill a hole, or continue a surface",
+                group="tool",
+                handler=partial(self._choose, "depth_by_hand"),
                 why_off=no_frame,
             ),
             Command(

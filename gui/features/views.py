@@ -11,6 +11,8 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf.completion.confidence.expected_error import expected_error, unsupported
 from ilf.data.blocks import Box
+from ilf.data.by_hand import DepthByHand
+from ilf.data.frame import RGBDFrame
 from ilf.data.results import Completion
 
 from ..base.commands import Command
@@ -42,6 +44,7 @@ class ViewsPresenter(QObject):
         self._views = views
         self._shown: Session | None = None
         self._invalid_mask: NDArray[np.bool_] | None = None
+        self._by_hand: tuple[DepthByHand | None, RGBDFrame | None] = (None, None)
         self._table: NDArray[np.uint8] | None = None
         self._boxes: list[Box] = []
         self._colours_valid = False
@@ -63,7 +66,7 @@ class ViewsPresenter(QObject):
         """Show colour and depth in of a new frame; this clears the pictures of the frame before."""
         session = self._workspace.session if self._workspace.has_session else None
         if session is not self._shown:
-            self._shown, self._table, self._invalid_mask = session, None, None
+            self._shown, self._table, self._invalid_mask, self._by_hand = session, None, None, (None, None)
             self._shows_other = False
             if session is None:
                 self._views.clear()
@@ -73,6 +76,10 @@ class ViewsPresenter(QObject):
         if session is not None and session.frame.invalid_mask is not self._invalid_mask:
             self._invalid_mask = session.frame.invalid_mask
             self._views.set_invalid_mask(self._invalid_mask)
+        if session is not None and (session.by_hand, session.frame) != self._by_hand:
+            self._by_hand = session.by_hand, session.frame
+            mask = None if session.by_hand is None else session.by_hand.pixels & session.frame.missing
+            self._views.set_by_hand(mask if mask is not None and mask.any() else None)
 
     def show_blocks(self) -> None:
         """Show the blocks (all if colours changed, else the changed boxes), the selection and the names."""
@@ -134,6 +141,8 @@ class ViewsPresenter(QObject):
             completion = session.completion()
             extrapolated = completion.extrapolated if completion is not None and completion.extrapolated.any() else None
             depth = session.current_depth()
+            if session.proposal is not None:
+                depth = session.with_proposal(session.frame.depth if depth is None else depth)
             self._views.set_result(depth, extrapolated, None if depth is None else session.stale)
 
     def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
@@ -241,7 +250,8 @@ class ViewsFeature(Feature):
         self.bar = ViewBar(views, entries(context.actions, "contours_only block_names show_missing | fit"))
         context.centre.set_corner(self.bar)
         turned, blocks, add = workspace.frames.session_changed, workspace.blocks.labels_changed, context.refresh.add
-        add("picture", presenter.show_frame, (turned, workspace.blocks.invalid_mask_changed))
+        by_hand = workspace.by_hand.changed
+        add("picture", presenter.show_frame, (turned, workspace.blocks.invalid_mask_changed, by_hand))
         infos, selected = workspace.blocks.infos_changed, workspace.blocks.selection_changed
         add(
             "blocks",
@@ -251,7 +261,10 @@ class ViewsFeature(Feature):
         add(
             "depth",
             presenter.show_depth,
-            (turned, blocks, workspace.runs.results_changed, workspace.runs.viewed_iteration_changed),
+            (
+                *(turned, blocks, workspace.by_hand.proposed),
+                *(workspace.runs.results_changed, workspace.runs.viewed_iteration_changed),
+            ),
             (workspace.runs.results_added, workspace.runs.previews_changed),
         )
 

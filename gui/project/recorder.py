@@ -105,6 +105,7 @@ class SessionSnapshot:
             runs=runs,
             compared=tuple(kept.number for kept in session.compared),
             next_number=session.next_run,
+            by_hand=session.by_hand,
             extrapolate=session.extrapolate,
             own_parameters=session.own_parameters,
             note=session.note,

@@ -217,7 +217,7 @@ def summary_of(session: Session) -> FrameSummary:
         stage = Stage.RUN
     elif blocks and is_propagated(session.notes, session.labels):
         stage = Stage.PROPAGATED
-    elif session.edited and blocks:
+    elif blocks and (session.edited or session.by_hand is not None):
         stage = Stage.EDITED
     else:
         stage = Stage.EXTRACTED if blocks else Stage.UNTOUCHED

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ilf.completion.filter import edge_parameters
 from ilf.data.blocks import Block, Box, drawn_of, union
+from ilf.data.by_hand import DepthByHand, by_hand_of
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
 from ilf.data.parameters import BlockParameters, Parameters
@@ -33,13 +34,14 @@ class StoredBlockResult(NamedTuple):
         return cls(result, frame.invalid_mask, frame.guide)
 
     def is_of_state(self, other: StoredBlockResult) -> bool:
-        """Whether both have the same block pixels, drawn borders, edges, invalid mask and guide."""
+        """Whether both have the same block pixels, drawn borders, depth by hand, edges, invalid mask and guide."""
         one, another = self.result, other.result
         return (
             one.edges == another.edges
             and one.block.box == another.block.box
             and np.array_equal(one.block.mask, another.block.mask)
             and same_mask(one.drawn, another.drawn)
+            and same_by_hand(one.by_hand, another.by_hand)
             and same_mask(self.invalid_mask, other.invalid_mask)
             and same_guide(self.guide, other.guide)
         )
@@ -50,10 +52,11 @@ class StoredBlockResult(NamedTuple):
         pixels: int,
         frame: RGBDFrame,
         drawn: NDArray[np.bool_] | None,
+        by_hand: DepthByHand | None,
         extraction: BlockParameters | None,
     ) -> bool:
-        """Whether its block has the same pixels in a label map, `pixels` in number, and the same drawn borders,
-        extraction parameters, invalid mask and guide."""
+        """Whether its block has the same pixels in a label map, `pixels` in number, and the same drawn borders, depth
+        by hand, extraction parameters, invalid mask and guide."""
         result = self.result
         block = result.block
         return (
@@ -63,6 +66,7 @@ class StoredBlockResult(NamedTuple):
             and same_mask(self.invalid_mask, frame.invalid_mask)
             and same_guide(self.guide, frame.guide)
             and same_mask(result.drawn, drawn_of(block, drawn))
+            and same_by_hand(result.by_hand, by_hand_of(block, by_hand, frame))
         )
 
 
@@ -198,6 +202,11 @@ class Results:
 
 def same_guide(one: Guide | None, other: Guide | None) -> bool:
     """Return whether two guides are equal; None is no guide."""
+    return one is other or (one is not None and one.is_same_as(other))
+
+
+def same_by_hand(one: DepthByHand | None, other: DepthByHand | None) -> bool:
+    """Return whether two are equal; None is no depth by hand."""
     return one is other or (one is not None and one.is_same_as(other))
 
 

@@ -59,7 +59,9 @@ def memory_of(kept: Iterable[StoredRun]) -> int:
     """Return the memory [bytes] of all runs together, without their frames."""
     sizes: dict[int, int] = {}
     for one in kept:
-        arrays = [one.run.blocks, one.run.drawn, *(one.extrapolation[:2] if one.extrapolation is not None else ())]
+        added = () if one.extrapolation is None else one.extrapolation[:2]
+        by_hand = None if one.run.by_hand is None else one.run.by_hand.depth
+        arrays = [one.run.blocks, one.run.drawn, by_hand, *added]
         sizes |= {id(array): array.nbytes for array in arrays if array is not None}
         sizes |= {
             id(result): result.depth.nbytes + result.block.mask.nbytes + _RECORD * len(result.history)

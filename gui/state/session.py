@@ -13,6 +13,7 @@ from PySide6.QtGui import QUndoStack
 
 from ilf._runtime.formatting import counted
 from ilf.data.blocks import Box, union
+from ilf.data.by_hand import DepthByHand, as_by_hand
 from ilf.data.frame import GroundTruthFile, RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
@@ -105,6 +106,9 @@ class Session:
         """Propagated blocks that the user should check."""
         self.view: dict[str, Any] = {}
         """The last state of the views, in JSON values."""
+        self.by_hand: DepthByHand | None = None
+        self.proposal: NDArray[np.float32] | None = None
+        """Depth [m] that is shown in place of the completed one until it is taken or dropped; NaN for none."""
         self.extrapolate = False
         """Whether depth that is still missing after a run is extrapolated."""
         self.record_replay: Replay | None = None
@@ -139,6 +143,7 @@ class Session:
         session.notes.extraction, session.notes.network = run.extraction, run.network
         session.notes.drawn = None if run.drawn is None else run.drawn.copy()
         session.notes.extracted = None if run.edited else session.labels.copy()
+        session.by_hand = run.by_hand
         return session
 
     def run(self, common: Parameters, only: Collection[int] | None = None, extrapolate: bool = False) -> Run:
@@ -165,6 +170,7 @@ class Session:
             edited=self.edited,
             network=notes.network,
             drawn=notes.drawn,
+            by_hand=self.by_hand,
         )
 
     @property
@@ -316,6 +322,29 @@ class Session:
         for label in blocks:  # during a stroke, results were looked up before its borders were known
             self._forget_result(label)
 
+    def take_by_hand(self, box: Box, depth: NDArray[np.float32]) -> frozenset[int]:
+        """Set depth by hand [m] in a box and return the blocks with changed pixels."""
+        former = self.by_hand or DepthByHand(np.full(self.labels.shape, np.nan, np.float32))
+        whole = former.depth.copy()
+        whole[box] = depth
+        self.by_hand = as_by_hand(replace(former, depth=whole), self.labels.shape)
+        before = former.depth[box]
+        changed = (before != depth) & ~(np.isnan(before) & np.isnan(depth))
+        blocks = frozenset(np.unique(self.labels[box][changed]).tolist()) - {0}
+        for label in blocks:
+            self._forget_result(label)
+        return blocks
+
+    def propose(self, depth: NDArray[np.float32] | None) -> None:
+        """Set the proposal, which is shown in place of the completed depth; None for none."""
+        self.proposal = depth
+
+    def with_proposal(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return depth [m], float32 (H, W), with the proposal in its place, if there is one."""
+        if self.proposal is None:
+            return depth
+        return np.where(np.isnan(self.proposal), depth, self.proposal)
+
     def add_extrapolation(self, base: Completion, extrapolation: Completion) -> None:
         """Store the extrapolation of a completion; valid while that completion is the current one."""
         self.results.note_extrapolation(base, extrapolation)
@@ -376,8 +405,8 @@ class Session:
     def valid_results(self) -> dict[int, BlockResult]:
         """Return block label -> result that fits the current state, in ascending order of labels.
 
-        A result fits if the block's pixels, drawn borders, invalid mask, guide and the edges of the extraction are
-        unchanged. Of several, the one with the current parameters; if there is none, the latest.
+        A result fits if the block's pixels, drawn borders, depth by hand, invalid mask, guide and the edges of the
+        extraction are unchanged. Of several, the one with the current parameters; if there is none, the latest.
         """
         if self._valid is None:
             found = {label: self._best(label) for label in sorted(self.results.kept)}
@@ -404,7 +433,7 @@ class Session:
             fitting = [
                 kept.result
                 for kept in reversed(self.results.kept[label])
-                if kept.fits(run.blocks, size, run.frame, run.drawn, run.extraction)
+                if kept.fits(run.blocks, size, run.frame, run.drawn, run.by_hand, run.extraction)
             ]
             if fitting:
                 same = (result for result in fitting if result.parameters.same_effect(wanted))
@@ -489,7 +518,9 @@ class Session:
     def _fits(self, kept: StoredBlockResult) -> bool:
         count = self.counts().get(kept.result.block.label)
         notes = self.notes
-        return count is not None and kept.fits(self.labels, count.pixels, self.frame, notes.drawn, notes.extraction)
+        return count is not None and kept.fits(
+            self.labels, count.pixels, self.frame, notes.drawn, self.by_hand, notes.extraction
+        )
 
     def note_edit(self) -> None:
         """Note an edit that the undo stack does not report; undo steps call this through their signal."""

@@ -1,4 +1,4 @@
-"""The workspace: all changes of the window's state go through its four parts."""
+"""The workspace: all changes of the window's state go through its five parts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from PySide6.QtGui import QUndoGroup
 from ilf.run.run import Run
 
 from .blocks import WorkspaceBlocks
+from .by_hand import WorkspaceByHand
 from .frames import WorkspaceFrames
 from .parameters import WorkspaceParameters
 from .runs import WorkspaceRuns
@@ -24,6 +25,7 @@ class Workspace(QObject):
     frames : WorkspaceFrames
     parameters : WorkspaceParameters
     blocks : WorkspaceBlocks
+    by_hand : WorkspaceByHand
     runs : WorkspaceRuns
     undo_group : QUndoGroup
         The undo histories of all frames; that of the current frame is the active one.
@@ -35,6 +37,7 @@ class Workspace(QObject):
         self.frames = WorkspaceFrames(self.undo_group, self)
         self.parameters = WorkspaceParameters(self.frames, self)
         self.blocks = WorkspaceBlocks(self.frames, self.parameters, self)
+        self.by_hand = WorkspaceByHand(self.frames, self.blocks, self)
         self.runs = WorkspaceRuns(self.frames, self.blocks, self.parameters, self)
 
     @property

@@ -45,6 +45,8 @@ class ToolOptions:
         Whether erased pixels belong to no block, instead of the best-fitting neighbour.
     amount : int
         Pixels by which blocks grow, shrink or are smoothed.
+    hand_depth : float
+        Depth [m] that is painted by hand; 0 until one is picked or typed.
     """
 
     brush_radius: float = 8.0
@@ -52,6 +54,7 @@ class ToolOptions:
     similar_only: bool = False
     to_no_block: bool = False
     amount: int = 2
+    hand_depth: float = 0.0
 
     def step_brush(self, steps: int) -> None:
         """Change the brush size by steps, which grow with the size."""
@@ -108,6 +111,19 @@ class Host(Protocol):
 
     def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
         """Set the invalid mask, bool (H, W), as one undo step."""
+        ...
+
+    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
+        """State depth by hand [m], float32 (H, W), NaN for none, at the pixels in `where` as one undo step; False if
+        nothing changes."""
+        ...
+
+    def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
+        """Show depth [m], float32 (H, W), NaN for none, in place of the completed depth; None ends it."""
+        ...
+
+    def set_option(self, name: str, value: float | bool) -> None:
+        """Set one of the options."""
         ...
 
     def show_preview(self, preview: Preview | None) -> None:

@@ -1,4 +1,5 @@
-"""Brush tools: paint or erase pixels of the selected block, mark depth as invalid."""
+"""Brush tools: paint or erase pixels of the selected block, mark depth as invalid; the base of those that act on
+release."""
 
 from __future__ import annotations
 
@@ -142,23 +143,15 @@ def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = N
     return Preview(path, area=area)
 
 
-# Marking measured depth as invalid.
+# Strokes that are collected while the button is down, and applied on release.
 
 
-class MarkInvalidTool(Tool):
-    """The tool that marks measured depth as invalid by strokes: it counts as missing. Alt marks it valid again."""
-
-    options = ("brush",)
+class StrokeTool(Tool):
+    """Base of brush tools whose strokes have an effect on release only."""
 
     def __init__(self) -> None:
         self._swept: Swept | None = None
-        self._marks_valid = False
         self._points: list[Point] = []
-
-    @property
-    def hint(self) -> str:
-        """Hint: what a drag would do."""
-        return "Drag: mark depth invalid, as behind glass | Alt+drag: mark valid | [ ] or Ctrl+wheel: brush size"
 
     @property
     def busy(self) -> bool:
@@ -166,44 +159,42 @@ class MarkInvalidTool(Tool):
         return self._swept is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Collect pixels while the button is down; mark their depth on release."""
+        """Collect pixels while the button is down; apply them on release."""
         point = event.x, event.y
-        if event.kind is PointerKind.PRESS:
-            self._swept, self._marks_valid, self._points = Swept(host.session.frame.shape), event.alt, [point]
+        if event.kind is PointerKind.PRESS and self.begin(event, host):
+            self._swept, self._points = Swept(host.session.frame.shape), [point]
             self._sweep(self._swept, point, host)
         elif event.kind is PointerKind.MOVE and self._swept is not None:
             self._sweep(self._swept, point, host)
         elif event.kind is PointerKind.RELEASE and self._swept is not None:
             swept, self._swept = self._swept, None
-            self._commit(swept, host)
-        area = self._trail(host.options.brush_radius) if self.busy else None
-        host.show_preview(None if event.kind is PointerKind.LEAVE else brush_preview(event, host, area))
+            self.apply(swept.mask, host)
+        self.show_brush(event, host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> bool:
         """Cancel the stroke."""
-        pending_work, self._swept = self.busy, None
+        pending_work, self._swept = self._swept is not None, None
         host.show_preview(None)
         return pending_work
+
+    def begin(self, event: PointerEvent, host: Host) -> bool:
+        """Prepare for a press; return whether it starts a stroke."""
+        raise NotImplementedError
+
+    def apply(self, mask: NDArray[np.bool_], host: Host) -> None:
+        """Apply a stroke that covered the pixels of a mask, bool (H, W)."""
+        raise NotImplementedError
+
+    def show_brush(self, event: PointerEvent, host: Host) -> None:
+        area = self._trail(host.options.brush_radius) if self._swept is not None else None
+        host.show_preview(None if event.kind is PointerKind.LEAVE else brush_preview(event, host, area))
 
     def _sweep(self, swept: Swept, point: Point, host: Host) -> None:
         stroke = brush_stroke(host.session.frame.shape, [self._points[-1], point], host.options.brush_radius)
         self._points.append(point)
         if stroke is not None:
             swept.add(stroke)
-
-    def _commit(self, swept: Swept, host: Host) -> None:
-        frame = host.session.frame
-        before = np.zeros(frame.shape, bool) if frame.invalid_mask is None else frame.invalid_mask
-        measured = swept.mask & np.isfinite(frame.measured)
-        mask = before & ~measured if self._marks_valid else before | measured
-        text = "Mark depth valid" if self._marks_valid else "Mark depth invalid"
-        if not np.array_equal(mask, before):
-            host.mark_invalid(mask, text)
-        elif self._marks_valid:
-            host.show_message("There is no invalid depth here.")
-        else:
-            host.show_message("There is no valid measured depth here.")
 
     def _trail(self, radius: float) -> QPainterPath:
         stroker = QPainterPathStroker()
@@ -219,3 +210,37 @@ class MarkInvalidTool(Tool):
 def _beside(point: Point) -> Point:
     """Return a point so near that a line to it is drawn as a dot; a line of zero length would have no direction."""
     return point[0] + 1e-3, point[1]
+
+
+class MarkInvalidTool(StrokeTool):
+    """The tool that marks measured depth as invalid by strokes: it counts as missing. Alt marks it valid again."""
+
+    options = ("brush",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._marks_valid = False
+
+    @property
+    def hint(self) -> str:
+        """Hint: what a drag would do."""
+        return "Drag: mark depth invalid, as behind glass | Alt+drag: mark valid | [ ] or Ctrl+wheel: brush size"
+
+    def begin(self, event: PointerEvent, host: Host) -> bool:
+        """Start a stroke, which marks depth valid with Alt."""
+        self._marks_valid = event.alt
+        return True
+
+    def apply(self, mask: NDArray[np.bool_], host: Host) -> None:
+        """Mark the measured depth under the stroke."""
+        frame = host.session.frame
+        before = np.zeros(frame.shape, bool) if frame.invalid_mask is None else frame.invalid_mask
+        measured = mask & np.isfinite(frame.measured)
+        after = before & ~measured if self._marks_valid else before | measured
+        text = "Mark depth valid" if self._marks_valid else "Mark depth invalid"
+        if not np.array_equal(after, before):
+            host.mark_invalid(after, text)
+        elif self._marks_valid:
+            host.show_message("There is no invalid depth here.")
+        else:
+            host.show_message("There is no valid measured depth here.")

@@ -232,6 +232,18 @@ class Editor(QObject):
             self.show_message(str(error))
             return False
 
+    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
+        """State depth by hand, as one undo step."""
+        try:
+            return self._workspace.by_hand.set_depth(depth, where, text)
+        except InputError as error:
+            self.show_message(str(error))
+            return False
+
+    def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
+        """Show depth in place of the completed depth."""
+        self._workspace.by_hand.propose(depth)
+
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""
         self._jobs.ask(_Job(find, take))

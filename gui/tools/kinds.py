@@ -5,13 +5,17 @@ from __future__ import annotations
 from .base import Tool
 from .border import BorderTool, OutlineTool
 from .brush import BrushTool, MarkInvalidTool
+from .depth_by_hand import DepthByHandTool
 from .give import GiveTool
 from .inspect import MeasureTool, ProfileTool, RectangleTool
 from .select import SelectTool
 from .smart_select import SmartSelectTool
 from .split import SplitTool
 
-CORRECTING = ("select", "border", "outline", "smart_select", "split", "paint", "erase", "give", "mark_invalid")
+CORRECTING = (
+    *("select", "border", "outline", "smart_select", "split", "paint", "erase", "give"),
+    *("mark_invalid", "depth_by_hand"),
+)
 INSPECTING = ("profile", "rectangle", "measure")
 TOOL_NAMES = (*CORRECTING, *INSPECTING)
 
@@ -28,6 +32,7 @@ def make_tools() -> dict[str, Tool]:
         BrushTool(erases=True),
         GiveTool(),
         MarkInvalidTool(),
+        DepthByHandTool(),
         ProfileTool(),
         RectangleTool(),
         MeasureTool(),

@@ -6,7 +6,9 @@ from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QSlider, QSpinBox, QToolButton, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QSizePolicy, QSlider, QSpinBox, QToolButton, QWidget
+
+from ilf.data.frame import FARTHEST_DEPTH
 
 from ..widgets.basics import PlainLabel
 from .base import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
@@ -22,8 +24,8 @@ class OptionsRow(QWidget):
     ----------
     similar, no_block : QAction
         Switches of the options `similar_only` and `to_no_block`.
-    by_amount : sequence of QAction
-        Commands that use the option `amount`, shown beside it.
+    by_amount, by_hand : sequence of QAction
+        Commands that use the option `amount`, and those of the tool Depth by hand, shown beside its depth.
 
     Signals
     -------
@@ -34,7 +36,12 @@ class OptionsRow(QWidget):
     changed = Signal(str, object)
 
     def __init__(
-        self, similar: QAction, no_block: QAction, by_amount: Sequence[QAction], parent: QWidget | None = None
+        self,
+        similar: QAction,
+        no_block: QAction,
+        by_amount: Sequence[QAction],
+        by_hand: Sequence[QAction],
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self._brush_text, self._leash_text = PlainLabel(), PlainLabel()
@@ -45,6 +52,16 @@ class OptionsRow(QWidget):
         self.amount.setRange(1, LARGEST_AMOUNT)
         self.amount.setAccessibleName("Amount")
         self.amount.setSuffix(" px")
+        self.hand_depth = QDoubleSpinBox()
+        self.hand_depth.setRange(0.0, FARTHEST_DEPTH)
+        self.hand_depth.setDecimals(3)
+        self.hand_depth.setSingleStep(0.01)
+        self.hand_depth.setSuffix(" m")
+        self.hand_depth.setSpecialValueText("not set")
+        self.hand_depth.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
+        self.hand_depth.setAccessibleName("Depth")
+        self.hand_depth.setToolTip("Depth that the brush paints and Fill uses; Alt+click in the image picks one")
+        self.hand_depth.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.leash.setToolTip(
             "Snap: maximum distance on the screen that a drawn line moves to an edge (less of the image when zoomed "
             "in); 0: off"
@@ -56,6 +73,7 @@ class OptionsRow(QWidget):
             "leash": _together(PlainLabel("Snap"), self.leash, self._leash_text),
             "similar": _button(similar, named=True),
             "no_block": _button(no_block, named=True),
+            "hand_depth": _together(self.hand_depth, *(_button(action) for action in by_hand)),
             "amount": _together(self.amount, *(_button(action) for action in by_amount)),
         }
         _fill(self, *self._parts.values())
@@ -66,7 +84,9 @@ class OptionsRow(QWidget):
         self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
         for name, switch in self._switches.items():
             switch.toggled.connect(lambda on, name=name: self.changed.emit(name, on))
-        self.amount.editingFinished.connect(self.amount.clearFocus)  # so that keys go to the tools again
+        for box in (self.amount, self.hand_depth):
+            box.editingFinished.connect(box.clearFocus)  # so that keys go to the tools again
+        self.hand_depth.valueChanged.connect(lambda depth: self.changed.emit("hand_depth", depth))
         self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
 
     def show_options(self, names: Collection[str], options: ToolOptions) -> None:
@@ -85,6 +105,9 @@ class OptionsRow(QWidget):
         for slider, value in values:
             with QSignalBlocker(slider):
                 slider.setValue(value)
+        if not self.hand_depth.hasFocus():  # a number that is being typed is rounded
+            with QSignalBlocker(self.hand_depth):
+                self.hand_depth.setValue(options.hand_depth)
         for name, switch in self._switches.items():
             switch.setChecked(getattr(options, name))
 

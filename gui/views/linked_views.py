@@ -82,6 +82,7 @@ class LinkedViews(QWidget):
         self.material = Material()
         self._names: Mapping[int, str] | None = None
         self._shows_missing = False
+        self._shows_by_hand = False
         self._overlay = BlockOverlay(1)
         self.extraction = StageModel(self)
         studio = PainterFactory(self.material, self._overlay, self.extraction)
@@ -226,6 +227,19 @@ class LinkedViews(QWidget):
         self._changed("invalid_mask")
         self._show_marks()
 
+    def set_by_hand(self, mask: NDArray[np.bool_] | None) -> None:
+        """Set the pixels with depth by hand, bool (H, W), which are striped; None for none.
+
+        Raises
+        ------
+        ValueError
+            If there is no frame or the shape is not its shape.
+        """
+        self._check(mask, "a mask")
+        self._shows_by_hand = mask is not None
+        self._layers.set_by_hand(mask)
+        self._show_marks()
+
     def set_missing_shown(self, on: bool) -> None:
         """Set whether missing depth is striped over the colour image."""
         self._shows_missing = on
@@ -241,6 +255,7 @@ class LinkedViews(QWidget):
                 missing=stripes,
                 outside=outside is not None and (stripes or not cell.view.shows_missing),
                 invalid_mask=self.material.invalid_mask is not None,
+                by_hand=self._shows_by_hand,
                 unsupported=cell.view.shows_unsupported and self.material.unsupported is not None,
             )
 

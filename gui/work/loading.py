@@ -102,6 +102,7 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     session.set_labels(state.labels)
     session.take_common(state.common)
     session.own_parameters, session.extrapolate = state.own_parameters, state.extrapolate
+    session.by_hand = state.by_hand
     session.restore_results(list(state.results.values()), state.extrapolation)
     session.run_history = list(state.runs)
     session.compared = [kept for kept in state.runs if kept.number in state.compared]

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 
 from ..state.blocks import Change
+from ..state.by_hand import HandDepthChange
 from ..state.session import Session
 from ..state.workspace import Workspace
 from .frame_runs import FrameRuns, RunOutcome, RunState
@@ -197,12 +198,13 @@ class LiveSolver(QObject):
         self._requested: set[int] = set()
         """Blocks of the current frame that were requested since they were last edited."""
         workspace.blocks.edited.connect(self._take)
+        workspace.by_hand.changed.connect(self._take)
         workspace.blocks.invalid_mask_changed.connect(self._take_all)
         workspace.blocks.guide_changed.connect(self._take_all)
         workspace.frames.session_changed.connect(self._turn)
         runs.state_changed.connect(self._go_on)
 
-    def _take(self, change: Change) -> None:
+    def _take(self, change: Change | HandDepthChange) -> None:
         self._add(change.session, change.blocks)
 
     def _take_all(self) -> None:

@@ -8,6 +8,7 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..data.by_hand import USUAL_WEIGHT
 from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..data.results import Completion
 from ..run.options import ExportOptions, output_folder_name
@@ -29,6 +30,7 @@ from .parsing import (
     MAIN_PARAMETERS,
     add_block_parameters,
     add_borders,
+    add_by_hand,
     add_companions,
     add_frame,
     add_invalid_mask,
@@ -72,6 +74,7 @@ def add_arguments(parser: Parser) -> None:
     add_preset(parser)
     add_given_blocks(parser, "--blocks")
     add_borders(parser)
+    add_by_hand(parser)
     parser.add_argument("--replay", metavar="run.json", help="replay a recorded run with the record's settings")
     output = parser.add_argument_group("output")
     output.add_argument(
@@ -103,7 +106,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     job = _new_job(arguments) if arguments.replay is None else _recorded_job(arguments)
     folder = Path(arguments.out or output_folder_name(job.run.frame.name))
-    given = (arguments.blocks, arguments.borders, arguments.invalid_mask, arguments.intrinsics, arguments.preset)
+    names = "blocks", "borders", "invalid_mask", "depth_by_hand", "intrinsics", "preset"
+    given = [getattr(arguments, name) for name in names]
     check_write(folder, job.run, job.options, given=[path for path in given if path is not None])
     started = time.perf_counter()
     completion = _completed(job.run, arguments)
@@ -130,6 +134,8 @@ def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
 
 
 def _new_job(arguments: argparse.Namespace) -> _Job:
+    if arguments.by_hand_weight is not None and arguments.depth_by_hand is None:
+        raise UsageError("--by-hand-weight is the weight of --depth-by-hand: give that, too.")
     chosen = preset_from(arguments.preset)
     options = export_options(arguments)
     configuration = RunConfiguration(
@@ -139,6 +145,8 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
         arguments.blocks,
         arguments.fill_gaps,
         arguments.borders,
+        arguments.depth_by_hand,
+        USUAL_WEIGHT if arguments.by_hand_weight is None else arguments.by_hand_weight,
     )
     frame = frame_from(arguments)
     run = configuration.make_run(frame)
@@ -159,6 +167,8 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
                 "blocks",
                 "borders",
                 "invalid_mask",
+                "depth_by_hand",
+                "by_hand_weight",
                 "depth_formats",
                 "png_units",
             ),

@@ -136,6 +136,9 @@ def record_facts(record: RunRecord) -> list[Fact]:
         facts.append(Fact("invalid mask", file, {"invalid_mask": file}))
     if record.drawn is not None:
         facts.append(Fact("borders", record.drawn.file, {"borders": record.drawn.file}))
+    if record.by_hand is not None:
+        entries = {"depth_by_hand": {"file": record.by_hand.file, "weight": record.by_hand.weight}}
+        facts.append(Fact("depth by hand", f"{record.by_hand.file}, weight {record.by_hand.weight:g}", entries))
     if record.guide is not None:
         origin = "" if record.guide.path is None else f", read from {record.guide.path}"
         entries = {"guide": {"file": record.guide.file, "path": record.guide.path}}
@@ -222,8 +225,8 @@ def add_arguments(parser: Parser) -> None:
         "depth_width, depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, "
         "intrinsics, ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, "
         "encoding, intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
-        "block_parameters, networks, invalid_mask, borders, guide, extrapolated, files, blocks (as in `ilf complete "
-        "--json`). Keys without a value are left out."
+        "block_parameters, networks, invalid_mask, borders, depth_by_hand, guide, extrapolated, files, blocks (as in "
+        "`ilf complete --json`). Keys without a value are left out."
     )
     parser.set_defaults(command=run)
     add_frame(parser)

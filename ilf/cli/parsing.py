@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from .._runtime.networks.session import DEVICE_VARIABLE, DEVICES
+from ..data.by_hand import USUAL_WEIGHT
 from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
@@ -157,6 +158,23 @@ def add_borders(parser: argparse.ArgumentParser) -> None:
         metavar="MASK.png",
         help="mask of block borders that no depth crosses, as drawn by hand: a single-channel image of the frame's "
         "size, non-zero at block pixels along such a border",
+    )
+
+
+def add_by_hand(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of depth by hand and its weight."""
+    parser.add_argument(
+        "--depth-by-hand",
+        metavar="FILE",
+        help="depth that you state where it is missing or marked invalid: an image in the encoding of the frame's "
+        "depth, or floating-point numbers in metres, such as NPY; 0 or NaN states none. It is marked in the results "
+        "(by_hand.png) and never counts as measured",
+    )
+    parser.add_argument(
+        "--by-hand-weight",
+        metavar="WEIGHT",
+        type=float,
+        help=f"weight of a pixel's depth by hand, 0 to 1; a measured pixel has weight 1 (default: {USUAL_WEIGHT:g})",
     )
 
 

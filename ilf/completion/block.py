@@ -13,6 +13,7 @@ from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
 from .._runtime.threads import Steps, available_cores, run_in_parallel, run_sequentially
 from ..data.blocks import Block, least_known_pixels
+from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationRecord, Progress, Status
@@ -44,6 +45,8 @@ class BlockTask:
         Its parameters for Canny and depth jumps determine the filter's edges.
     drawn : ndarray of bool or None
         The block's pixels whose border was drawn by hand, in the order of `block.mask`'s True values; None for none.
+    by_hand : DepthByHand or None
+        Depth by hand at the block's missing pixels, in the same order; None for none.
     notes : tuple of str
         Notes for the user on the frame.
     """
@@ -53,6 +56,7 @@ class BlockTask:
     parameters: Parameters
     extraction: BlockParameters
     drawn: NDArray[np.bool_] | None = None
+    by_hand: DepthByHand | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -77,7 +81,7 @@ class BlockTask:
             yield Progress(block.label, result=result)
             return
         seen = edges_of(self.frame, parameters, self.extraction)
-        stepper = make_stepper(self.frame, block, parameters, self.extraction, self.drawn, seen)
+        stepper = make_stepper(self.frame, block, parameters, self.extraction, self.drawn, self.by_hand, seen)
         live[block.label] = stepper
         history: list[IterationRecord] = []
         ground_truth = self._hidden_truth()
@@ -101,6 +105,7 @@ class BlockTask:
             edges,
             self.drawn,
             explained=stepper.explained,
+            by_hand=self.by_hand,
         )
         del stepper
         release_memory(block.mask.size)
@@ -116,11 +121,11 @@ class BlockTask:
             message = self._outside_note(outside) or "All depth is known."
             return BlockOutcome(label, Status.NOTHING_MISSING, message, pixels, known, outside=outside)
         needed = int(required_known_pixels(pixels, parameters, self.frame.known.mean()))
-        if known < needed and not guide_suffices(self.frame, self.block, parameters):
+        if known < needed and self.by_hand is None and not guide_suffices(self.frame, self.block, parameters):
             message = (
                 f"{grouped(known)} of {counted(pixels, 'pixel')} have depth ({known / pixels:.1%}); at least "
                 f"{grouped(needed)} are needed. "
-                "Merge it with a neighbour on the same surface, or lower the limits under Data."
+                "Merge it with a neighbour on the same surface, give it depth by hand, or lower the limits under Data."
             )
             return BlockOutcome(label, Status.NOT_RECOVERABLE, message, pixels, known, outside=outside)
         return None
@@ -136,6 +141,9 @@ class BlockTask:
         if left:
             missed = f"{counted(left, 'pixel')} left missing: the filter gave no positive depth there."
             message = f"{message} {missed}".strip()
+        by_hand = 0 if self.by_hand is None else int(np.count_nonzero(self.by_hand.pixels))
+        if by_hand:
+            message = f"{message} {counted(by_hand, 'pixel')} by hand.".strip()
         message = f"{message} {self._outside_note(beyond)}".strip()
         return BlockOutcome(
             label=self.block.label,
@@ -148,6 +156,7 @@ class BlockTask:
             stages=history[-1].stage,
             sigma_i=history[-1].sigma_i,
             outside=beyond,
+            by_hand=by_hand,
         )
 
     def _outside_note(self, pixels: int) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.cancellation import check_cancelled
 from .._runtime.threads import Steps
 from ..data.blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
+from ..data.by_hand import DepthByHand, as_by_hand, by_hand_of
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import FrameCache, once_per_frame
@@ -57,13 +58,15 @@ class CompletionRun(Iterator[Progress]):
         defaults if left out.
     drawn : array_like of bool, shape (H, W), optional
         Pixels of blocks whose border, to another block or to none, was drawn by hand; see `ilf.complete`.
+    by_hand : DepthByHand or array_like, shape (H, W), optional
+        Depth by hand; see `ilf.complete`.
     watch : callable, optional
         A `Watch` that receives the surface of every iteration. The run waits for it.
 
     Raises
     ------
     InputError
-        If label map or drawn borders do not fit the frame, or a block has no parameters.
+        If label map, drawn borders or depth by hand do not fit the frame, or a block has no parameters.
     ParameterError
         For an unknown preset or an object that is not parameters.
     """
@@ -77,9 +80,10 @@ class CompletionRun(Iterator[Progress]):
         threads: int | None = None,
         extraction: BlockParameters | None = None,
         drawn: ArrayLike | None = None,
+        by_hand: ArrayLike | DepthByHand | None = None,
         watch: Watch | None = None,
     ) -> None:
-        borders = checked_drawn(drawn, frame.shape)
+        borders, stated = checked_drawn(drawn, frame.shape), as_by_hand(by_hand, frame.shape)
         self.blocks = find_blocks(checked_labels(labels, frame.shape), only)
         self.results: dict[int, BlockResult] = {}
         self.uncorrected: dict[int, BlockResult] = {}
@@ -92,6 +96,7 @@ class CompletionRun(Iterator[Progress]):
                 _parameters_for(choice, label),
                 extraction or BlockParameters(),
                 drawn_of(block, borders),
+                by_hand_of(block, stated, frame),
             )
             for label, block in self.blocks.items()
         }
@@ -140,6 +145,7 @@ def iterate(
     extraction: BlockParameters | None = None,
     drawn: ArrayLike | None = None,
     guide: ArrayLike | Guide | None = None,
+    by_hand: ArrayLike | DepthByHand | None = None,
     **changes: Value,
 ) -> Stepper:
     """Make the stepper of one block; iterating over it gives one record per iteration.
@@ -158,6 +164,8 @@ def iterate(
     drawn : array_like of bool, shape (H, W), optional
         As in `ilf.complete`.
     guide : array_like or Guide, optional
+        As in `ilf.complete`.
+    by_hand : array_like or DepthByHand, optional
         As in `ilf.complete`.
     **changes
         Any of the `Parameters`, by name.
@@ -192,14 +200,15 @@ def iterate(
     if label not in found:
         raise InputError(f"There is no block {label}. Blocks: {', '.join(map(str, found)) or 'none'}.")
     block = found[label]
-    if not np.isfinite(frame.depth[block.box][block.mask]).any():
+    stated = by_hand_of(block, as_by_hand(by_hand, frame.shape), frame)
+    if stated is None and not np.isfinite(frame.depth[block.box][block.mask]).any():
         raise InputError(f"Block {label} has no known depth to iterate on. Select another block.")
     own = drawn_of(block, checked_drawn(drawn, frame.shape))
     guided = frame if guide is None else frame.with_guide(guide)
     if parameters.filter == "edge-aware" and is_guided(guided):
         test = guide_hold_out(guided)
         guided = guided if test is None or test.followed else _without_guide(guided)
-    return make_stepper(guided, block, parameters, extraction, own)
+    return make_stepper(guided, block, parameters, extraction, own, stated)
 
 
 def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> None:
@@ -355,7 +364,7 @@ def _corrected(
 ) -> BlockResult:
     if correction is None:
         return replace(result, notes=(*result.notes, *notes))
-    depth = correction.applied(task.block, task.raw, result.depth)
+    depth = correction.applied(task.block, task.raw, result.depth, task.by_hand)
     return replace(result, depth=depth, correction=correction.network)
 
 

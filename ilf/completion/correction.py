@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .._runtime.memory import release_memory
 from ..data.blocks import Block, find_blocks
+from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import FrameCache
 from ..data.parameters import BlockParameters, Parameters, preset
@@ -58,9 +59,9 @@ class Correction:
     change: Array
     network: str
 
-    def applied(self, block: Block, raw: Array, depth: Array) -> Array:
+    def applied(self, block: Block, raw: Array, depth: Array, by_hand: DepthByHand | None = None) -> Array:
         """A block's depth, corrected where it was missing, as far as it equals the network's input: other blocks,
-        borders or filter parameters may have changed it.
+        borders or filter parameters may have changed it. Changes fade near depth by hand as near known depth.
 
         Parameters
         ----------
@@ -68,8 +69,14 @@ class Correction:
         raw, depth : ndarray of float32
             Known and completed depth [m] at the block's pixels, in the order of `block.mask`'s True values; NaN =
             missing.
+        by_hand : DepthByHand, optional
+            Depth by hand at the same pixels.
         """
         base_depth, change = self.base_depth[block.box][block.mask], self.change[block.box][block.mask]
+        if by_hand is not None:
+            stated = np.zeros(block.mask.shape, bool)
+            stated[block.mask] = by_hand.pixels
+            change = change * _fading(stated)[block.mask]
         with np.errstate(invalid="ignore", divide="ignore"):
             off = np.log(depth / base_depth)
         agreement = np.exp(-np.square(np.where(np.isnan(off), np.inf, off / np.float32(_ALIKE))))
@@ -202,7 +209,8 @@ def _corrects(parameters: Parameters) -> bool:
 
 def _matches_base(task: BlockTask) -> bool:
     """Whether a block is completed as in the base completion, except perhaps for pixels outside the view."""
-    return task.drawn is None and task.parameters.replace(outside_view=False, correction=False).same_effect(UNCORRECTED)
+    by_user = task.drawn is not None or task.by_hand is not None
+    return not by_user and task.parameters.replace(outside_view=False, correction=False).same_effect(UNCORRECTED)
 
 
 def _block_key(block: Block) -> tuple[int, int, bytes]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.blocks import Block
+from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters
 from ..segmentation.edges.frame_edges import FrameEdges, find_edges
@@ -24,6 +25,7 @@ def make_stepper(
     parameters: Parameters,
     extraction: BlockParameters | None = None,
     drawn: NDArray[np.bool_] | None = None,
+    by_hand: DepthByHand | None = None,
     edges: FrameEdges | None = None,
 ) -> Stepper:
     """Make the stepper of a block.
@@ -32,20 +34,24 @@ def make_stepper(
     ----------
     frame : RGBDFrame
     block : Block
-        The pixels to iterate on, at least one of them with known depth, unless a guide suffices.
+        The pixels to iterate on, at least one of them with known depth, unless a guide suffices or there is depth by
+        hand.
     parameters : Parameters
     extraction : BlockParameters, optional
         Parameters of the blocks' extraction, if known; see `edges_for`.
     drawn : ndarray of bool, optional
         The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: an edge of full
         strength for the edge-aware filter, ignored by the pass band, which sees nothing beyond the block.
+    by_hand : DepthByHand, optional
+        Depth by hand at the same pixels, where they are missing: samples of its weight for the edge-aware filter, known
+        depth for the pass band.
     edges : FrameEdges, optional
         Result of `edges_for` with these parameters, if already computed.
     """
     edges = edges or edges_for(frame, parameters, extraction)
     if edges is None:
-        return PassBandIteration(frame, block, parameters)
-    return EdgeAwareIteration(frame, block, parameters, edges, drawn)
+        return PassBandIteration(frame, block, parameters, by_hand)
+    return EdgeAwareIteration(frame, block, parameters, edges, drawn, by_hand)
 
 
 def max_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:

@@ -16,7 +16,7 @@ class Stepper(Iterator[IterationRecord], Protocol):
 
     It ends when the filter has reached its last stage and the iteration is steady, or after `max_iterations`. Call
     `next()` from one thread at a time; `surface` may be read from any thread meanwhile. The results depend only on
-    frame, block, its drawn pixels and parameters, not on threads or other blocks.
+    frame, block, its drawn pixels and depth by hand, and parameters, not on threads or other blocks.
     """
 
     def __next__(self) -> IterationRecord:

@@ -54,6 +54,9 @@ def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[
 DEPTH_LIMITS = (1e-9, 1e6)
 """Minimum and maximum depth [m] of any pixel."""
 
+FARTHEST_DEPTH = 300.0
+"""Depth [m] beyond the range of any sensor; invalid markers such as FLT_MAX and 1000 m are larger."""
+
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 """Range of the median depth [m] outside which a frame's depth scale is considered wrong."""
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .._runtime.formatting import counted, grouped
 from .blocks import Block
+from .by_hand import DepthByHand
 from .frame import RGBDFrame
 from .parameters import BlockParameters, Parameters
 from .pictures import html_row, plot_row
@@ -147,6 +148,8 @@ class BlockOutcome(NanEqual):
         Deviation of the last iteration [m], NaN if there was none.
     outside : int
         Pixels of the block outside the depth camera's view. They count as neither missing nor recovered.
+    by_hand : int
+        Pixels of the block with depth by hand. They count as missing, and as recovered.
     """
 
     label: int
@@ -159,6 +162,7 @@ class BlockOutcome(NanEqual):
     stages: int = 0
     sigma_i: float = math.nan
     outside: int = 0
+    by_hand: int = 0
 
     @property
     def defect_rate(self) -> float:
@@ -202,6 +206,8 @@ class BlockResult:
     explained : bool
         Whether a smooth surface explains all of the block's known depth, so that a network has nothing to correct.
         Valid only during the run, and not stored.
+    by_hand : DepthByHand or None
+        Depth by hand at the block's missing pixels, in the order of `block.mask`'s True values; None if there was none.
     """
 
     block: Block
@@ -215,6 +221,7 @@ class BlockResult:
     drawn: NDArray[np.bool_] | None = None
     correction: str | None = None
     explained: bool = False
+    by_hand: DepthByHand | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,11 +260,13 @@ class Completion:
     def summary(self) -> str:
         """Return name and size of the frame, and the numbers of filled and still missing pixels, in one line."""
         height, width = self.depth.shape
-        masks = self.filled, self.extrapolated, ~np.isfinite(self.depth)
-        filled, extrapolated, left = (int(np.count_nonzero(mask)) for mask in masks)
+        masks = self.filled, self.by_hand, self.extrapolated, ~np.isfinite(self.depth)
+        filled, by_hand, extrapolated, left = (int(np.count_nonzero(mask)) for mask in masks)
+        counts = {"by hand": by_hand, "extrapolated": extrapolated}
+        parts = ", ".join(f"{grouped(count)} {what}" for what, count in counts.items() if count)
         return (
             f"{self.frame.name!r}: {width} x {height} pixels, {counted(len(self.results), 'block')}, "
-            f"{counted(filled, 'pixel')} filled{f' ({grouped(extrapolated)} extrapolated)' if extrapolated else ''}, "
+            f"{counted(filled, 'pixel')} filled{f' ({parts})' if parts else ''}, "
             f"{grouped(left)} still missing"
         )
 
@@ -294,6 +303,15 @@ class Completion:
     def filled_by_blocks(self) -> NDArray[np.bool_]:
         """The filled pixels without the extrapolated ones, bool, shape (H, W)."""
         return self.filled & ~self.extrapolated
+
+    @property
+    def by_hand(self) -> NDArray[np.bool_]:
+        """The filled pixels whose depth the user has stated (`DepthByHand`), bool, shape (H, W)."""
+        stated = np.zeros(self.depth.shape, bool)
+        for result in self.results.values():
+            if result.by_hand is not None:
+                stated[result.block.box][result.block.mask] = result.by_hand.pixels
+        return stated & self.filled
 
     @property
     def history(self) -> dict[int, History]:

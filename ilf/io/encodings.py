@@ -13,13 +13,10 @@ from numpy.typing import NDArray
 
 from .._runtime.formatting import as_float
 from ..data.camera import CameraIntrinsics, fitted
-from ..data.frame import FrameInputs
+from ..data.frame import FARTHEST_DEPTH, FrameInputs
 from ..errors import FormatError, InputError, ParameterError
 from .cameras import camera_of_image
 from .depth import checked_units, default_depth_units, depth_in_metres
-
-FARTHEST_DEPTH = 300.0
-"""Depth [m] beyond the range of any sensor; invalid markers such as FLT_MAX and 1000 m are larger."""
 
 _FARTHEST_KINECT = 10.0
 _BOP = "bop"

@@ -1,4 +1,4 @@
-"""Ground truth, guides and confidence maps of a frame, read from files."""
+"""Ground truth, guides, confidence maps and depth by hand of a frame, read from files."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, FileSource, read_file, write_bytes
 from .._runtime.formatting import as_float, counted
+from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
 from ..data.guide import Guide
 from ..errors import FormatError, InputError, ParameterError
-from .depth import checked_units, default_depth_units, read_depth_values
+from .depth import checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .depth_reading import decoded
-from .encodings import DepthEncoding
+from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import read_exr, read_npy, read_npz, read_pfm, without_channel
 from .guide_network import predict_guide
 from .images import read_image
@@ -222,10 +223,10 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDAr
         raise InputError(f"{content}: {error}") from error
 
 
-def write_guide(path: str | os.PathLike[str], guide: Guide) -> None:
-    """Write a guide atomically as NPY, without loss."""
+def write_array(path: str | os.PathLike[str], array: NDArray[np.float32]) -> None:
+    """Write a guide's array or depth by hand atomically as NPY, without loss."""
     content = io.BytesIO()
-    np.save(content, guide.array.astype("<f4"))
+    np.save(content, array.astype("<f4"))
     write_bytes(path, content.getvalue())
 
 
@@ -332,3 +333,33 @@ def checked_min_confidence(value: object) -> float:
 
 def _kind(values: NDArray[Any]) -> str:
     return f"{values.dtype} of shape {values.shape}"
+
+
+# Depth by hand.
+
+
+def load_by_hand(path: FileSource, frame: RGBDFrame, weight: float) -> DepthByHand | None:
+    """Read depth by hand, with its weight; None if it states no depth.
+
+    Parameters
+    ----------
+    path : path-like
+        As for depth: integers are in the encoding of the frame's depth file, or in the default for their type;
+        floating-point numbers are metres.
+    frame : RGBDFrame
+    weight : float
+        See `DepthByHand`.
+
+    Raises
+    ------
+    InputError, FormatError, ParameterError
+        As `read_depth_values` and `DepthByHand` do, and if it does not have the frame's size.
+    """
+    content = read_file(path)
+    values = read_depth_values(content)
+    if values.dtype.kind != "f":
+        values = depth_in_metres(values) if frame.inputs is None else encoding_of_inputs(frame.inputs).metres(values)
+    try:
+        return as_by_hand(DepthByHand(values, weight), frame.shape)
+    except InputError as error:
+        raise InputError(f"{content}: {error}") from error

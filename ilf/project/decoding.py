@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.schema import Section
+from ..data.by_hand import DepthByHand
 from ..data.frame import GroundTruthFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.parameters import BlockParameters, Parameters, preset
@@ -129,6 +130,7 @@ class _Decoding:
         self.arrays: dict[tuple[str, object], NDArray[Any]] = {}
         self.frames: dict[str, RGBDFrame] = {}
         self.guides: dict[str, Guide] = {}
+        self.by_hands: dict[str, DepthByHand] = {}
         self.packs: dict[str, list[BlockResult]] = {}
         self.same_depth = True
 
@@ -173,6 +175,7 @@ class _Decoding:
             ),
             results=results,
             extrapolation=extrapolation,
+            by_hand=self._read_or_report("Depth by hand is", lambda: self._by_hand(data), None),
             runs=self._run_history(data),
             **self._plain_fields(data),
         )
@@ -264,6 +267,18 @@ class _Decoding:
                     self.origins.append((array, section.get(name, str)))
             self.guides[key] = guide
         return self.guides[key]
+
+    def _by_hand(self, data: Section) -> DepthByHand | None:
+        """Return depth by hand of `data`; equal ones share one object."""
+        if "by_hand" not in data.values:
+            return None
+        section = data.section("by_hand")
+        key = json.dumps(section.values, sort_keys=True)
+        if key not in self.by_hands:
+            depth, weight = self._array(section, "depth", _depth), section.get("weight", float)
+            self.by_hands[key] = by_hand = DepthByHand(depth, weight)
+            self.origins.append((by_hand.depth, section.get("depth", str)))
+        return self.by_hands[key]
 
     def _register_frame_parts(self, described: Section) -> None:
         """Record the parts with the colour, depth and outside view of a frame that was not read from files."""
@@ -408,6 +423,7 @@ class _Decoding:
             network=data.get("network", str, None),
             notes=data.get("notes", tuple[str, ...]),
             drawn=self._mask(data, "drawn"),
+            by_hand=self._by_hand(data),
         )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.schema import plain, strict_json
+from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.guide import Guide
@@ -154,6 +155,7 @@ class _Encoding:
             "id": state.id,
             "frame": self._frame(frame),
             **self._encode_layers(frame),
+            **self._encode_by_hand(state.by_hand),
             "labels": self._array(state.labels, labels_to_bytes),
             "notes": self._notes(state.notes),
             "parameters": state.common.to_dict(),
@@ -205,6 +207,12 @@ class _Encoding:
         values, confidence = (self._array(array, _depth) for array in (guide.values, guide.confidence))
         return {"values": values, "confidence": confidence, "path": guide.path}
 
+    def _encode_by_hand(self, by_hand: DepthByHand | None) -> dict[str, Any]:
+        """Encode depth by hand; nothing for none."""
+        if by_hand is None:
+            return {}
+        return {"by_hand": {"depth": self._array(by_hand.depth, _depth), "weight": by_hand.weight}}
+
     def _notes(self, notes: BlockNotes) -> dict[str, Any]:
         return {
             "infos": {str(label): dataclasses.asdict(info) for label, info in notes.infos.items()},
@@ -253,6 +261,7 @@ class _Encoding:
             "network": run.network,
             "notes": list(run.notes),
             "drawn": self._array(run.drawn, mask_to_bytes),
+            **self._encode_by_hand(run.by_hand),
         }
 
     def _extrapolation(self, extrapolation: Extrapolation) -> dict[str, Any]:

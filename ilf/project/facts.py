@@ -143,6 +143,7 @@ def present_run(state: FrameState) -> Run:
         edited=run.edited,
         network=run.network,
         drawn=run.drawn,
+        by_hand=run.by_hand,
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.blocks import Box
+from ..data.by_hand import DepthByHand
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters, preset
@@ -149,6 +150,7 @@ class FrameState:
         Numbers of the stored runs that are shown beside the present result.
     next_number : int
         Number of the next stored run.
+    by_hand : DepthByHand or None
     extrapolate : bool
         Whether to extrapolate the depth that is still missing after a run.
     own_parameters : bool
@@ -176,6 +178,7 @@ class FrameState:
     runs: tuple[StoredRun, ...] = ()
     compared: tuple[int, ...] = ()
     next_number: int = 1
+    by_hand: DepthByHand | None = None
     extrapolate: bool = False
     own_parameters: bool = False
     note: str = ""
@@ -209,6 +212,7 @@ class FrameState:
             edited=self.edited,
             network=notes.network,
             drawn=notes.drawn,
+            by_hand=self.by_hand,
         )
 
 

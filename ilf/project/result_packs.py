@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.schema import converted, strict_json
 from ..data.blocks import Block, Box
+from ..data.by_hand import DepthByHand
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockResult, CompactHistory, EdgeAwareRecord, History, IterationRecord, PassBandRecord
 from ..errors import FormatError
@@ -42,7 +43,7 @@ def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) 
     """
     parameters, edges = _UniqueValues(), _UniqueValues()
     entries: list[_Entry] = []
-    masks, changed, depths, drawn = [], [], [], []
+    masks, changed, depths, drawn, by_hand = [], [], [], [], []
     columns: dict[tuple[str, str], list[NDArray[Any]]] = {}
     for result in results:
         history = _compact(result.history)
@@ -57,6 +58,7 @@ def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) 
                 correction=result.correction,
                 notes=tuple(result.notes),
                 drawn=result.drawn is not None,
+                by_hand=None if result.by_hand is None else result.by_hand.weight,
                 history=None if history is None else (history.kind.__name__, len(history)),
             )
         )
@@ -67,11 +69,15 @@ def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) 
         depths.append(result.depth[differs])
         if result.drawn is not None:
             drawn.append(np.packbits(result.drawn))
+        if result.by_hand is not None:
+            by_hand.append(result.by_hand.depth)
         if history is not None:
             for name, column in history.columns.items():
                 columns.setdefault((history.kind.__name__, name), []).append(column)
     arrays = {"masks": _joined(masks, np.uint8), "changed": _joined(changed, np.uint8)}
     arrays |= {"depth": _joined(depths, np.float32), "drawn": _joined(drawn, np.uint8)}
+    if by_hand:
+        arrays["by_hand"] = _joined(by_hand, np.float32)
     arrays |= {f"{kind}.{name}": _joined(parts, _dtype(name)) for (kind, name), parts in columns.items()}
     head = _Head(tuple(entries), tuple(parameters.values), tuple(edges.values))
     return npz(arrays, {_RESULTS: strict_json(dataclasses.asdict(head))})
@@ -102,7 +108,8 @@ def unpack_results(name: str, content: bytes, measured: NDArray[np.float32]) -> 
 
 @dataclass(frozen=True)
 class _Entry:
-    """A result without its arrays; parameters are numbers in the lists of the head."""
+    """A result without its arrays; parameters are numbers in the lists of the head, `by_hand` the weight of its depth
+    by hand, if any."""
 
     label: int
     box: tuple[int, int, int, int]
@@ -114,6 +121,7 @@ class _Entry:
     notes: tuple[str, ...]
     drawn: bool
     history: tuple[str, int] | None
+    by_hand: float | None
 
 
 @dataclass(frozen=True)
@@ -171,6 +179,8 @@ def _unpacked(packed: Npz, head: _Head, measured: NDArray[np.float32]) -> list[B
     with_drawn = [entry.drawn for entry in entries]
     size = sum((count + 7) // 8 for count, has in zip(pixels, with_drawn, strict=True) if has)
     drawn = _ArrayReader(packed.array("drawn", np.uint8, (size,)))
+    stated = sum(count for count, entry in zip(pixels, entries, strict=True) if entry.by_hand is not None)
+    by_hand = _ArrayReader(packed.array("by_hand", np.float32, (stated,)) if stated else np.empty(0, np.float32))
     histories = _histories(packed, entries)
     results = []
     for place, entry in enumerate(entries):
@@ -190,6 +200,7 @@ def _unpacked(packed: Npz, head: _Head, measured: NDArray[np.float32]) -> list[B
                 None if entry.edges is None else edges[entry.edges],
                 drawn.bits(pixels[place]) if with_drawn[place] else None,
                 entry.correction,
+                by_hand=None if entry.by_hand is None else DepthByHand(by_hand.next(pixels[place]), entry.by_hand),
             )
         )
     return results

@@ -219,7 +219,7 @@ def replay_text(run: Run) -> tuple[str, str]:
     inputs, frame = run.frame.inputs, run.frame
     if inputs is None:
         return "The frame was not read from files, so no command reproduces the run.", ""
-    by_hand = run.edited or run.own or frame.invalid_mask is not None or run.drawn is not None
+    by_hand = run.edited or run.own or any(one is not None for one in (frame.invalid_mask, run.drawn, run.by_hand))
     if by_hand or run.extraction is None or (frame.guide is not None and frame.guide.path is None):
         return (
             "Blocks, parameters or depth were edited by hand. Export the frame and replay its run.json.",
@@ -377,6 +377,8 @@ def _summary(figures: FrameStatistics) -> Facts:
         facts.append(Fact("Guide", guide_text(frame)))
     if completion.results:
         facts.append(Fact("Missing after", f"{left / frame.depth.size:.1%} ({grouped(left)} pixels)"))
+        if by_hand := int(np.count_nonzero(completion.by_hand)):
+            facts.append(Fact("Depth by hand", f"{grouped(by_hand)} of the filled pixels"))
         if extrapolated := int(np.count_nonzero(completion.extrapolated)):
             facts.append(Fact("Extrapolated", f"{grouped(extrapolated)} pixels that no block has filled"))
         expected = figures.whole_expected

@@ -120,12 +120,22 @@ _ORIGINS: tuple[tuple[str, Colour], ...] = (
     ("still missing", MISSING),
     ("measured", (86, 96, 110)),
     ("filled by blocks", (38, 150, 120)),
+    ("depth by hand", (158, 110, 206)),
     ("extrapolated", (222, 168, 40)),
     ("marked invalid", (196, 64, 80)),
     ("outside the view", (60, 100, 160)),
     ("filled outside the view", (120, 170, 225)),
 )
-_MISSING, _MEASURED, _FILLED, _EXTRAPOLATED, _INVALID_DEPTH, _OUTSIDE, _FILLED_OUTSIDE = range(len(_ORIGINS))
+(
+    _MISSING,
+    _MEASURED,
+    _FILLED,
+    _BY_HAND,
+    _EXTRAPOLATED,
+    _INVALID_DEPTH,
+    _OUTSIDE,
+    _FILLED_OUTSIDE,
+) = range(len(_ORIGINS))
 
 
 def frame_pictures(figures: FrameStatistics, most: int) -> tuple[Picture, ...]:
@@ -211,6 +221,7 @@ def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
         origin[frame.invalid_mask & np.isfinite(frame.measured)] = _INVALID_DEPTH
     origin[frame.known] = _MEASURED
     origin[completion.filled] = _FILLED
+    origin[completion.by_hand] = _BY_HAND
     origin[completion.extrapolated] = _EXTRAPOLATED
     if frame.outside_view is not None:
         origin[frame.outside_view] = np.where(completion.filled, _FILLED_OUTSIDE, _OUTSIDE)[frame.outside_view]

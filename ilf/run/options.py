@@ -17,6 +17,8 @@ OUTSIDE_FILE = "outside_view.png"
 COLOUR_FILE = "rgb.png"
 """Colour of the frame, if no file contains it: from a recording, or undistorted."""
 GUIDE_FILE = "guide_used.npy"
+DEPTH_BY_HAND_FILE, BY_HAND_FILE = "depth_by_hand.npy", "by_hand.png"
+"""Depth by hand as given, and the mask of the filled pixels that have it."""
 
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 """Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""

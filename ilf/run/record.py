@@ -19,6 +19,7 @@ from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, model_path
 from .._runtime.networks.session import device
 from .._runtime.schema import PlainName, plain
 from ..completion.correction_network import load_correction_network
+from ..data.by_hand import DepthByHand
 from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Guide
@@ -27,7 +28,15 @@ from ..data.results import BlockOutcome, Completion
 from ..errors import InputError
 from ..segmentation.edges.depth_edges import DepthEdgeNetwork
 from ..segmentation.edges.detectors import load_model
-from .options import DRAWN_FILE, GUIDE_FILE, INVALID_MASK_FILE, LABELS_FILE, OUTSIDE_FILE, ExportOptions
+from .options import (
+    DEPTH_BY_HAND_FILE,
+    DRAWN_FILE,
+    GUIDE_FILE,
+    INVALID_MASK_FILE,
+    LABELS_FILE,
+    OUTSIDE_FILE,
+    ExportOptions,
+)
 from .setup import RunSetup
 
 # The networks used by a run, by name.
@@ -99,6 +108,13 @@ class RecordedGuide(RecordedMask):
 
 
 @dataclass(frozen=True)
+class RecordedByHand(RecordedMask):
+    """Depth by hand of a run: the SHA-256 of its values, its file beside the record, and its weight."""
+
+    weight: float
+
+
+@dataclass(frozen=True)
 class RecordedBlocks:
     """The blocks of a run.
 
@@ -150,6 +166,7 @@ class RunRecord:
         The invalid mask and the mask of drawn borders; None for none.
     outside_view : RecordedMask or None
         The mask of pixels outside the depth camera's view, if the frame has it from a file; None for none.
+    by_hand : RecordedByHand or None
     guide : RecordedGuide or None
     pose : tuple of tuple of float, or None
         Pose of the frame's camera, as rows of a matrix; None if unknown.
@@ -180,6 +197,7 @@ class RunRecord:
     inputs: FrameInputs | None
     invalid_mask: RecordedMask | None
     drawn: RecordedMask | None = None
+    by_hand: RecordedByHand | None = None
     outside_view: RecordedMask | None = None
     guide: RecordedGuide | None = None
     pose: tuple[tuple[float, ...], ...] | None = None
@@ -221,6 +239,7 @@ def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -
         inputs=run.frame.inputs,
         invalid_mask=_recorded(run.frame.invalid_mask, INVALID_MASK_FILE),
         drawn=_recorded(run.drawn, DRAWN_FILE),
+        by_hand=_recorded_by_hand(run.by_hand),
         outside_view=_recorded(run.frame.outside_view if is_of_files else None, OUTSIDE_FILE),
         guide=_recorded_guide(run.frame.guide),
         pose=None if run.frame.pose is None else tuple(map(tuple, run.frame.pose.tolist())),
@@ -261,6 +280,12 @@ def to_json(record: RunRecord) -> bytes:
 
 def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:
     return None if mask is None else RecordedMask(array_sha256(mask), file)
+
+
+def _recorded_by_hand(by_hand: DepthByHand | None) -> RecordedByHand | None:
+    if by_hand is None:
+        return None
+    return RecordedByHand(array_sha256(by_hand.depth), DEPTH_BY_HAND_FILE, by_hand.weight)
 
 
 def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:

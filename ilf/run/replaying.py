@@ -17,6 +17,7 @@ from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES
 from .._runtime.networks.session import device
+from ..data.by_hand import DepthByHand
 from ..data.frame import InputFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.results import Completion
@@ -27,7 +28,15 @@ from ..io.labels import read_labels, read_mask
 from ..segmentation.extraction import found_blocks
 from ..sources.frames import load_frame
 from .options import DEPTH_FILES, LABELS_FILE, ExportOptions
-from .record import RecordedGuide, RecordedMask, RunRecord, array_sha256, installed_sha256, requested_networks
+from .record import (
+    RecordedByHand,
+    RecordedGuide,
+    RecordedMask,
+    RunRecord,
+    array_sha256,
+    installed_sha256,
+    requested_networks,
+)
 from .record_file import read_record
 from .run import Run
 
@@ -195,8 +204,8 @@ def replay(
     Parameters
     ----------
     path : path-like
-        The run.json. Label map, guide, masks (invalid depth, drawn borders, outside view), and input files that have
-        been moved are searched beside it.
+        The run.json. Label map, guide, depth by hand, masks (invalid depth, drawn borders, outside view), and input
+        files that have been moved are searched beside it.
     rgb, depth : path-like, optional
         New paths of the input files; for a frame of a recording, `rgb` is that of the recording.
 
@@ -208,8 +217,8 @@ def replay(
     Raises
     ------
     InputError
-        If there is no such record, an input file is missing or is not the recorded one, or the blocks, the guide or
-        one of the masks cannot be restored.
+        If there is no such record, an input file is missing or is not the recorded one, or the blocks, the guide,
+        depth by hand or one of the masks cannot be restored.
     FormatError
         If the record cannot be read.
 
@@ -256,6 +265,7 @@ def replay(
         network=network,
         notes=notes,
         drawn=_recorded_mask(record.drawn, "drawn borders", folder, frame.shape),
+        by_hand=_recorded_by_hand(record.by_hand, folder),
     )
     return Replay(run, record.export, record, tuple(differences), _recorded_depth(record, folder))
 
@@ -369,6 +379,19 @@ def _recorded_mask(
     if array_sha256(mask) != recorded.sha256:
         raise InputError(f"{path} is not the mask of {what} of the recorded run: its content has changed. Restore it.")
     return mask
+
+
+def _recorded_by_hand(recorded: RecordedByHand | None, folder: Path) -> DepthByHand | None:
+    """Depth by hand, from the file beside the record; None if the run had none."""
+    if recorded is None:
+        return None
+    path = folder / recorded.file
+    if not os.path.isfile(path):
+        raise InputError(f"Depth by hand of this run ({path.name}) is not beside the record. Put it there.")
+    by_hand = DepthByHand(read_depth_values(path), recorded.weight)
+    if array_sha256(by_hand.depth) != recorded.sha256:
+        raise InputError(f"{path} is not depth by hand of the recorded run: its content has changed. Restore it.")
+    return by_hand
 
 
 def _recorded_guide(recorded: RecordedGuide | None, folder: Path) -> Guide | None:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ..completion.block import Watch
 from ..completion.completion import CompletionRun
 from ..completion.extrapolation import extrapolation_steps
+from ..data.by_hand import USUAL_WEIGHT, DepthByHand, as_by_hand, check_counts
 from ..data.declarations import ParameterSet, Value, check_names
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
@@ -21,6 +22,7 @@ from ..data.parameters import BlockParameters, Parameters, as_block_parameters, 
 from ..data.results import Completion, IterationRecord, Progress, compose
 from ..errors import InputError, ParameterError
 from ..io.block_files import read_blocks
+from ..io.frame_additions import load_by_hand
 from ..io.labels import LoadedBlocks, read_mask
 from ..segmentation.extraction import clear_stage_cache, found_blocks
 from ..segmentation.reextraction import with_gaps_filled
@@ -62,11 +64,13 @@ class Run(RunSetup):
     drawn : ndarray of bool, shape (H, W), optional
         Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth crosses it. None for
         none.
+    by_hand : DepthByHand, optional
+        Depth by hand. None for none.
 
     Raises
     ------
     InputError
-        If the label map or the mask of drawn borders does not fit the frame.
+        If the label map, the mask of drawn borders or depth by hand does not fit the frame.
     ParameterError
         For an unknown preset or an object that is not parameters.
 
@@ -92,6 +96,7 @@ class Run(RunSetup):
         extrapolate: bool = False,
         drawn: ArrayLike | None = None,
         guide: ArrayLike | Guide | None = None,
+        by_hand: ArrayLike | DepthByHand | None = None,
         **changes: Value,
     ) -> Self:
         """Make the run that `ilf.complete` executes for the same arguments."""
@@ -105,6 +110,7 @@ class Run(RunSetup):
             "parameters": as_parameters(preset, **of_filter),
             "extrapolate": extrapolate,
             "drawn": drawn,
+            "by_hand": as_by_hand(by_hand, checked_frame(frame).shape),
         }
         if own is not None:
             given["own"] = own
@@ -113,14 +119,19 @@ class Run(RunSetup):
             chosen = as_block_parameters(extraction, **of_blocks)
             found = found_blocks(guided, chosen)
             given |= {"blocks": found.blocks, "network": found.network, "notes": found.notes}
-            return cls(guided, extraction=chosen, **given)
+            return cls(guided, extraction=chosen, **given)._with_effect()
         if of_blocks:
             raise ParameterError(
                 f"{', '.join(of_blocks)} would have no effect, because blocks are given: extract them with it by "
                 "ilf.extract_blocks."
             )
         given |= {"blocks": blocks, "edited": True}
-        return cls(guided, extraction=extraction, **given)
+        return cls(guided, extraction=extraction, **given)._with_effect()
+
+    def _with_effect(self) -> Self:
+        """Return the run; raise InputError if its depth by hand counts nowhere."""
+        check_counts(self.by_hand, self.frame, self.blocks)
+        return self
 
     def steps(self, threads: int | None = None, watch: Watch | None = None) -> RunSteps:
         """Execute the run step by step, for progress and cancellation.
@@ -238,7 +249,8 @@ class RunSteps(CompletionRun):
 
     def __init__(self, run: Run, threads: int | None = None, watch: Watch | None = None) -> None:
         choice = defaultdict(lambda: run.parameters, run.own)
-        super().__init__(run.frame, run.blocks, choice, run.only, threads, run.extraction, run.drawn, watch)
+        by_user = run.drawn, run.by_hand
+        super().__init__(run.frame, run.blocks, choice, run.only, threads, run.extraction, *by_user, watch)
         self._run = run
         self._dense: Completion | None = None
         if run.extrapolate:
@@ -274,6 +286,7 @@ def complete(
     extrapolate: bool = False,
     drawn: ArrayLike | None = None,
     guide: ArrayLike | Guide | None = None,
+    by_hand: ArrayLike | DepthByHand | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     threads: int | None = None,
     **changes: Value,
@@ -301,6 +314,11 @@ def complete(
         Depth or inverse depth of the frame, metric or relative, shape (H, W) or of the same aspect: from a monocular
         depth network or another sensor. The frame's own, if any, if left out. NaN, infinite and zero values are
         ignored. The edge-aware filter follows it as far as the known depth supports it; the pass band ignores it.
+    by_hand : array_like or DepthByHand, optional
+        Depth [m] that you state, shape (H, W), NaN or 0 = none, as a constraint with a weight. It counts in blocks
+        where depth is missing or marked invalid, and lets a block with too little known depth be completed. It never
+        counts as measured: the result is filled and unsupported there (`CompletedRun.by_hand`). The pass band treats it
+        as known depth.
     on_progress : callable, optional
         Called with every `Progress`; raise `ilf.Cancelled` in it to stop.
     threads : int, optional
@@ -316,7 +334,7 @@ def complete(
     Raises
     ------
     InputError
-        If label map or drawn borders do not fit the frame.
+        If label map, drawn borders or depth by hand do not fit the frame, or depth by hand counts nowhere.
     ParameterError
         For an unknown preset or parameter, a value out of range, a parameter without effect in combination with the
         others, or an object that is not parameters.
@@ -343,6 +361,7 @@ def complete(
         extrapolate=extrapolate,
         drawn=drawn,
         guide=guide,
+        by_hand=by_hand,
         **changes,
     )
     return run.complete(on_progress=on_progress, threads=threads)
@@ -403,6 +422,10 @@ class RunConfiguration:
         Whether blocks are extracted where the file has none.
     drawn : str, optional
         Path of the mask of pixels whose border was drawn by hand.
+    by_hand : str, optional
+        Path of depth by hand, in the encoding of the frame's depth or, as floating-point numbers, in metres.
+    by_hand_weight : float
+        Its weight.
     """
 
     parameters: Parameters = field(default_factory=preset)
@@ -411,6 +434,8 @@ class RunConfiguration:
     blocks: str | None = None
     fill_gaps: bool = False
     drawn: str | None = None
+    by_hand: str | None = None
+    by_hand_weight: float = USUAL_WEIGHT
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", as_parameters(self.parameters))
@@ -424,7 +449,10 @@ class RunConfiguration:
             If a given file cannot be read or does not fit the frame, or there are no blocks.
         """
         given = self._given(frame)
-        drawn = None if self.drawn is None else read_mask(self.drawn, frame.shape)
+        added: dict[str, Any] = {
+            "drawn": None if self.drawn is None else read_mask(self.drawn, frame.shape),
+            "by_hand": None if self.by_hand is None else load_by_hand(self.by_hand, frame, self.by_hand_weight),
+        }
         if given is None or self.fill_gaps:
             found = found_blocks(frame, self.extraction)
             clear_stage_cache(frame)
@@ -437,17 +465,15 @@ class RunConfiguration:
                 edited=self.fill_gaps,
                 network=found.network,
                 notes=found.notes if given is None else given.notes + found.notes,
-                drawn=drawn,
+                **added,
             )
             remedy = "Lower min_size or min_known_share of the extraction, or give blocks."
         else:
-            run = Run(
-                frame, given.labels, self.parameters, extrapolate=self.extrapolate, notes=given.notes, drawn=drawn
-            )
+            run = Run(frame, given.labels, self.parameters, extrapolate=self.extrapolate, notes=given.notes, **added)
             remedy = f"{self.blocks} contains none: give a file with blocks, or fill its gaps."
         if not run.blocks.any():
             raise InputError(f"There are no blocks to complete. {remedy}")
-        return run
+        return run._with_effect()
 
     def _given(self, frame: RGBDFrame) -> LoadedBlocks | None:
         if self.blocks is None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.blocks import checked_drawn, checked_labels
+from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import RGBDFrame, checked_frame, read_only
 from ..data.parameters import BlockParameters, Parameters, as_parameters, preset
 
@@ -29,10 +30,12 @@ class RunSetup:
     network: str | None = None
     notes: tuple[str, ...] = ()
     drawn: NDArray[np.bool_] | None = None
+    by_hand: DepthByHand | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "blocks", read_only(checked_labels(self.blocks, checked_frame(self.frame).shape)))
         object.__setattr__(self, "drawn", checked_drawn(self.drawn, self.frame.shape))
+        object.__setattr__(self, "by_hand", as_by_hand(self.by_hand, self.frame.shape))
         object.__setattr__(self, "parameters", as_parameters(self.parameters))
         own = {label: as_parameters(parameters) for label, parameters in self.own.items()}
         object.__setattr__(self, "own", MappingProxyType(own))

@@ -27,16 +27,18 @@ from ..data.surface import flying_points, surface_mesh, surface_normals
 from ..errors import ExportError, IlfError, InputError
 from ..io.clouds import write_cloud
 from ..io.depth import precision_loss, write_depth, write_expected_error
-from ..io.frame_additions import write_guide
+from ..io.frame_additions import write_array
 from ..io.images import encode_image
 from ..io.labels import write_labels, write_mask
 from ..io.meshes import write_mesh
 from ..io.tables import write_csv
 from ..sources.frames import META_NAME
 from .options import (
+    BY_HAND_FILE,
     CLOUD_FILES,
     COLOUR_FILE,
     CURVES_FILE,
+    DEPTH_BY_HAND_FILE,
     DEPTH_FILES,
     DRAWN_FILE,
     ERROR_FILES,
@@ -181,6 +183,8 @@ def _scalars(
         scalars["expected_error"] = error
     scalars["filled"] = completion.filled
     scalars["block"] = run.blocks
+    if run.by_hand is not None:
+        scalars["by_hand"] = completion.by_hand
     if unsupported_mask is not None:
         scalars["unsupported"] = unsupported_mask
     return scalars
@@ -215,6 +219,8 @@ def filenames(run: RunSetup, options: ExportOptions) -> tuple[str, ...]:
     if run.extrapolate:
         names.append(EXTRAPOLATED_FILE)
     names += _masks(run)
+    if run.by_hand is not None:
+        names += [DEPTH_BY_HAND_FILE, BY_HAND_FILE]
     if run.frame.guide is not None:
         names.append(GUIDE_FILE)
     if run.frame.inputs is not None and options.depth_formats:
@@ -366,8 +372,11 @@ def _write_results(
             )
     for name, mask in _masks(run).items():
         write_mask(folder / name, mask)
+    if run.by_hand is not None:
+        write_array(folder / DEPTH_BY_HAND_FILE, run.by_hand.depth)
+        write_mask(folder / BY_HAND_FILE, completion.by_hand)
     if run.frame.guide is not None:
-        write_guide(folder / GUIDE_FILE, run.frame.guide)
+        write_array(folder / GUIDE_FILE, run.frame.guide.array)
     for depth_format in options.depth_formats:
         name = DEPTH_FILES[depth_format]
         found = write_depth(folder / name, completion.depth, options.depth_units)

@@ -73,6 +73,13 @@ def test_commands_in_any_order(
         mask[: chance.randrange(9), :9] = True
         workspace.blocks.set_invalid_mask(mask, "MarkInvalid")
 
+    def state_depth() -> None:
+        shape = workspace.session.frame.shape
+        depth = np.full(shape, chance.choice([np.nan, 1.5, 2.0]), np.float32)
+        where = np.zeros(shape, bool)
+        where[chance.randrange(20) :, chance.randrange(20) :] = True
+        workspace.by_hand.set_depth(depth, where, "Paint depth")
+
     def evaluate() -> None:
         frame = workspace.session.frame
         workspace.blocks.set_ground_truth(chance.choice([None, np.where(frame.known, frame.depth, np.float32(2))]))
@@ -92,7 +99,7 @@ def test_commands_in_any_order(
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
         lambda: window.feature(CurvesFeature).panel.scrub_bar._slider.setValue(chance.randrange(1, 9)),
-        *(edit, edit, mark_invalid, evaluate, inspect),
+        *(edit, edit, mark_invalid, state_depth, evaluate, inspect),
     ]
     for _ in range(STEPS):
         if chance.random() < 0.5:

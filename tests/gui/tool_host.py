@@ -67,6 +67,15 @@ class ToolHost:
     def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
         return self.workspace.blocks.set_invalid_mask(mask, text)
 
+    def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
+        return self.workspace.by_hand.set_depth(depth, where, text)
+
+    def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
+        self.workspace.by_hand.propose(depth)
+
+    def set_option(self, name: str, value: float | bool) -> None:
+        setattr(self.options, name, value)
+
     def show_preview(self, preview: Preview | None) -> None:
         self.preview = preview
 

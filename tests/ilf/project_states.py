@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import ilf
+from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
 from ilf.evaluation.hold_out import HoldOutTest
@@ -46,13 +47,17 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     labels = np.zeros(frame.shape, np.int32)
     labels[:, :40], labels[:30, 40:], labels[50:, 50:] = 1, 2, 70_000
     former = np.where(labels > 1, 1, labels).astype(np.int32)
+    stated = np.full(frame.shape, np.nan, np.float32)
+    stated[22:26, 12:60] = 1.75
+    by_hand = DepthByHand(stated, 0.6)
     guide = Guide(np.linspace(0.5, 4, 4800).reshape(60, 80), np.full((60, 80), 0.5), "elsewhere.npy")
     quick = ilf.preset(**QUICK)
     paper = ilf.preset("paper", **QUICK)
     early = Run(frame, former, paper, {1: paper.replace(stage_step=1.0)}, only=(1,), notes=("First of all.",))
     late = Run(
         frame.with_invalid_mask(mask).with_guide(guide), labels, quick, {2: quick.replace(smoothness=2)},
-        extrapolate=True, drawn=drawn, extraction=ilf.BlockParameters(granularity=0.4), network="0" * 64,
+        extrapolate=True, drawn=drawn, by_hand=by_hand, extraction=ilf.BlockParameters(granularity=0.4),
+        network="0" * 64,
     )  # fmt: skip
     early_result, late_result = early.complete(), late.complete()
     told = dataclasses.replace(late_result.results[1], notes=("Canny stood in.",), network="a" * 64)
@@ -88,6 +93,7 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
         common=quick,
         results=results,
         extrapolation=Extrapolation.of(late_result),
+        by_hand=by_hand,
         runs=runs,
         compared=(4, 1),
         next_number=6,

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import ilf
+from ilf.data.by_hand import DepthByHand
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import write
@@ -42,6 +43,13 @@ def with_invalid_mask(run: Run) -> Run:
 def with_drawn_border(run: Run) -> Run:
     """The same run, of which the right border of block 1 was drawn by hand, without any new label map."""
     return replace(run, drawn=border_pixels(run.blocks) & (run.blocks == 1))
+
+
+def with_depth_by_hand(run: Run) -> Run:
+    """The same run with depth by hand in both holes, and a little where depth is known, which counts nowhere."""
+    depth = np.full(run.frame.shape, np.nan, np.float32)
+    depth[22:30, 8:62] = 1.75
+    return replace(run, by_hand=DepthByHand(depth, 0.6))
 
 
 def written(run: Run, folder: Path, options: ExportOptions = OPTIONS) -> Path:

@@ -14,7 +14,7 @@ from ilf.evaluation.hold_out import HoldOutResult, HoldOutTest, comparison_steps
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
-from ...state.results import same_guide, same_mask
+from ...state.results import same_by_hand, same_guide, same_mask
 from ...state.session import Session
 from ...work.jobs import spare_cores
 
@@ -82,6 +82,7 @@ class HoldOutOutcome:
             and same_mask(session.frame.invalid_mask, run.frame.invalid_mask)
             and same_guide(session.frame.guide, run.frame.guide)
             and same_mask(session.notes.drawn, run.drawn)
+            and same_by_hand(session.by_hand, run.by_hand)
         )
 
     @property

@@ -48,6 +48,7 @@ def state_of(session: Session) -> FrameState:
         session.labels.copy(),
         known,
         session.common,
+        by_hand=session.by_hand,
         extrapolate=session.extrapolate,
         own_parameters=session.own_parameters,
         to_check=frozenset(session.to_check),

@@ -199,7 +199,7 @@ def expected_error(completion: Completion) -> Array:
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
     model[completion.extrapolated] = _NUMBERS[DEFAULT_MODEL]
     error = _error(frame, completion.depth, model, _edges_of(completion))
-    error[(model == _NUMBERS[DEFAULT_MODEL]) & ~_by_guide_alone(completion)] *= np.float32(_guide_factor(frame))
+    error[(model == _NUMBERS[DEFAULT_MODEL]) & ~_without_measurements(completion)] *= np.float32(_guide_factor(frame))
     beyond = _beyond_range(completion)
     error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
     return error
@@ -209,7 +209,8 @@ def unsupported(completion: Completion) -> NDArray[np.bool_]:
     """Find the filled pixels that are unsupported by measurements, so that their expected error is not reliable.
 
     They are extrapolated; closed off by edges on all sides from known depth; beyond the sensor range; farther or nearer
-    than all measured depth; or in a block that is completed from a guide alone.
+    than all measured depth; stated by hand; or in a block with too little measured depth, which is completed from a
+    guide or depth by hand alone.
 
     Parameters
     ----------
@@ -241,8 +242,8 @@ def unsupported(completion: Completion) -> NDArray[np.bool_]:
     outside = (completion.depth > (1 + _OUTSIDE) * farthest) | (completion.depth < (1 - _OUTSIDE) * nearest)
     steps, freely = walks_with_edges(frame, _edges_of(completion)).steps, _walks_without_edges(frame).steps
     closed_off = (steps > _CLOSED_OFF * freely) & (steps > _MIN_STEPS)
-    beyond, by_guide = _beyond_range(completion), _by_guide_alone(completion)
-    return filled & (completion.extrapolated | outside | closed_off | beyond | by_guide)
+    beyond, without = _beyond_range(completion), _without_measurements(completion)
+    return filled & (completion.extrapolated | outside | closed_off | beyond | without | completion.by_hand)
 
 
 @once_per_frame
@@ -289,7 +290,7 @@ def _beyond_range(completion: Completion) -> NDArray[np.bool_]:
     return beyond & completion.filled
 
 
-def _by_guide_alone(completion: Completion) -> NDArray[np.bool_]:
+def _without_measurements(completion: Completion) -> NDArray[np.bool_]:
     """Pixels, bool (H, W), of blocks that were completed with less known depth than their parameters require."""
     alone = np.zeros(completion.frame.shape, bool)
     density = completion.frame.known.mean()

@@ -119,7 +119,8 @@ class Level(NamedTuple):
 class Grid:
     """A level of the pyramid over the window.
 
-    `counts` and `totals` are the number and sum of the known depth minus the trend, `inside` is the number of the
+    `counts` and `totals` are the number and sum of the known depth minus the trend, in which depth by hand counts with
+    its weight; `inside` is the number of the
     block's pixels in every cell; `edges` is the largest edge strength there, `creases` the largest probability of a
     crease, or None if unknown. `held_out` contains counts and totals of the held-out depth, or None; `cut_links` the
     links cut by a drawn border, or None.
@@ -142,13 +143,13 @@ class Grid:
 
     @cached_property
     def samples(self) -> float:
-        """Number of pixels with known depth."""
+        """Number of pixels with known depth, and the weights of those with depth by hand."""
         return float(self.counts.sum(dtype=np.float64))
 
     @property
     def start(self) -> Array:
         """The cells' mean known depth minus the trend; 0 where there is none."""
-        return np.divide(self.totals, np.maximum(self.counts, 1))
+        return np.divide(self.totals, self.counts, out=np.zeros_like(self.totals), where=self.counts > 0)
 
     def sums(self, u: Array, previous: Array) -> Sums:
         """The sums of a step from `previous` to u."""

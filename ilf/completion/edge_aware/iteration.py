@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ..._runtime.compiling import inner
 from ...data.blocks import Block
+from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters
 from ...data.results import EdgeAwareRecord, deviation
@@ -232,6 +233,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     drawn : ndarray of bool, optional
         The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: no depth from
         beyond it is used there.
+    by_hand : DepthByHand, optional
+        Depth by hand at the block's missing pixels, in the same order: samples with its weight.
     """
 
     def __init__(
@@ -241,17 +244,21 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         parameters: Parameters,
         edges: FrameEdges,
         drawn: NDArray[np.bool_] | None = None,
+        by_hand: DepthByHand | None = None,
     ) -> None:
         self._start = time.perf_counter()
         self._frame, self._block, self._parameters = frame, block, parameters
-        view = View(frame, block, parameters, drawn)
+        view = View(frame, block, parameters, drawn, by_hand)
         self._window, self._gap = view.window, view.gap
         guide = fit_guide(frame)
         depth = view.mean_depth(guide)
         noise = parameters.noise or noise_of(view.depth, view.mask)
         shaped = parameters.trend and view.gap >= WIDE
         found = None if parameters.mode == "fill" else self._noise(frame)
-        explained = polynomial_trend(view.raw, view.mask, found) if found and parameters.trend else None
+        # depth by hand is not part of what noise explains: the gaps must be filled
+        measured_only = by_hand is None
+        fits = found is not None and parameters.trend and measured_only
+        explained = polynomial_trend(view.raw, view.mask, found) if found is not None and fits else None
         if explained is not None:
             trend, stiffness, follows = explained[view.place], 1.0, True
         else:
@@ -260,7 +267,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             trend = view.guided(trend, guide)
         self._denoising = None
         if found is not None:
-            self._denoising = Denoising.of(view.raw[view.place], trend, found, parameters, follows)
+            self._denoising = Denoising.of(view.raw[view.place], trend, found, parameters, follows and measured_only)
         self._least = parameters.s_criteria
         self._finest_steps = _FINEST_STEPS if self._denoising is None else _BEFORE_ROUNDS
         weights = parameters.smoothness * stiffness
@@ -269,7 +276,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._jump = max(noise, parameters.jump_share * max(depth, NEAREST)) if parameters.jump_share else math.inf
 
         self._finest = finest = view.grid(np.ascontiguousarray(trend), edges, parameters)
-        self._known_squares = inner(finest.totals, finest.totals)
+        # of samples of weight w: w times the square, as their total is w times their depth
+        self._known_squares = inner(finest.totals, finest.totals if measured_only else finest.start)
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
         grids = [finest]
         while len(grids) <= _HALVINGS or grids[-1].counts.size > _DIRECT_CELLS:

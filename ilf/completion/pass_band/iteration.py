@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from ..._runtime.cancellation import check_cancelled
 from ..._runtime.compiling import inner
 from ...data.blocks import Block
+from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters
 from ...data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
@@ -157,11 +158,16 @@ class PassBandIteration(Iterator[PassBandRecord]):
     ----------
     frame : RGBDFrame
     block : Block
-        The pixels to iterate on, at least one of them with known depth.
+        The pixels to iterate on, at least one of them with known depth or depth by hand.
     parameters : Parameters
+    by_hand : DepthByHand, optional
+        Depth by hand at the block's pixels, in the order of `block.mask`'s True values: known depth here, whatever its
+        weight.
     """
 
-    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
+    def __init__(
+        self, frame: RGBDFrame, block: Block, parameters: Parameters, by_hand: DepthByHand | None = None
+    ) -> None:
         self._start = time.perf_counter()
         self._parameters = parameters
         self._mask = block.mask
@@ -174,6 +180,9 @@ class PassBandIteration(Iterator[PassBandRecord]):
         known = block.mask & np.isfinite(raw)
         held_out = hold_out_mask(known, parameters.validation_share)
         taken = known & ~held_out
+        if by_hand is not None:
+            raw[block.mask] = np.where(by_hand.pixels, by_hand.depth, raw[block.mask])
+            taken[block.mask] |= by_hand.pixels
         self._mean = float(raw[taken].mean()) if parameters.centred else 0.0
         self._known = _MaskedValues(taken, grid, raw - self._mean)
         self._held_out = _MaskedValues(held_out, grid, raw - self._mean) if held_out.any() else None

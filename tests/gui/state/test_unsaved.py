@@ -48,6 +48,9 @@ WORK: dict[str, Do] = {
     "parameters": lambda workspace, session: workspace.parameters.set(QUICK),
     "own values": lambda workspace, session: workspace.parameters.set_own(QUICK_OWN, [1]),
     "distrusted depth": _mark_invalid,
+    "depth by hand": lambda workspace, session: workspace.by_hand.set_depth(
+        np.full(session.labels.shape, 2.0, np.float32), session.frame.missing, "Paint depth"
+    ),
     "ground_truth": lambda workspace, session: workspace.blocks.set_ground_truth(
         np.ones(session.labels.shape, np.float32)
     ),

@@ -596,6 +596,7 @@ def test_locked_blocks_are_left_alone_by_every_tool(host: ToolHost) -> None:
 def test_what_is_given_up_leaves_nothing(host: ToolHost, name: str) -> None:
     """Events of a drag that was given up come all the same, and mean nothing."""
     user = hand(host, name)
+    host.options.hand_depth = 2.0
     before = host.labels.copy()
     user.drag([(25, 10), (35, 20), (45, 30)], "s" if name == "select" else "", release=False)
     assert user.tool.busy

@@ -30,6 +30,7 @@ _gesture = st.fixed_dictionaries(
         "chosen": st.integers(0, 4),
         "leash": st.sampled_from([0, 6]),
         "switches": st.tuples(st.booleans(), st.booleans()),
+        "hand_depth": st.sampled_from([0.0, 1.5, 2.5]),
         "history": st.sampled_from(["", "", "", "undo", "redo"]),
     }
 )
@@ -37,6 +38,7 @@ _gesture = st.fixed_dictionaries(
 
 def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
     host.options.leash = gesture["leash"]
+    host.options.hand_depth = gesture["hand_depth"]
     host.options.similar_only, host.options.to_no_block = gesture["switches"]
     host.select([gesture["chosen"]] if gesture["chosen"] in host.session.counts() else [])
     hand, points, keys, how = Hand(tool, host), gesture["points"], gesture["keys"], gesture["how"]
@@ -59,7 +61,7 @@ def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
 
 def test_whatever_a_hand_does(small_frame: RGBDFrame, qapp: QObject) -> None:
     """Blocks part the frame, locked ones stay, undo and redo are exact, drawn borders are borders,
-    distrusted depth is what counts as missing."""
+    distrusted depth is what counts as missing; depth by hand is never in locked blocks, and no proposal stays."""
     edits = 0
 
     @settings(
@@ -98,6 +100,7 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
         _check(host, labels)
         for tool in tools.values():
             tool.cancel(host)
+        assert host.session.proposal is None
         if stack.index() > before:  # what was undone before is gone
             seen = {index: state for index, state in seen.items() if index <= before}
         elif gesture["how"] in ("given up", "left"):
@@ -115,6 +118,7 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
     assert np.array_equal(host.labels, labels)
     assert host.session.frame.invalid_mask is None
     assert not _drawn(host).any()
+    assert host.session.by_hand is None
     while stack.canRedo():
         stack.redo()
         if stack.index() in seen:
@@ -122,8 +126,14 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
     return edits
 
 
-def _state(host: ToolHost) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return host.labels.copy(), host.session.frame.known.copy(), _drawn(host)
+def _state(host: ToolHost) -> tuple[np.ndarray, ...]:
+    return host.labels.copy(), host.session.frame.known.copy(), _drawn(host), _by_hand(host)
+
+
+def _by_hand(host: ToolHost) -> np.ndarray:
+    """Depth by hand, 0 for none."""
+    by_hand = host.session.by_hand
+    return np.zeros(FRAME_SHAPE) if by_hand is None else np.nan_to_num(by_hand.depth)
 
 
 def _drawn(host: ToolHost) -> np.ndarray:
@@ -131,7 +141,7 @@ def _drawn(host: ToolHost) -> np.ndarray:
     return np.zeros(FRAME_SHAPE, bool) if drawn is None else drawn.copy()
 
 
-def _compare(host: ToolHost, state: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
+def _compare(host: ToolHost, state: tuple[np.ndarray, ...]) -> None:
     for now, then in zip(_state(host), state, strict=True):
         assert np.array_equal(now, then)
 
@@ -147,3 +157,6 @@ def _check(host: ToolHost, labels: np.ndarray) -> None:
     assert not (invalid_mask & ~measured).any()
     assert np.array_equal(frame.known, measured & ~invalid_mask)
     assert not (_drawn(host) & ~border_pixels(host.labels)).any()
+    by_hand = _by_hand(host)
+    assert set(np.unique(by_hand)) <= {0.0, 1.5, 2.5}
+    assert not by_hand[host.labels == LOCKED].any()

@@ -212,7 +212,7 @@ def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame: 
     assert outcome.status is Status.NOT_RECOVERABLE
     assert outcome.message == (
         "1 of 1,632 pixels have depth (0.1%); at least 33 are needed. "
-        "Merge it with a neighbour on the same surface, or lower the limits under Data."
+        "Merge it with a neighbour on the same surface, give it depth by hand, or lower the limits under Data."
     )
     assert (outcome.pixels, outcome.known, outcome.recovered) == (1632, 1, 0)
     assert outcome.defect_rate == 1631 / 1632

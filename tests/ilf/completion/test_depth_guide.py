@@ -19,7 +19,7 @@ from ilf.completion.guide_hold_out import GuideHoldOut, HeldOutErrors, decided, 
 from ilf.data.guide import Guide
 from ilf.errors import FormatError, InputError
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
-from ilf.io.frame_additions import load_guide, write_guide
+from ilf.io.frame_additions import load_guide, write_array
 
 SHAPE = (90, 120)
 
@@ -245,7 +245,7 @@ def test_guides_are_read_from_files(tmp_path) -> None:
     for name in ("grey.png", "three.png", "one.npy", "named.npz"):
         assert np.array_equal(load_guide(tmp_path / name, SHAPE).values, grey), name
     both = Guide(ground_truth(), ground_truth() / 5)
-    write_guide(tmp_path / "both.npy", both)
+    write_array(tmp_path / "both.npy", both.array)
     assert load_guide(tmp_path / "both.npy").is_same_as(both)
     assert not both.is_same_as(Guide(ground_truth()))
 
@@ -281,7 +281,7 @@ def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> No
     assert "guide_used.npy" in capsys.readouterr().out
 
     used = folder / "out" / "guide_used.npy"
-    write_guide(used, Guide(ground_truth()))
+    write_array(used, Guide(ground_truth()).array)
     with pytest.raises(InputError, match="not the guide of the recorded run"):
         ilf.replay(folder / "out" / "run.json")
     used.unlink()

@@ -23,7 +23,17 @@ from ilf.run.writing import write
 from ilf.segmentation.extraction import found_blocks
 
 from ..small_frames import QUICK
-from ..small_runs import OPTIONS, changed, contents, drawn, small_run, with_drawn_border, with_invalid_mask, written
+from ..small_runs import (
+    OPTIONS,
+    changed,
+    contents,
+    drawn,
+    small_run,
+    with_depth_by_hand,
+    with_drawn_border,
+    with_invalid_mask,
+    written,
+)
 
 
 def replayed(path: Path, out: Path, *files: Path) -> Replay:
@@ -40,6 +50,7 @@ def replayed(path: Path, out: Path, *files: Path) -> Replay:
         drawn,
         with_invalid_mask,
         with_drawn_border,
+        with_depth_by_hand,
         lambda run: replace(run, only=frozenset({2})),
         lambda run: replace(run, extrapolate=True, only=frozenset({2})),
         lambda run: replace(run, own={2: ilf.preset(**QUICK, mode="fill+denoise")}),
@@ -51,6 +62,7 @@ def replayed(path: Path, out: Path, *files: Path) -> Replay:
         "edited",
         "invalid_mask",
         "drawn border",
+        "depth by hand",
         "some blocks",
         "extrapolate",
         "own parameters",

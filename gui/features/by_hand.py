@@ -1,0 +1,79 @@
+"""Commands of the tool Depth by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from ..base.commands import Command
+from ..tools.depth_by_hand import DepthByHandTool
+from .context import Context
+
+BY_HAND_COMMANDS = ("fill_by_hand", "continue_plane", "nearer_surface", "farther_surface", "remove_by_hand")
+"""Their names, in the order of the tool bar."""
+
+
+def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequence[Command]:
+    """Return the commands; `choose` makes a tool the active one."""
+    editor, reasons = context.editor, context.reasons
+    tool = editor.tools["depth_by_hand"]
+    assert isinstance(tool, DepthByHandTool)
+
+    def with_tool(act: Callable[[], None]) -> Callable[[], None]:
+        def handler() -> None:
+            if editor.tool is not tool:
+                choose("depth_by_hand")
+            act()
+
+        return handler
+
+    def no_by_hand() -> str:
+        has_any = context.workspace.has_session and context.workspace.session.by_hand is not None
+        return reasons.no_frame() or ("" if has_any else "There is no depth by hand.")
+
+    return (
+        Command(
+            "fill_by_hand",
+            "&Fill with depth",
+            "ph.paint-bucket",
+            "",
+            "State the depth in the tool bar at all missing depth of the selected blocks",
+            handler=with_tool(lambda: tool.fill(editor)),
+            why_off=reasons.none_selected,
+        ),
+        Command(
+            "continue_plane",
+            "&Continue this plane",
+            "ph.square-half",
+            "Ctrl+Shift+U",
+            "Continue the plane of the known depth in the rectangle, or in the selected blocks, into their holes",
+            handler=with_tool(lambda: tool.propose_plane(editor)),
+            why_off=reasons.none_selected,
+        ),
+        Command(
+            "nearer_surface",
+            "&Nearer surface",
+            "ph.arrow-line-down",
+            "",
+            "Continue the nearer of the two surfaces around a hole of the selected blocks into it",
+            handler=with_tool(lambda: tool.propose_surface(editor, nearer=True)),
+            why_off=reasons.none_selected,
+        ),
+        Command(
+            "farther_surface",
+            "F&arther surface",
+            "ph.arrow-line-up",
+            "",
+            "Continue the farther of the two surfaces around a hole of the selected blocks into it",
+            handler=with_tool(lambda: tool.propose_surface(editor, nearer=False)),
+            why_off=reasons.none_selected,
+        ),
+        Command(
+            "remove_by_hand",
+            "Remo&ve depth by hand",
+            "ph.backspace",
+            "",
+            "Remove depth by hand from the selected blocks, or everywhere if none is selected",
+            handler=with_tool(lambda: tool.erase(editor)),
+            why_off=no_by_hand,
+        ),
+    )

@@ -1,0 +1,269 @@
+"""The tool Depth by hand: paints depth where none was measured, and proposes surfaces to continue into a hole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtGui import QPainterPath
+
+from ilf.completion.continuation import continue_plane, nearer_or_farther
+from ilf.errors import InputError
+
+from ..state.session import Session
+from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.pixel_items import boundary_path, box_of
+from .base import Host, warn_if_any_locked
+from .brush import StrokeTool, brush_preview
+
+Depth = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+_NO_DEPTH = "No depth is set yet: Alt+click picks one from the image, or type it in the tool bar."
+_NOT_MISSING = (
+    "Nothing is missing here: depth by hand counts only where depth is missing. Mark the measured depth invalid first."
+)
+_NO_BLOCK = "No block has missing depth here: depth by hand counts in blocks only."
+_NOT_SELECTED = "The selected blocks have no missing depth here. Clear the selection (Esc) to paint in all blocks."
+
+
+class Surface(NamedTuple):
+    """A surface to propose.
+
+    Attributes
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        Depth [m], NaN for none.
+    text : str
+        What it is, for the hint.
+    step : str
+        Name of the undo step that takes it.
+    """
+
+    depth: Depth
+    text: str
+    step: str
+
+
+class DepthByHandTool(StrokeTool):
+    """The tool Depth by hand. A drag paints the set depth on missing depth of the selected blocks, or of all if none is
+    selected; Shift erases, Alt+click picks the depth under the pointer.
+
+    A proposal, such as a continued plane, is shown in images and point cloud until Enter takes it; meanwhile a drag
+    limits it to what the brush covers.
+    """
+
+    options = ("brush", "hand_depth")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._erases = False
+        self._surface: Surface | None = None
+        """The proposed surface, whole."""
+        self._kept: Mask | None = None
+        """Pixels that it is limited to; None for all."""
+        self._outline = QPainterPath()
+
+    @property
+    def hint(self) -> str:
+        """Hint: what a click, a drag or a key would do."""
+        if self._surface is not None:
+            return f"Enter: take | Esc: drop | drag: only under the brush | {self._surface.text}"
+        return "Drag: paint the depth | Alt+click: pick a depth | Shift+drag: erase | [ ] or Ctrl+wheel: brush size"
+
+    @property
+    def busy(self) -> bool:
+        """Whether a stroke is in progress or a surface is proposed."""
+        return super().busy or self._surface is not None
+
+    def begin(self, event: PointerEvent, host: Host) -> bool:
+        """Pick a depth with Alt; else start a stroke."""
+        if event.alt:
+            pick_depth(host, event.x, event.y)
+            return False
+        self._erases = event.shift and self._surface is None
+        if self._surface is None and not self._erases and host.options.hand_depth <= 0:
+            host.show_message(_NO_DEPTH)
+            return False
+        return True
+
+    def apply(self, mask: Mask, host: Host) -> None:
+        """Limit the proposal to the stroke, or paint, or erase."""
+        session = host.session
+        if self._surface is not None:
+            kept = mask if self._kept is None else self._kept | mask
+            if not np.isfinite(self._surface.depth[kept]).any():
+                host.show_message("The proposed surface has no depth under this stroke.")
+                return
+            self._kept = kept
+            self._show(host)
+            return
+        if self._erases:
+            self._remove(host, mask & _selected(session))
+            return
+        missing = mask & session.frame.missing
+        wanted = missing & _selected(session) & (session.labels > 0)
+        if wanted.any():
+            self._state(host, _constant(host), wanted, "Paint depth")
+        elif not missing.any():
+            host.show_message(_NOT_MISSING)
+        else:
+            host.show_message(_NOT_SELECTED if session.selected and session.labels[missing].any() else _NO_BLOCK)
+
+    def cancel(self, host: Host) -> bool:
+        """Cancel the stroke and drop the proposal."""
+        pending_work, self._surface, self._kept = self.busy, None, None
+        super().cancel(host)
+        host.propose_depth(None)
+        return pending_work
+
+    def finish(self, host: Host) -> bool:
+        """Take the proposal as depth by hand."""
+        if self._surface is None:
+            return False
+        proposal, step = self._proposal, self._surface.step
+        self.cancel(host)
+        self._state(host, proposal, np.isfinite(proposal), step)
+        return True
+
+    def fill(self, host: Host) -> None:
+        """State the set depth at all missing depth of the selected blocks."""
+        if host.options.hand_depth <= 0:
+            host.show_message(_NO_DEPTH)
+        elif (hole := _hole_of(host)) is not None:
+            self._state(host, _constant(host), hole, "Fill with depth")
+
+    def erase(self, host: Host) -> None:
+        """Remove depth by hand from the selected blocks, or everywhere if none is selected."""
+        self._remove(host, _selected(host.session))
+
+    def propose_plane(self, host: Host) -> None:
+        """Propose the plane of the known depth in the rectangle, or else in the selected blocks, for their holes."""
+        session, hole = host.session, _hole_of(host)
+        if hole is None:
+            return
+        source = np.isin(session.labels, session.selected)
+        if session.region is not None:
+            source = np.zeros_like(source)
+            source[session.region] = True
+        where = "in the rectangle" if session.region is not None else "in the selected blocks"
+
+        def find() -> Surface:
+            found, plane = continue_plane(session.frame.depth, source, hole)
+            return Surface(found, f"Plane through {plane.share:.0%} of the known depth {where}", "Continue plane")
+
+        self._find(host, find)
+
+    def propose_surface(self, host: Host, nearer: bool) -> None:
+        """Propose the nearer or the farther of the surfaces around the holes of the selected blocks."""
+        session, hole = host.session, _hole_of(host)
+        if hole is None:
+            return
+        text, labels = f"{'Nearer' if nearer else 'Farther'} surface", session.labels.copy()
+        self._find(host, lambda: Surface(nearer_or_farther(session.frame.depth, labels, hole, nearer), text, text))
+
+    def _find(self, host: Host, find: Callable[[], Surface]) -> None:
+        """Find a surface in the background and propose it."""
+        self.cancel(host)
+        host.run_in_background(partial(_or_reason, find), partial(self._take, host))
+
+    def _take(self, host: Host, answer: Surface | str) -> None:
+        if isinstance(answer, str):
+            host.show_message(answer)
+            return
+        self._surface, self._kept = answer, None
+        self._show(host)
+
+    def _show(self, host: Host) -> None:
+        """Show the proposal, and the outline of its larger parts: those of thousands of single pixels are slow."""
+        proposal = self._proposal
+        host.propose_depth(proposal)
+        large = cv2.morphologyEx(np.isfinite(proposal).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+        box = box_of(large)
+        self._outline = QPainterPath() if box is None else boundary_path(large[box], box[1].start, box[0].start)
+        host.show_preview(Preview(self._outline, dashed=True))
+
+    def show_brush(self, event: PointerEvent, host: Host) -> None:
+        if self._surface is None:
+            super().show_brush(event, host)
+            return
+        area = self._trail(host.options.brush_radius) if self._swept is not None else None
+        path = QPainterPath() if event.kind is PointerKind.LEAVE else brush_preview(event, host).line
+        path.addPath(self._outline)
+        host.show_preview(Preview(path, area=area, dashed=True))
+
+    @property
+    def _proposal(self) -> Depth:
+        assert self._surface is not None
+        depth = self._surface.depth
+        return depth if self._kept is None else np.where(self._kept, depth, np.float32(np.nan))
+
+    def _state(self, host: Host, depth: Depth, where: Mask, text: str) -> None:
+        """State depth, except in locked blocks."""
+        free = where & ~np.isin(host.session.labels, list(host.session.locked))
+        if not free.any():
+            warn_if_any_locked(host, np.unique(host.session.labels[where]).tolist())
+        else:
+            host.state_depth(depth, free, text)
+
+    def _remove(self, host: Host, where: Mask) -> None:
+        """Remove depth by hand, except in locked blocks."""
+        free = where & ~np.isin(host.session.labels, list(host.session.locked))
+        if not host.state_depth(np.full(where.shape, np.nan, np.float32), free, "Remove depth by hand"):
+            host.show_message("There is no depth by hand here that can be removed.")
+
+
+def _selected(session: Session) -> Mask:
+    """Return the pixels of the selected blocks, bool (H, W); all pixels if none is selected."""
+    if not session.selected:
+        return np.ones(session.labels.shape, bool)
+    return np.isin(session.labels, session.selected)
+
+
+def _constant(host: Host) -> Depth:
+    """Return the set depth at every pixel."""
+    return np.full(host.session.frame.shape, host.options.hand_depth, np.float32)
+
+
+def _or_reason(find: Callable[[], Surface]) -> Surface | str:
+    """Return what `find` finds, or the message of its InputError."""
+    try:
+        return find()
+    except InputError as error:
+        return str(error)
+
+
+def _hole_of(host: Host) -> Mask | None:
+    """Return the missing depth of the selected blocks, bool (H, W); None, with a message, if there is none."""
+    session = host.session
+    if not session.selected:
+        host.show_message("Select the block with the hole first.")
+        return None
+    hole: Mask = session.frame.missing & np.isin(session.labels, session.selected)
+    if not hole.any():
+        host.show_message("The selected blocks have no missing depth.")
+        return None
+    return hole
+
+
+def pick_depth(host: Host, x: float, y: float) -> None:
+    """Set the depth to paint to that at image coordinates, completed or measured."""
+    depth = _depth_at(host.session, x, y)
+    if depth is None:
+        host.show_message("There is no depth to pick here.")
+    else:
+        host.set_option("hand_depth", depth)
+
+
+def _depth_at(session: Session, x: float, y: float) -> float | None:
+    row, column = int(y // 1), int(x // 1)
+    height, width = session.frame.shape
+    if not (0 <= row < height and 0 <= column < width):
+        return None
+    completed = session.current_depth()
+    depth = float((session.frame.depth if completed is None else completed)[row, column])
+    return depth if np.isfinite(depth) else None

@@ -1,0 +1,124 @@
+"""Depth by hand: depth that the user states where none was measured, as a constraint on the completion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._runtime.formatting import as_float
+from ..errors import InputError
+from .blocks import Block
+from .frame import FARTHEST_DEPTH, RGBDFrame, read_only
+
+USUAL_WEIGHT = 0.3
+"""Weight of a pixel's depth by hand; a measured pixel has weight 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class DepthByHand:
+    """Depth stated by the user. It counts at pixels of blocks without measured depth, also where that is marked
+    invalid, and never as measured. Immutable: its array is a read-only copy.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth [m], any real type, shape (H, W), or at the pixels of one block. NaN and 0 state nothing and become NaN.
+    weight : float
+        Weight of each pixel relative to a measured one, 0 to 1; 0 has no effect. The pass band ignores it.
+
+    Raises
+    ------
+    InputError
+        If it is not an array of real numbers, a depth is negative, infinite or above 300 m, or the weight is out of
+        range.
+
+    Examples
+    --------
+    >>> DepthByHand([[1.5, 0.0], [np.nan, 2.0]]).pixels
+    array([[ True, False],
+           [False,  True]])
+    >>> DepthByHand([[-1.0]])
+    Traceback (most recent call last):
+    ilf.errors.InputError: Depth by hand must be above 0 and at most 300 m, not -1 m. NaN or 0 states no depth.
+    """
+
+    depth: NDArray[np.float32]
+    weight: float = USUAL_WEIGHT
+
+    def __post_init__(self) -> None:
+        array = np.asarray(self.depth)
+        if array.dtype.kind not in "iuf":
+            raise InputError(f"Depth by hand must be one real number per pixel, not {array.dtype}.")
+        wrong = array[(array < 0) | (array > FARTHEST_DEPTH)]
+        if wrong.size:
+            raise InputError(
+                f"Depth by hand must be above 0 and at most {FARTHEST_DEPTH:g} m, not {wrong[0]:g} m. NaN or 0 states "
+                "no depth."
+            )
+        depth = array.astype(np.float32, copy=False)
+        if (depth == 0).any():
+            depth = np.where(depth == 0, np.float32(np.nan), depth)
+        object.__setattr__(self, "depth", read_only(depth))
+        weight = as_float(self.weight)
+        if not 0 <= weight <= 1:
+            raise InputError(f"The weight of depth by hand must lie between 0 and 1, not {self.weight!r:.60}.")
+        object.__setattr__(self, "weight", weight)
+
+    @property
+    def pixels(self) -> NDArray[np.bool_]:
+        """Pixels with depth by hand, of the shape of `depth`."""
+        return np.isfinite(self.depth)
+
+    def of_block(self, block: Block, frame: RGBDFrame) -> DepthByHand | None:
+        """Return the part that counts in a block of a frame: at its missing pixels, in the order of `block.mask`'s True
+        values; None if there is none."""
+        here = self.depth[block.box][block.mask]
+        missing = np.isnan(frame.depth[block.box][block.mask])
+        if frame.outside_view is not None:
+            missing &= ~frame.outside_view[block.box][block.mask]
+        own = np.where(missing, here, np.float32(np.nan))
+        return replace(self, depth=own) if np.isfinite(own).any() else None
+
+    def is_same_as(self, other: DepthByHand | None) -> bool:
+        """Whether another one has the same depth and weight."""
+        return self is other or (
+            other is not None
+            and self.weight == other.weight
+            and np.array_equal(self.depth, other.depth, equal_nan=True)
+        )
+
+
+def as_by_hand(given: ArrayLike | DepthByHand | None, shape: tuple[int, int]) -> DepthByHand | None:
+    """Return depth by hand from an array or unchanged; None if it states nothing or has no weight. Raise InputError if
+    it does not have this shape (H, W)."""
+    if given is None:
+        return None
+    by_hand = given if isinstance(given, DepthByHand) else DepthByHand(np.asarray(given))
+    if by_hand.depth.shape != shape:
+        raise InputError(
+            f"Depth by hand has shape {by_hand.depth.shape}, but the frame is {shape[1]} x {shape[0]} pixels: both "
+            "must have the same pixels."
+        )
+    return by_hand if by_hand.weight > 0 and by_hand.pixels.any() else None
+
+
+def by_hand_of(block: Block, by_hand: DepthByHand | None, frame: RGBDFrame) -> DepthByHand | None:
+    """Return the part of depth by hand that counts in a block of a frame, as `DepthByHand.of_block` does."""
+    return None if by_hand is None else by_hand.of_block(block, frame)
+
+
+def check_counts(by_hand: DepthByHand | None, frame: RGBDFrame, labels: NDArray[np.int32]) -> None:
+    """Raise InputError for depth by hand that counts nowhere: all its pixels have measured depth, or are in no
+    block."""
+    if by_hand is None:
+        return
+    missing = by_hand.pixels & frame.missing
+    if not missing.any():
+        raise InputError(
+            "Depth by hand counts only where depth is missing, and nothing is missing there. Mark the measured depth "
+            "invalid first, or leave depth by hand out."
+        )
+    if not labels[missing].any():
+        raise InputError("Depth by hand counts only in blocks, and no block has its pixels. Add them to a block first.")

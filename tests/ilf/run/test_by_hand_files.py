@@ -1,0 +1,116 @@
+"""Depth by hand in files: read, written, marked, recorded, and by the command line."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+from ilf.errors import InputError
+from ilf.io.labels import read_mask
+from ilf.run.options import ExportOptions
+from ilf.run.replaying import replay
+from ilf.run.writing import write
+
+from ..small_frames import CAMERA, write_small_frame
+from ..small_runs import contents, small_run, with_depth_by_hand
+from ..space_formats import read_ply
+
+ARGUMENTS = ["--max-iterations", "25", "--intrinsics", CAMERA]
+
+
+def test_it_is_marked_in_the_results(tmp_path: Path) -> None:
+    run = with_depth_by_hand(small_run(tmp_path))
+    completion = run.complete()
+    write(tmp_path / "out", run, completion, ExportOptions(cloud="ply"))
+    marked = read_mask(tmp_path / "out" / "by_hand.png", run.frame.shape)
+    assert run.by_hand is not None
+    assert np.array_equal(marked, run.by_hand.pixels & run.frame.missing & (run.blocks > 0))
+    assert np.array_equal(marked, completion.by_hand)
+    points, _ = read_ply(tmp_path / "out" / "cloud.ply")
+    assert np.array_equal(points["scalar_by_hand"] > 0, marked[np.isfinite(completion.depth)])
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert record["by_hand"]["weight"] == 0.6
+    assert sum(outcome["by_hand"] for outcome in record["blocks_outcome"]) == marked.sum()
+
+    plain = small_run(tmp_path)
+    write(tmp_path / "plain", plain, plain.complete(), ExportOptions(cloud="ply"))
+    assert not {"by_hand.png", "depth_by_hand.npy"} & contents(tmp_path / "plain").keys()
+    assert "scalar_by_hand" not in read_ply(tmp_path / "plain" / "cloud.ply")[0].dtype.names
+
+
+def test_a_record_is_not_replayed_with_other_depth_by_hand(tmp_path: Path) -> None:
+    run = with_depth_by_hand(small_run(tmp_path))
+    write(tmp_path / "out", run, run.complete())
+    file = tmp_path / "out" / "depth_by_hand.npy"
+    np.save(file, np.load(file) + 0.01)
+    with pytest.raises(InputError, match="is not depth by hand of the recorded run"):
+        replay(tmp_path / "out" / "run.json")
+    file.unlink()
+    with pytest.raises(InputError, match=r"depth_by_hand\.npy\) is not beside the record"):
+        replay(tmp_path / "out" / "run.json")
+
+
+def test_by_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_small_frame(tmp_path / "in")
+    files = ["in/rgb.png", "in/depth.png"]
+    stated = np.zeros((60, 80), np.uint16)
+    stated[24:28, 12:20] = 1750
+    cv2.imwrite("hand.png", stated)
+    np.save("hand.npy", stated / 1000.0)
+    for name in ("hand.png", "hand.npy"):
+        out = f"out-{name}"
+        assert main(["complete", *files, *ARGUMENTS, "--depth-by-hand", name, "--json", "--out", out]) == 0
+        document = json.loads(capsys.readouterr().out)
+        assert document["by_hand"] == np.count_nonzero(stated)
+        assert sum(block["by_hand"] for block in document["blocks"]) == np.count_nonzero(stated)
+    assert np.array_equal(np.load("out-hand.png/depth.npy"), np.load("out-hand.npy/depth.npy"))
+    frame = ilf.load_frame(*files)
+    library = ilf.complete(frame, max_iterations=25, by_hand=stated / 1000.0)
+    assert np.array_equal(np.load("out-hand.npy/depth.npy"), library.depth)
+
+    assert main(["complete", *files, *ARGUMENTS, "--depth-by-hand", "hand.npy", "--by-hand-weight", "0.9"]) == 0
+    assert "32 of them by hand" in capsys.readouterr().out
+    assert main(["complete", "--replay", "in-ilf/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents(tmp_path / "again") == contents(tmp_path / "in-ilf")
+    assert main(["info", "in-ilf/run.json"]) == 0
+    assert "depth_by_hand.npy, weight 0.9" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("values", "arguments", "message"),
+    [
+        (np.full((60, 80), 400.0), [], r"hand\.npy: Depth by hand must be above 0 and at most 300 m, not 400 m"),
+        (np.full((4, 5), 1.0), [], r"hand\.npy: Depth by hand has shape \(4, 5\), but the frame is 80 x 60"),
+        (np.pad(np.ones((1, 1)), ((0, 59), (0, 79))), [], "nothing is missing there"),
+        (np.ones((60, 80)), ["--by-hand-weight", "2"], "must lie between 0 and 1"),
+        (None, ["--by-hand-weight", "0.5"], "give that, too"),
+    ],
+)
+def test_mistakes_are_one_sentence(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    values: np.ndarray | None,
+    arguments: list[str],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_small_frame(tmp_path / "in")
+    if values is not None:
+        np.save("hand.npy", values)
+        arguments = ["--depth-by-hand", "hand.npy", *arguments]
+    assert main(["complete", "in/rgb.png", "in/depth.png", *ARGUMENTS, *arguments, "--out", "out"]) != 0
+    error = capsys.readouterr().err
+    assert error.count("\n") <= 2
+    assert re.search(message, error), error
+    assert not Path("out").exists()
