@@ -91,6 +91,7 @@ _NAMES = {
     "principal_point_y": "cy", "ppx": "cx", "ppy": "cy", "w": "width", "h": "height", "xres": "width", "yres": "height",
 }  # fmt: skip
 """Other names of the numbers of a camera -> those of `camera_of`."""
+_KNOWN_NAMES = {*_NAMES, *_NAMES.values(), "K", "intrinsic_matrix"}
 _FIRST_PIXEL_AT_A_HALF = "fl_x"
 """A name used only by files whose principal point is measured from the corner of the top left pixel."""
 _NAMED_NUMBERS = re.compile(r"^\s*([\w.]+)\s*[:=]\s*(\S.*)$|<(\w+)>\s*([^<>]+?)\s*</\3>", re.MULTILINE)
@@ -150,13 +151,11 @@ def _object_of(content: FileContent, data: Any, entry: str) -> Any:
 
 def named_camera(data: Mapping[str, Any]) -> dict[str, Any]:
     """Intrinsics with the names of `camera_of`, from those of other programs."""
-    found = {_NAMES.get(name, name): value for name, value in data.items()}
+    found = {_NAMES.get(name, name): value for name, value in data.items() if name in _KNOWN_NAMES}
     if _FIRST_PIXEL_AT_A_HALF in data:
         found |= {name: found[name] - 0.5 for name in ("cx", "cy") if isinstance(found.get(name), int | float)}
+        found.setdefault("fy", found["fx"])
     return found
-
-
-_KNOWN_NAMES = {*_NAMES, *_NAMES.values()}
 
 
 _SIZE_AND_LENS = 11

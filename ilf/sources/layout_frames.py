@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics, camera_of, is_preset
@@ -116,17 +116,20 @@ class LayoutFrames:
             matches = list(pattern.matches(self._folders))
             if one.endswith(LIST_SUFFIX):
                 matches = [listed for match in matches for listed in self._listed(match, is_depth)]
-            names = names or (*pattern.names, *(("1",) if one.endswith(LIST_SUFFIX) else ()))
-            found += matches
+            own = *pattern.names, *(("1",) if one.endswith(LIST_SUFFIX) else ())
+            names = names or own
+            order = [own.index(name) for name in names]
+            found += [Match(match.path, tuple(match.texts[at] for at in order)) for match in matches]
         return names, found
 
     def _listed(self, match: Match, is_depth: bool) -> Iterator[Match]:
         """The images, or their depth files, in a list of images."""
-        folder = os.path.dirname(match.path)
-        for image, depth in self._trajectory(match.path).depth_files.items():
-            path = depth if is_depth else image
-            if path:
-                yield Match(os.path.normpath(os.path.join(folder, path)), (*match.texts, image_name(image)))
+        folder, files = os.path.dirname(match.path), self._trajectory(match.path).depth_files
+        stems = Counter(map(_stem, files))
+        for image, depth in files.items():
+            if path := depth if is_depth else image:
+                name = _stem(image) if stems[_stem(image)] == 1 else image_name(image)
+                yield Match(os.path.normpath(os.path.join(folder, path)), (*match.texts, name))
 
     # What belongs to a frame besides colour and depth.
 
@@ -190,7 +193,7 @@ class LayoutFrames:
         if path is None:
             return None
         if pattern == self._layout.pose:
-            return self._trajectory(path).cameras.get(image_name(frame.rgb))
+            return cast("IntrinsicsSpec | None", self._trajectory(path).camera(frame.rgb))
         entry = filled(entry, frame.texts) if entry else ""
         found = self._cameras.get((path, entry))
         if found is None:
@@ -225,6 +228,10 @@ class LayoutFrames:
             pose = as_camera_to_world(pose, layout.pose_maps, layout.pose_axes)
             found.append(None if pose is None else tuple(pose.ravel().tolist()))
         return found
+
+
+def _stem(path: str) -> str:
+    return os.path.splitext(os.path.basename(path))[0]
 
 
 @cache

@@ -22,6 +22,7 @@ _LAST_NUMBER = re.compile(r"(\d+)\D*$")
 _LOG_ROWS = 5
 """Lines of a pose in a .log file of Open3D: three integers, then the four rows of the matrix."""
 
+_UP = re.compile(r"^(\.\./)+")
 _MATTERPORT_SIZE = 1280, 1024
 """Width and height [px] of the images of Matterport3D."""
 
@@ -35,11 +36,11 @@ class Trajectory:
     in_order : list
         Of one frame after the other.
     by_name : mapping
-        Of images by their names, see `image_name`.
+        Of images by the ends of their paths, see `image_name`.
     by_time : ndarray, shape (N, 8)
         Rows of time [s], position and quaternion x, y, z, w.
     cameras : mapping
-        Intrinsics of images, as `ilf.data.camera.camera_of` takes them, by the same names as the poses.
+        Intrinsics of images, by the same names as the poses.
     depth_files : mapping
         Paths of depth files relative to the folder of the file, by the paths of their images; "" where none is listed.
     depth_units : float or None
@@ -64,13 +65,24 @@ class Trajectory:
             Its place among the frames of the trajectory, from 0, and their number. Poses in order belong to the frames
             in order if there are as many; otherwise to the number in a frame's name, from 0.
         """
-        stem = image_name(rgb)
+        stem = os.path.splitext(os.path.basename(rgb))[0]
         if self.by_name:
-            return self.by_name.get(stem)
+            return _of_image(self.by_name, rgb)
         if len(self.by_time):
             return pose_at_time(self.by_time, stem)
         number = place if count == len(self.in_order) else _number_in(stem)
         return self.in_order[number] if number is not None and number < len(self.in_order) else None
+
+    def camera(self, rgb: str) -> Any:
+        """The intrinsics of an image, as `ilf.data.camera.camera_of` takes them; None if not known."""
+        return _of_image(self.cameras, rgb)
+
+
+def _of_image(named: Mapping[str, Any], rgb: str) -> Any:
+    """The value of the longest name in which the path of an image ends; None if there is none."""
+    parts = image_name(rgb).split("/")
+    keys = ("/".join(parts[start:]) for start in range(len(parts)))
+    return next((named[key] for key in keys if key in named), None)
 
 
 def _number_in(stem: str) -> int | None:
@@ -160,8 +172,8 @@ def _transforms(content: FileContent) -> Trajectory:
 
 
 def image_name(path: str) -> str:
-    """The name of an image by which files refer to it: without folder and extension."""
-    return os.path.splitext(os.path.basename(path))[0]
+    """The path of an image without extension, and without the way up from the file that lists it."""
+    return os.path.splitext(_UP.sub("", os.path.normpath(path).replace(os.sep, "/")))[0]
 
 
 _READERS: Mapping[str, Callable[[FileContent], Trajectory]] = {".log": _log, ".conf": _conf, ".json": _transforms}

@@ -356,9 +356,27 @@ def test_depth_beside_the_images_of_a_transforms_json(tmp_path: Path) -> None:
     data = json.loads((tmp_path / "transforms.json").read_text()) | {"depth_unit_scale_factor": 0.0005}
     (tmp_path / "transforms.json").write_text(json.dumps(data))
     assert ilf.open_source(tmp_path)[1].inputs.depth_units == 2000
+    assert set(ilf.open_source(tmp_path).frame_source("images/00001").options.intrinsics) == {
+        *("fx", "fy", "cx", "cy", "width", "height")
+    }
     (tmp_path / "transforms.json").write_text('{"frames": [{"file_path": 3}]}')
     with pytest.raises(FormatError, match=r"transforms\.json contains no camera poses"):
         ilf.open_source(tmp_path)
+
+
+def test_images_of_one_name_in_two_folders_keep_their_own_depth_and_pose(tmp_path: Path) -> None:
+    frames = []
+    for camera, pose in zip("ab", _poses(2), strict=True):
+        _colour(tmp_path / f"{camera}/0001.jpg")
+        _write(tmp_path / f"depth_{camera}/0001.png", METRES * (1 if camera == "a" else 2), 1000)
+        names = {"file_path": f"{camera}/0001.jpg", "depth_file_path": f"depth_{camera}/0001.png"}
+        frames.append(names | {"transform_matrix": (pose @ Y_UP).tolist(), "fl_x": 60.0, "cx": 32, "cy": 24})
+    _text(tmp_path / "transforms.json", json.dumps({"frames": frames}))
+    source = ilf.open_source(tmp_path)
+    assert source.keys == ("a/0001", "b/0001")
+    assert [round(float(frame.depth[0, 0]), 3) for frame in source] == [1.5, 3.0]
+    assert np.allclose(source[1].pose, _poses(2)[1])
+    assert source[1].intrinsics.fy == 60
 
 
 def test_a_layout_is_given_as_text(tmp_path: Path) -> None:
