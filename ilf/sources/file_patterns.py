@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+from ..errors import ParameterError
+
 ANY_FOLDERS = "{}"
 MAX_LEVELS = 5
 """Maximum number of folders that {} stands for."""
+
+_MAX_IN_A_NAME, _MAX_ALTERNATIVES = 4, 64
+"""Maximum numbers of placeholders in a name and of alternatives of a pattern: more would take too long to match."""
 
 _ALTERNATIVES = re.compile(r"\{([^{}]*,[^{}]*)\}")
 _PLACEHOLDER = re.compile(r"\{(\w*)\}|(\*)")
@@ -52,6 +58,18 @@ def is_folder(entry: os.DirEntry[str]) -> bool:
         return entry.is_dir()
     except OSError:
         return False
+
+
+def check_pattern(text: str) -> None:
+    """Raise ParameterError for a pattern that is no relative path, or would take too long to match."""
+    parts = text.split("/")
+    choices = math.prod(found[1].count(",") + 1 for found in _ALTERNATIVES.finditer(text))
+    if choices > _MAX_ALTERNATIVES or any(len(_PLACEHOLDER.findall(part)) > _MAX_IN_A_NAME for part in parts):
+        raise ParameterError(
+            f"{text!r:.80} has more than {_MAX_ALTERNATIVES} alternatives or {_MAX_IN_A_NAME} placeholders in a name."
+        )
+    if text.startswith("/") or "\0" in text or ANY_FOLDERS in text.removeprefix(ANY_FOLDERS):
+        raise ParameterError(f"{text!r:.80} must be a path in the data set, with {{}} only as its first folder.")
 
 
 def alternatives(text: str) -> list[str]:

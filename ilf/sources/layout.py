@@ -16,7 +16,7 @@ from .._runtime.schema import converted
 from ..errors import FormatError, ParameterError
 from ..io.depth import checked_units
 from ..io.encodings import checked_invalid, encoding_of, single_encoding
-from .file_patterns import FilePattern, alternatives, placeholders
+from .file_patterns import alternatives, check_pattern, placeholders
 
 ENTRY_MARK = "#"
 """Separates the path of a camera file from the name of an entry in it."""
@@ -91,12 +91,6 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
         """Its name and the title of the data set."""
         return f"{self.name} ({self.title})" if self.title else self.name
 
-    @property
-    def images(self) -> tuple[list[FilePattern], list[FilePattern]]:
-        """The patterns of colour and of depth files, one for each alternative."""
-        colour, depth = ([FilePattern(one) for one in alternatives(text)] for text in (self.rgb, self.depth))
-        return colour, depth
-
 
 def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
     """The layout with these values.
@@ -127,6 +121,8 @@ def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
             checked_invalid(layout.invalid)
         if layout.distance == "ray" and (isinstance(given, str) or not (layout.K or layout.depth_K)):
             raise ParameterError("distance=ray needs K, and units instead of an encoding.")
+        for text in (layout.rgb, layout.depth, *layout.needs, layout.truth, layout.confidence, layout.pose):
+            check_pattern(text)
         known = _checked_images(layout)
         others = layout.truth, layout.confidence, layout.K, layout.depth_K, layout.pose
         for text in (one for other in others for one in alternatives(other)):
