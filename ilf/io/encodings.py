@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -238,13 +239,13 @@ def ray_encoding(units: float, camera: CameraIntrinsics, size: tuple[int, int] |
 def _along_rays(name: str) -> DepthEncoding:
     """The encoding of a name "ray:..."; raises ParameterError if its numbers are no camera."""
     units, *numbers = (float(number) for number in name.partition(":")[2].split(","))
-    size = tuple(map(int, numbers[4:]))
+    size = tuple(int(number) if number.is_integer() else 0 for number in numbers[4:])
     if len(numbers) not in {4, 6} or min(size, default=1) < 1:
         raise ParameterError(
             f"{name!r:.80} must be ray:UNITS,FX,FY,CX,CY, five numbers, or seven with the image's width and height."
         )
     try:
-        camera = CameraIntrinsics(*numbers[:4])
+        camera = _camera(numbers)
     except InputError as error:
         raise ParameterError(f"{name!r:.80}: {error}") from error
     spec = ray_encoding(checked_units(units), camera, (size[0], size[1]) if size else None)
@@ -253,7 +254,7 @@ def _along_rays(name: str) -> DepthEncoding:
 
 def _ray_lengths(ray: tuple[float, ...], shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The length of the ray through each pixel (H, W) up to depth 1."""
-    camera, height, width = CameraIntrinsics(*ray[:4]), shape[0], shape[1]
+    camera, height, width = _camera(ray), shape[0], shape[1]
     if len(ray) > 4:
         try:
             camera = fitted(camera, (int(ray[4]), int(ray[5])), (height, width))
@@ -261,6 +262,11 @@ def _ray_lengths(ray: tuple[float, ...], shape: tuple[int, ...]) -> NDArray[np.f
             raise FormatError(str(error)) from error
     x, y = (np.arange(width) - camera.cx) / camera.fx, (np.arange(height) - camera.cy) / camera.fy
     return np.sqrt(1 + x**2 + y[:, None] ** 2)
+
+
+def _camera(numbers: Sequence[float]) -> CameraIntrinsics:
+    fx, fy, cx, cy = numbers[:4]
+    return CameraIntrinsics(fx, fy, cx, cy)
 
 
 def _numbers_of(camera: CameraIntrinsics) -> tuple[float, float, float, float]:

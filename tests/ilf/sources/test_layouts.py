@@ -501,7 +501,7 @@ def test_distance_along_the_ray_becomes_depth() -> None:
     values = np.rint(METRES * 1000 * np.sqrt(1 + x**2 + y[:, None] ** 2)).astype(np.uint16)
     assert np.allclose(np.nan_to_num(encoding.metres(values)), METRES, atol=1e-3)
     assert encoding_of(encoding.name) == encoding
-    for wrong in ("ray:1000,60", "ray:0,1,1,1,1", "ray:1,0,1,1,1", "ray:1,1,1,1,1,0,5", "ray:x"):
+    for wrong in ("ray:1000,60", "ray:0,1,1,1,1", "ray:1,0,1,1,1", "ray:1,1,1,1,1,inf,5", "ray:x"):
         with pytest.raises(ParameterError):
             encoding_of(wrong)
     with pytest.raises(FormatError, match="aspect ratio"):
