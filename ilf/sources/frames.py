@@ -252,15 +252,15 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
         invalid=read.encoding.invalid,
         depth_intrinsics=None if is_same else _numbers(depth_camera),
     )
-    mask = files.outside_view if is_same else None
     try:
         frame = replace(
             frame_of_images(colour, read.metres, camera, inputs, name or files.name),
             notes=(*of_colour, *read.notes),
             plausibility_warnings=(*of_colour, *(doubt.text for doubt in read.plausibility_warnings)),
             pose=(files if chosen.pose is None else replace(files, options=chosen)).camera_pose,
-            **({} if mask is None else {"outside_view": read_mask(mask, colour.shape[:2])}),
         )
+        if is_same and files.outside_view is not None:
+            frame = replace(frame, outside_view=read_mask(files.outside_view, colour.shape[:2]))
     except InputError as error:
         raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
     return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *read.warnings)
@@ -306,11 +306,9 @@ def pair_of_images(
         raise InputError(
             "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
         )
-    cameras = (
-        Camera(intrinsics, (image.shape[1], image.shape[0]))
-        for intrinsics, image in ((camera, colour), (CameraIntrinsics(*inputs.depth_intrinsics), metres))
-    )
-    return RawPair(colour, metres, *cameras, np.eye(4), name, inputs)
+    colour_camera = Camera(camera, (colour.shape[1], colour.shape[0]))
+    depth_camera = Camera(CameraIntrinsics(*inputs.depth_intrinsics), (metres.shape[1], metres.shape[0]))
+    return RawPair(colour, metres, colour_camera, depth_camera, np.eye(4), name, inputs)
 
 
 def _numbers(camera: CameraIntrinsics | None) -> tuple[float, float, float, float] | None:

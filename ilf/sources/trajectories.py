@@ -191,5 +191,5 @@ def as_camera_to_world(pose: Matrix | None, maps: str, axes: str) -> Matrix | No
     """
     if pose is None:
         return None
-    to_world: Matrix = np.linalg.inv(pose) if maps == "world-to-camera" else pose
+    to_world = np.asarray(np.linalg.inv(pose), np.float64) if maps == "world-to-camera" else pose
     return to_world @ OPENGL_AXES if axes == "y-up" else to_world
