@@ -387,11 +387,14 @@ class CompareFeature(Feature):
             self.context.views.toggle_layout(COMPARE)
 
     def _follow_layout(self, name: str) -> None:
-        """Switch swiping off in the side-by-side layout."""
+        """Switch swiping off in the side-by-side layout; in others, show the result while swiping."""
         self._was_compared = False
         self.context.actions["compare_two"].setChecked(name == COMPARE)
         if name == COMPARE:
             self.context.actions["swipe"].setChecked(False)
+        elif self.context.views.sides.swipe.on:
+            self._restore_contents()
+            self._show_result()
 
     def _swipe(self, on: bool) -> None:
         """Show the divider instead of both sides side by side, and show the result if no view does; switching off
@@ -399,10 +402,7 @@ class CompareFeature(Feature):
         views = self.context.views
         if not on:
             views.sides.set_swiping(False)
-            for cell, content in self._replaced.items():
-                if views.cells[cell].content == "result":
-                    views.set_content(cell, content)
-            self._replaced = {}
+            self._restore_contents()
             if self._was_compared:
                 views.toggle_layout(COMPARE)
             return
@@ -410,11 +410,24 @@ class CompareFeature(Feature):
         if was_compared:
             views.toggle_layout(COMPARE)
         self._was_compared = was_compared  # until another layout is chosen
-        if not any(cell.isVisible() and cell.concrete == "result" for cell in views.cells.values()):
+        self._show_result()
+        views.sides.set_swiping(True)
+
+    def _show_result(self) -> None:
+        """Show the result in the active view if no view does."""
+        views = self.context.views
+        if not any(cell.concrete == "result" for cell in views.shown):
             name = next(name for name, cell in views.cells.items() if cell is views.active)
             self._replaced = {name: views.cells[name].content}
             views.set_content(name, "result")
-        views.sides.set_swiping(True)
+
+    def _restore_contents(self) -> None:
+        """Restore the content that the result has replaced, unless the user has chosen another since."""
+        views, replaced = self.context.views, self._replaced
+        self._replaced = {}
+        for cell, content in replaced.items():
+            if views.cells[cell].content == "result":
+                views.set_content(cell, content)
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if no thread is left."""

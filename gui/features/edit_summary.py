@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -42,12 +43,20 @@ class _Labels(NamedTuple):
     moved: str
     filled: str
     by_ground_truth: str
-    expected: str
     held_out: str
+    equal: str
+    expected: str
 
 
-_LONG = _Labels("{} px moved", "filled {}", "RMSE against ground truth {}", "expected error, RMS {}", "hold-out {}")
-_SHORT = _Labels("{} px", "filled {}", "ground truth {}", "expected RMS {}", "hold-out {}")
+_LONG = _Labels(
+    "{} px moved",
+    "filled {}",
+    "RMSE against ground truth {}",
+    "hold-out {}",
+    " (equal within {} mm)",
+    "expected error, RMS {}",
+)
+_SHORT = _Labels("{} px", "filled {}", "ground truth {}", "hold-out {}", " (±{} mm)", "expected RMS {}")
 
 
 class EditSummaryLine(QWidget):
@@ -62,10 +71,11 @@ class EditSummaryLine(QWidget):
         self.label.setTextFormat(Qt.TextFormat.RichText)
         self.label.setMinimumWidth(1)
         self.label.setToolTip(
-            "Effect of the last edit. Ground truth, if the frame has one: root mean square error of the pixels filled "
-            "in the edited blocks, before and after. Hold-out: known depth near the edited border is hidden, and the "
-            "blocks there are completed without it; mean absolute error, correct in about two of three cases. "
-            "Hold B to see the state before the edit."
+            "Effect of the last edit, before and after; green is better and red is worse where it is certain. Ground "
+            "truth, if the frame has one: root mean square error of the pixels filled in the edited blocks. Hold-out: "
+            "known depth near the edited border is hidden, and the blocks there are completed without it; mean "
+            "absolute error, equal where the difference is smaller than its uncertainty (95 %). Expected error: an "
+            "estimate. Hold B to see the state before the edit."
         )
         layout = QHBoxLayout(self)
         layout.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
@@ -119,17 +129,28 @@ class EditSummaryLine(QWidget):
             parts.append(names.moved.format(grouped(effect.moved)))
             if effect.filled is not None and effect.filled[0] != effect.filled[1]:
                 before, after = effect.filled
-                parts.append(names.filled.format(self._tinted(grouped(before), f"{grouped(after)} px", after > before)))
-            for name in ("by_ground_truth", "expected", "held_out"):
-                if (error := getattr(effect, name)) is not None:
-                    parts.append(getattr(names, name).format(self._change(*error)))
+                parts.append(names.filled.format(self._tinted(grouped(before), f"{grouped(after)} px", None)))
+            if effect.by_ground_truth is not None:
+                parts.append(names.by_ground_truth.format(self._change(*effect.by_ground_truth)))
+            if effect.held_out is not None:
+                parts.append(self._held_out(names, effect, effect.held_out))
+            if effect.expected is not None:
+                tone = theme.colours(self.palette()).muted.name()
+                text = names.expected.format(" → ".join(map(millimetres, effect.expected)) + " mm")
+                parts.append(f'<span style="color:{tone}">{text}</span>')
         if note:
             parts.append(html.escape(note))
         return " &nbsp;·&nbsp; ".join(parts)
 
-    def _change(self, before: float, after: float) -> str:
-        """Return two errors [m] as text, coloured as better or worse."""
-        differ = abs(after - before) > _EQUAL * max(before, after)
+    def _held_out(self, names: _Labels, effect: EditSummary, errors: tuple[float, float]) -> str:
+        """Return the errors on hold-out as text: coloured if their difference exceeds its margin."""
+        text = names.held_out.format(self._change(*errors, certain=effect.held_out_differs))
+        uncertain = not effect.held_out_differs and math.isfinite(effect.margin)
+        return text + names.equal.format(millimetres(effect.margin)) if uncertain else text
+
+    def _change(self, before: float, after: float, certain: bool = True) -> str:
+        """Return two errors [m] as text, coloured as better or worse if that is certain."""
+        differ = certain and abs(after - before) > _EQUAL * max(before, after)
         better = after < before if differ else None
         return self._tinted(millimetres(before), f"{millimetres(after)} mm", better)
 

@@ -23,7 +23,7 @@ BLOCK_MENU = (
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = (
-    "tool_select tool_border tool_outline tool_smart_select tool_split tool_paint tool_erase tool_give "
+    "tool_select tool_border tool_refine tool_outline tool_smart_select tool_split tool_paint tool_erase tool_give "
     "tool_mark_invalid tool_depth_by_hand"
 )
 _BY_HAND = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
@@ -42,7 +42,7 @@ _MENUS = {
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "I&nspect": _INSPECT,
-    "Re&view": "next_check previous_check ignore_check mark_checked | suggest_invalid",
+    "Re&view": "next_check previous_check apply_remedy ignore_check mark_checked | suggest_invalid",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | "
     "share_parameters keep_own_parameters reset_to_shared separate_parameters | extrapolate clear_results | "
     "hold_out_test sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",

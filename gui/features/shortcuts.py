@@ -37,8 +37,8 @@ _FIXED = {
     "Shift+Tab": "selects the previous tool",
     "Ctrl+Tab": "moves the focus from the views to the panels",
     "Ctrl+Shift+Tab": "moves the focus from the views to the panels",
-    "Return": "finishes the drawing",
-    "Enter": "finishes the drawing",
+    "Return": "finishes the drawing, or applies the remedy for a flagged place",
+    "Enter": "finishes the drawing, or applies the remedy for a flagged place",
     "Backspace": "removes the last point of the drawing",
 }
 """Keys with a fixed meaning in the whole window."""

@@ -111,6 +111,7 @@ class SessionSnapshot:
             note=session.note,
             done=session.done,
             to_check=frozenset(session.to_check),
+            ignored=session.ignored,
             selected=tuple(session.selected),
             looked=InspectionState(session.line, session.region, chains, session.chains.reference),
             view=dict(session.view),

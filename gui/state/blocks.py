@@ -17,6 +17,8 @@ from ilf.data.frame import GroundTruthFile, RGBDFrame
 from ilf.data.guide import Guide
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_colour
+from ilf.evaluation.quality.ignored import IgnoredPlace, ignore
+from ilf.evaluation.quality.places import Place
 from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
 from ilf.segmentation.editing.patches import LabelPatch, patch_between, redrawn
 from ilf.segmentation.extraction import Extraction
@@ -91,6 +93,8 @@ class WorkspaceBlocks(QObject):
     """The ground truth of the current frame has changed or was removed."""
     block_errors_changed = Signal()
     """The known errors of blocks have changed."""
+    ignored_changed = Signal()
+    """Flagged places of the current frame are ignored, or not any more."""
     region_changed = Signal()
     """The rectangle of the current frame has changed or was removed."""
     validity_changed = Signal(object)
@@ -329,6 +333,13 @@ class WorkspaceBlocks(QObject):
         if unseen:
             self._frames.session.undo_stack.push(MarkChecked(self, self._frames.session, unseen))
 
+    def ignore_place(self, place: Place) -> None:
+        """Ignore a flagged place of the current frame, as one undo step."""
+        session = self._frames.session
+        rest = (other for other in session.ignored if not other.is_at(place))
+        ignored = (*rest, ignore(place, session.frame, session.labels))
+        session.undo_stack.push(IgnorePlace(self, session, ignored))
+
     # notifications from commands
 
     def prepare_change(self, session: Session) -> None:
@@ -370,6 +381,11 @@ class WorkspaceBlocks(QObject):
         """Called by commands after the set of blocks to check has changed."""
         self.note_infos_changed(session)
         self._frames.sessions_changed.emit()
+
+    def note_ignored_changed(self, session: Session) -> None:
+        """Called by commands after the set of ignored places has changed."""
+        if self._frames.is_current(session):
+            self.ignored_changed.emit()
 
     def note_infos_changed(self, session: Session) -> None:
         """Called by commands after a name, colour or lock has changed."""
@@ -549,3 +565,20 @@ class MarkChecked(QUndoCommand):
         """Undo the change."""
         self._session.to_check = self._session.to_check | self._blocks
         self._host.note_checked(self._session)
+
+
+class IgnorePlace(QUndoCommand):
+    """Ignoring of a flagged place."""
+
+    def __init__(self, host: WorkspaceBlocks, session: Session, ignored: tuple[IgnoredPlace, ...]) -> None:
+        super().__init__("Ignore flagged place")
+        self._host = host
+        self._session = session
+        self._other = ignored
+
+    def redo(self) -> None:
+        """Apply the change."""
+        self._session.ignored, self._other = self._other, self._session.ignored
+        self._host.note_ignored_changed(self._session)
+
+    undo = redo

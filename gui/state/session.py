@@ -18,6 +18,7 @@ from ilf.data.frame import GroundTruthFile, RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
 from ilf.drawing.blocks import block_colour
+from ilf.evaluation.quality.ignored import IgnoredPlace
 from ilf.project.frame_state import BlockInfo, BlockNotes, is_edited
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.key_frames import KeyFrames
@@ -104,6 +105,8 @@ class Session:
         """The measurements."""
         self.to_check: set[int] = set()
         """Propagated blocks that the user should check."""
+        self.ignored: tuple[IgnoredPlace, ...] = ()
+        """Flagged places that the user ignores."""
         self.view: dict[str, Any] = {}
         """The last state of the views, in JSON values."""
         self.by_hand: DepthByHand | None = None

@@ -113,6 +113,15 @@ class Host(Protocol):
         """Set the invalid mask, bool (H, W), as one undo step."""
         ...
 
+    @property
+    def undo_index(self) -> int:
+        """The number of undo steps of the current frame that are done."""
+        ...
+
+    def undo(self) -> None:
+        """Undo the last step."""
+        ...
+
     def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
         """State depth by hand [m], float32 (H, W), NaN for none, at the pixels in `where` as one undo step; False if
         nothing changes."""
@@ -150,11 +159,14 @@ class Tool:
         Whether it needs only clicks at points: then it also works on the point cloud.
     wheel : bool
         Whether it uses the wheel while Ctrl is held.
+    guided : bool
+        Whether it uses the edges of the frame, which are computed in advance.
     """
 
     options: tuple[str, ...] = ()
     points_only = False
     wheel = False
+    guided = False
 
     @property
     def hint(self) -> str:

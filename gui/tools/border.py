@@ -9,37 +9,41 @@ from functools import partial
 from ilf.segmentation.editing.borders import redraw_border
 from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.painting import assign_outline
-from ilf.segmentation.editing.patches import LabelPatch
+from ilf.segmentation.editing.patches import LabelPatch, Labels
 
-from ..state.session import touched_by
+from ..state.session import Session, touched_by
 from ..views.interaction import PointerEvent, PointerKind
+from .adjusting import AdjustableLine, AdjustableTool
 from .base import Host, Point, Press, warn_if_any_locked, warn_if_locked
-from .line import LineTool
 from .line_preview import LinePreview, disconnected_text, preview_of_patch
 from .select import select_at
 
 
-class BorderTool(LineTool):
+class BorderTool(AdjustableTool):
     """The tool that redraws a border by a drag: the blocks on both sides follow. A click selects a block."""
 
     @property
     def hint(self) -> str:
         """Hint: what a drag would do."""
+        if self.adjust_hint:
+            return self.adjust_hint
         if self._line_preview is not None:
             return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
         return "Drag: redraw a border | Shift: straight | click: select a block"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Draw while the button is down; change the blocks on release."""
+        if self.adjust(event, host):
+            return event.kind is not PointerKind.DOUBLE
         if event.kind is PointerKind.PRESS:
             self._press = Press(event)
         elif event.kind is PointerKind.MOVE and self._press is not None:
             self._drag(self._press, event, host)
         elif event.kind is PointerKind.RELEASE and self._press is not None:
-            press, line = self._press, self._pen.line
+            press, line = self._press, AdjustableLine.of(self._pen.stretches, (), self.slack)
             self.cancel(host)
             if press.drags:
-                _redraw(line, host)
+                self.apply(line, "Redraw border", host)
             else:
                 select_at(press.point, event, host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
@@ -52,16 +56,17 @@ class BorderTool(LineTool):
         """Return the preview: pixels that change their block."""
         return preview_of_patch(host.session, answer)
 
+    def change(self, labels: Labels, line: list[Point], session: Session) -> LabelPatch | None:
+        """Return the change by the line."""
+        return redraw_border(labels, line, session.locked)
 
-def _redraw(line: list[Point], host: Host) -> None:
-    session = host.session
-    if host.commit(redraw_border(session.labels, line, session.locked), "Redraw border"):
-        return
-    swept = redraw_border(session.labels, line)
-    if swept is None or not warn_if_any_locked(host, touched_by(swept)):
-        host.show_message(
-            "The line moves no border: draw it next to the border that it replaces. To cut off a part, use Give."
-        )
+    def explain(self, line: list[Point], host: Host) -> None:
+        """Show a message why the line moves no border."""
+        swept = redraw_border(host.session.labels, line)
+        if swept is None or not warn_if_any_locked(host, touched_by(swept)):
+            host.show_message(
+                "The line moves no border: draw it next to the border that it replaces. To cut off a part, use Give."
+            )
 
 
 # Outlining a block.
@@ -70,16 +75,20 @@ _NEAR = 8
 """Distance from the first corner within which a click closes the outline [screen pixels]."""
 
 
-class OutlineTool(LineTool):
+class OutlineTool(AdjustableTool):
     """The tool that outlines pixels, by a drag or by clicks: they are added to the selected block or form a new one."""
 
     def __init__(self) -> None:
         super().__init__()
         self._new = False
+        self._label = 0
+        """The block that got the inside of the line that can be adjusted."""
 
     @property
     def hint(self) -> str:
         """Hint: what a drag, a click or a key would do."""
+        if self.adjust_hint:
+            return self.adjust_hint
         close = "close" if self._line_preview is None else self._line_preview.text
         if self._by_clicks:
             return f"Click: next corner | Shift: straight | Enter or double-click: {close} | Backspace: remove last"
@@ -89,6 +98,8 @@ class OutlineTool(LineTool):
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Draw; a drag closes the outline on release."""
+        if self.adjust(event, host):
+            return event.kind is not PointerKind.DOUBLE
         match event.kind:
             case PointerKind.PRESS:
                 self._begin(event, host)
@@ -105,30 +116,39 @@ class OutlineTool(LineTool):
         return True
 
     def finish(self, host: Host) -> bool:
-        """Close the outline; with fewer than three corners it stays open."""
+        """Close the outline; with fewer than three corners it stays open. Then end its adjustment."""
         if not self._pen.down:
-            return False
+            return super().finish(host)
         line = self._pen.line
         if len(line) < 3:
             host.show_message("An outline needs at least three corners.")
             return True
         closing = self._pen.reach(line[0], False, self._snap(host))
+        outline = AdjustableLine.of(self._pen.stretches, [line[-1], *closing[1:-1], line[0]], self.slack)
         self.cancel(host)
         session = host.session
-        label = self._target(host) or session.next_label()
-        name = session.info(label).name
-        outline = line + closing[1:-1]
-        patch = assign_outline(session.labels, outline, label, session.locked)
-        apart = pixels_apart(session.labels, patch, label)
-        if host.commit(patch, f"Outline {name}"):
-            host.select([label])
-            if apart:
-                host.show_message(
-                    f"{disconnected_text(name, apart)} Hold Ctrl at the start of an outline to make a new block."
-                )
-        else:
-            host.show_message(f"The outline adds no pixels to {name}: they belong to it already, or to locked blocks.")
+        self._label = self._target(host) or session.next_label()
+        self.apply(outline, f"Outline {session.info(self._label).name}", host)
         return True
+
+    def change(self, labels: Labels, line: list[Point], session: Session) -> LabelPatch | None:
+        """Return the change by the outline."""
+        return assign_outline(labels, line, self._label, session.locked)
+
+    def explain(self, line: list[Point], host: Host) -> None:
+        """Show a message that the outline adds no pixels."""
+        name = host.session.info(self._label).name
+        host.show_message(f"The outline adds no pixels to {name}: they belong to it already, or to locked blocks.")
+
+    def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
+        """Select the block; show a message if pixels are disconnected from the rest of it."""
+        host.select([self._label])
+        apart = pixels_apart(before, patch, self._label)
+        if apart:
+            name = host.session.info(self._label).name
+            host.show_message(
+                f"{disconnected_text(name, apart)} Hold Ctrl at the start of an outline to make a new block."
+            )
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
         """Return a function that computes the change by the outline and the number of disconnected pixels."""
@@ -170,4 +190,5 @@ class OutlineTool(LineTool):
             self._pen.rest()
         else:
             self.finish(host)
-            self.cancel(host)
+            if self._pen.down:  # too short to be closed
+                self.cancel(host)

@@ -43,6 +43,8 @@ class BrushTool(Tool):
     pixels from that block only, and assigns them to neighbours on release. Alt swaps the two for one stroke.
     """
 
+    guided = True
+
     def __init__(self, erases: bool) -> None:
         self.options = ("brush", "similar", "no_block") if erases else ("brush", "similar")
         self._erases = erases

@@ -24,9 +24,6 @@ from .base import Result, Tool, ToolOptions
 from .edge_data import EdgeData, EdgeDataSource
 from .kinds import CORRECTING, INSPECTING, make_tools
 
-_GUIDED = {"leash", "similar"}
-"""Tool options that need the aid."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Job:
@@ -119,7 +116,10 @@ class Editor(QObject):
 
     def escape(self) -> None:
         """Cancel the tool's action in progress, or else remove its mark, or else clear the selection."""
-        if not self.cancel() and not (self._workspace.has_session and self.tool.remove(self)):
+        if self.busy:
+            self.cancel()
+        elif not self._update_hint(self._workspace.has_session and self.tool.remove(self)):
+            self.cancel()
             self.select([])
 
     def undo(self) -> None:
@@ -160,7 +160,7 @@ class Editor(QObject):
 
     def _look_ahead(self) -> None:
         """Start computing the aid before it is needed."""
-        if self._workspace.has_session and _GUIDED & set(self.tool.options):
+        if self._workspace.has_session and self.tool.guided:
             _ = self.edge_data
 
     # options
@@ -223,6 +223,11 @@ class Editor(QObject):
     def drop_stroke(self) -> bool:
         """Cancel the stroke."""
         return self._workspace.blocks.drop_stroke()
+
+    @property
+    def undo_index(self) -> int:
+        """The number of undo steps of the current frame that are done."""
+        return self.session.undo_stack.index()
 
     def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
         """Set the invalid mask, as one undo step."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QDockWidget, QLineEdit, QPlainTextEdit, QTextEdit, QWidget
@@ -31,6 +33,7 @@ class ToolKeys(QObject):
     def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
         super().__init__(window)
         self._held: dict[int, QAction] = {}
+        self._finishers: list[Callable[[], bool]] = []
         self._window = window
         self._editor = editor
         self._views = views
@@ -45,6 +48,11 @@ class ToolKeys(QObject):
         """Check an action while a key is held."""
         self._held[key] = action
         action.setProperty(HOLD_KEY, QKeySequence(key).toString())
+
+    def on_enter(self, finish: Callable[[], bool]) -> None:
+        """Call a function when Enter is pressed and the tool has nothing to finish; it returns whether it did
+        anything."""
+        self._finishers.append(finish)
 
     def _focus_changed(self, _old: QWidget | None, new: QWidget | None) -> None:
         """Filter the events of the focused widget; a filter of the program would be called for each of its events."""
@@ -119,7 +127,7 @@ class ToolKeys(QObject):
             editor.cycle_tool(-1)
             return True
         if key in (_Key.Key_Return, _Key.Key_Enter) and plain:
-            return editor.finish()
+            return editor.finish() or any(finish() for finish in self._finishers)
         return key == _Key.Key_Backspace and plain and editor.undo_last()
 
 

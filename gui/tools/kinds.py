@@ -8,12 +8,13 @@ from .brush import BrushTool, MarkInvalidTool
 from .depth_by_hand import DepthByHandTool
 from .give import GiveTool
 from .inspect import MeasureTool, ProfileTool, RectangleTool
+from .refine import RefineTool
 from .select import SelectTool
 from .smart_select import SmartSelectTool
 from .split import SplitTool
 
 CORRECTING = (
-    *("select", "border", "outline", "smart_select", "split", "paint", "erase", "give"),
+    *("select", "border", "refine", "outline", "smart_select", "split", "paint", "erase", "give"),
     *("mark_invalid", "depth_by_hand"),
 )
 INSPECTING = ("profile", "rectangle", "measure")
@@ -25,6 +26,7 @@ def make_tools() -> dict[str, Tool]:
     tools = (
         SelectTool(),
         BorderTool(),
+        RefineTool(),
         OutlineTool(),
         SmartSelectTool(),
         SplitTool(),

@@ -25,10 +25,17 @@ _STEP = 0.5
 
 
 @dataclass
-class _Stretch:
+class Stretch:
+    """A segment of a line: as drawn, and after snapping."""
+
     drawn: list[Point]
     line: list[Point]
     straight: bool
+
+    @property
+    def free(self) -> bool:
+        """Whether it was drawn freely, rather than from point to point."""
+        return len(self.drawn) > 2
 
 
 class Pen:
@@ -36,8 +43,13 @@ class Pen:
 
     def __init__(self) -> None:
         self._start: Point | None = None
-        self._stretches: list[_Stretch] = []
+        self._stretches: list[Stretch] = []
         self._open = False
+
+    @property
+    def stretches(self) -> Sequence[Stretch]:
+        """The segments of the line."""
+        return tuple(self._stretches)
 
     @property
     def down(self) -> bool:
@@ -78,7 +90,7 @@ class Pen:
         """Draw on to a point; a segment continues while it is drawn in the same way."""
         if not self._open or self._stretches[-1].straight != straight:
             end = self.corners[-1]
-            self._stretches.append(_Stretch([end], [end], straight))
+            self._stretches.append(Stretch([end], [end], straight))
             self._open = True
         stretch = self._stretches[-1]
         if straight:
@@ -166,6 +178,7 @@ class LineTool(Tool):
     """Base of tools with a line in progress. It snaps to edges within the leash; with Shift it is straight."""
 
     options = ("leash",)
+    guided = True
 
     def __init__(self) -> None:
         self._pen = Pen()

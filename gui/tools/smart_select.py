@@ -1,4 +1,4 @@
-"""The tool Smart select: selects a surface or object by clicks or a box, and makes it a block."""
+"""The tool Smart select: selects a surface or object by clicks, a box or strokes, for a new block or to change one."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from ilf.segmentation.editing.cleaning import pixels_apart
-from ilf.segmentation.editing.painting import give
+from ilf.segmentation.editing.painting import Stroke, erase, give
+from ilf.segmentation.editing.patches import LabelPatch, bounds, patch_between
 from ilf.segmentation.selection import select_region
 
+from ..state.session import Session
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from .base import Host, Point, Press, Tool, warn_if_locked
+from .base import Host, Point, Press, Tool, line_path, warn_if_locked
 from .give import piece_preview
 from .line_preview import disconnected_text
 
@@ -27,9 +29,9 @@ _CROSS = 4.0
 
 @dataclass(frozen=True)
 class _Click:
-    """A point that is added or taken away, and its steps from part to object."""
+    """Points that are added or taken away, of a click or a stroke, and their steps from part to object."""
 
-    point: Point
+    points: tuple[Point, ...]
     inside: bool
     steps: int = 0
 
@@ -42,12 +44,19 @@ class _Clicks:
     box: QRectF | None = None
     steps: int = 0
 
-    def points(self, inside: bool) -> list[Point]:
-        """The points inside, or those outside."""
-        return [click.point for click in self.clicks if click.inside == inside]
+    def __bool__(self) -> bool:
+        return bool(self.clicks) or self.box is not None
+
+    def strokes(self, inside: bool) -> list[tuple[Point, ...]]:
+        """The points of the clicks inside, or of those outside."""
+        return [click.points for click in self.clicks if click.inside == inside]
+
+    def added(self, points: tuple[Point, ...], inside: bool) -> _Clicks:
+        """The same with another click."""
+        return _Clicks((*self.clicks, _Click(points, inside, self.steps)), self.box)
 
     def stepped(self, steps: int) -> _Clicks:
-        """The same with further steps at the last point inside, or at the next one if there is none."""
+        """The same with further steps at the last click inside, or at the next one if there is none."""
         inside = [number for number, click in enumerate(self.clicks) if click.inside]
         if not inside:
             return replace(self, steps=self.steps + steps)
@@ -58,19 +67,28 @@ class _Clicks:
 
 class SmartSelectTool(Tool):
     """The tool Smart select. Clicks add what is under them to the selection, with Alt they take it away; a drag draws a
-    box; Ctrl+wheel steps from part to object. Enter gives the selection to the selected block, or makes a new one.
+    box, with Shift a stroke, which acts like a click. Ctrl+wheel steps from part to object. Enter makes the selection a
+    block.
 
-    Without a click, the preview shows what a click would select.
+    If a block is selected, the selection starts as that block: clicks add to it or take away from it, and Enter changes
+    the block. With Ctrl at the first click, the selection starts empty, for a new block. The preview shows what a click
+    would add, with Alt what it would take away.
     """
 
+    options = ("no_block",)
     wheel = True
 
     def __init__(self) -> None:
         self._press: Press | None = None
+        self._stroke: list[Point] = []
+        """The stroke in progress, if it is one."""
         self._clicks = _Clicks()
-        self._new = False
+        self._label = 0
+        """The block that the selection changes; 0 for a new one."""
         self._mask: Mask | None = None
         """The selection; None while it is being computed."""
+        self._next: Mask | None = None
+        """What a click at the pointer would change."""
         self._finishes = False
         """Whether Enter was pressed while the selection was being computed."""
         self._pixel = 1.0
@@ -78,141 +96,219 @@ class SmartSelectTool(Tool):
     @property
     def hint(self) -> str:
         """Hint: what a click, a drag or a key would do."""
-        if self._selects:
+        if self._clicks:
+            end = "change the block" if self._label else "make it a block"
             return (
-                "Click: add | Alt+click: take away | Ctrl+wheel: part or object | Enter: make it a block | "
+                f"Click or Shift+drag: add | with Alt: take away | Ctrl+wheel: part or object | Enter: {end} | "
                 "Backspace: remove last | Esc: cancel"
             )
-        return "Click or drag a box: select for the selected block | Ctrl: for a new block | Ctrl+wheel: part or object"
+        return (
+            "Click, Shift+drag or drag a box: select, or add to the selected block | Alt: take away from it | "
+            "Ctrl: new block | Ctrl+wheel: part or object"
+        )
 
     @property
     def busy(self) -> bool:
         """Whether there is a selection, or the button is pressed."""
-        return self._press is not None or self._selects
-
-    @property
-    def _selects(self) -> bool:
-        return bool(self._clicks.clicks) or self._clicks.box is not None
+        return self._press is not None or bool(self._clicks)
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Add a point or a box on release; step with the wheel; otherwise show what a click would select."""
+        """Add a click, a stroke or a box on release; step with the wheel; otherwise show what a click would change."""
         self._pixel = event.pixel
         match event.kind:
             case PointerKind.PRESS:
-                self._press = Press(event)
+                self._press, self._next = Press(event), None
+                self._stroke = [self._press.point] if event.shift else []
             case PointerKind.MOVE if self._press is not None and self._press.follow(event):
-                band = QPainterPath()
-                band.addRect(_band(self._press, event))
-                host.show_preview(Preview(band, dashed=True))
+                self._draw(self._press, event, host)
             case PointerKind.RELEASE if self._press is not None:
                 press, self._press = self._press, None
                 self._add(press, event, host)
             case PointerKind.WHEEL:
                 self._clicks = self._clicks.stepped(event.steps)
-                self._update(host, (event.x, event.y))
-            case PointerKind.HOVER if not self._selects:
-                self._update(host, (event.x, event.y))
-            case PointerKind.LEAVE if not self._selects:
-                host.show_preview(None)
+                if self._clicks:
+                    self._update(host)
+                else:
+                    self._look_ahead(event, host)
+            case PointerKind.HOVER if self._mask is not None or not self._clicks:
+                self._look_ahead(event, host)
+            case PointerKind.LEAVE if self._press is None:
+                self._next = None
+                self._show(host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> bool:
         """Drop the selection."""
         pending_work, self._press, self._clicks = self.busy, None, _Clicks()
-        self._mask, self._finishes = None, False
+        self._mask, self._next, self._finishes = None, None, False
         host.show_preview(None)
         return pending_work
 
     def undo_last(self, host: Host) -> bool:
-        """Remove the last point, or else the box."""
-        if not self._selects:
+        """Remove the last click, or else the box."""
+        if not self._clicks:
             return False
         clicks = self._clicks.clicks
         self._clicks = _Clicks(clicks[:-1], self._clicks.box) if clicks else _Clicks()
-        if self._selects:
-            self._update(host, None)
+        if self._clicks:
+            self._update(host)
         else:
             self.cancel(host)
         return True
 
     def finish(self, host: Host) -> bool:
-        """Give the selection to the selected block, or make it a new one."""
-        if not self._selects:
+        """Make the selection a block, or change the block with which it started."""
+        if not self._clicks:
             return False
         mask, self._finishes = self._mask, self._mask is None
         if mask is None:
             return True
         session = host.session
-        label = session.next_label() if self._new or not session.selected else session.selected[0]
+        label = self._label or session.next_label()
         if warn_if_locked(host, label):
             return True
         name = session.info(label).name
-        patch = give(session.labels, mask, label, session.locked)
+        patch = _change(session, mask, label, host.options.to_no_block)
         apart = pixels_apart(session.labels, patch, label)
         self.cancel(host)
         if not host.commit(patch, f"Smart select {name}"):
-            host.show_message(f"The selection adds no pixels to {name}: they are in it already, or in locked blocks.")
+            host.show_message(f"The selection changes no pixels of {name}: it is equal, or they are in locked blocks.")
             return True
         host.select([label])
         if apart:
             host.show_message(f"{disconnected_text(name, apart)} Hold Ctrl at the first click to make a new block.")
         return True
 
+    def _draw(self, press: Press, event: PointerEvent, host: Host) -> None:
+        """Show the box or the stroke in progress."""
+        if self._stroke:
+            self._stroke.append((event.x, event.y))
+            host.show_preview(Preview(line_path(self._stroke)))
+            return
+        band = QPainterPath()
+        band.addRect(_band(press, event))
+        host.show_preview(Preview(band, dashed=True))
+
     def _add(self, press: Press, event: PointerEvent, host: Host) -> None:
-        """Add a point, or start anew with a box."""
+        """Add a click or a stroke, or start anew with a box."""
         height, width = host.session.labels.shape
-        if not self._selects:
-            self._new = event.ctrl
-        if press.drags:
+        label = self._label if self._clicks else _start(event, host)
+        if not self._clicks and label and warn_if_locked(host, label):
+            self._show(host)
+            return
+        if press.drags and not self._stroke:
             box = _band(press, event).intersected(QRectF(0, 0, width, height))
             self._clicks = _Clicks() if box.isEmpty() else _Clicks(box=box)
-        elif 0 <= event.x < width and 0 <= event.y < height:
-            inside = not event.alt
-            if not inside and not self._selects:
-                host.show_message("There is nothing to take away yet: click what you want to select first.")
-                return
-            click = _Click((event.x, event.y), inside, self._clicks.steps)
-            self._clicks = _Clicks((*self._clicks.clicks, click), self._clicks.box)
-        if self._selects:
-            self._update(host, None)
         else:
-            host.show_preview(None)
+            drawn = self._stroke if press.drags else [(event.x, event.y)]
+            points = tuple((x, y) for x, y in drawn if 0 <= x < width and 0 <= y < height)
+            if event.alt and not self._clicks and not label:
+                host.show_message(
+                    "There is nothing to take away yet: click what you want to select, or select a block."
+                )
+            elif points:
+                self._clicks = self._clicks.added(points, inside=not event.alt)
+        self._stroke, self._label = [], label
+        if self._clicks:
+            self._update(host)
+        else:
+            self._show(host)
 
-    def _update(self, host: Host, pointer: Point | None) -> None:
-        """Compute the selection, or what a click at the pointer would select, in the background."""
-        clicks, frame = self._clicks, host.session.frame
-        inside, outside, box = clicks.points(inside=True), clicks.points(inside=False), clicks.box
-        steps = [click.steps for click in clicks.clicks if click.inside]
-        if self._selects:
-            self._mask = None
-        elif pointer is not None and 0 <= pointer[0] < frame.shape[1] and 0 <= pointer[1] < frame.shape[0]:
-            inside, steps = [pointer], [clicks.steps]
-        else:
-            host.show_preview(None)
-            return
-        corners = None if box is None else (box.left(), box.top(), box.right(), box.bottom())
-        find = partial(select_region, frame, inside, outside, corners, steps=steps)
-        host.run_in_background(find, partial(self._take, host, clicks))
+    def _update(self, host: Host) -> None:
+        """Compute the selection in the background."""
+        self._mask = self._next = None
+        find = _search(self._clicks, self._label, host)
+        host.run_in_background(find, partial(self._take, host, self._clicks))
 
     def _take(self, host: Host, clicks: _Clicks, mask: Mask) -> None:
         if clicks is not self._clicks or self._press is not None:
             return
-        if self._selects:
-            self._mask = mask
-        self._show(host, mask)
+        self._mask = mask
+        self._show(host)
         if self._finishes:
             self.finish(host)
 
-    def _show(self, host: Host, mask: Mask) -> None:
-        """Show the outline of a mask, a square at each point inside and a cross at each point outside."""
-        path, half = QPainterPath(), _CROSS * self._pixel
-        if mask.any():
-            path.addPath(piece_preview(mask).line)
-        for x, y in self._clicks.points(inside=False):
+    def _look_ahead(self, event: PointerEvent, host: Host) -> None:
+        """Compute what a click would change, in the background."""
+        height, width = host.session.labels.shape
+        label = self._label if self._clicks else _start(event, host)
+        inside_frame = 0 <= event.x < width and 0 <= event.y < height
+        if not inside_frame or (event.alt and not self._clicks and not label):
+            self._next = None
+            self._show(host)
+            return
+        before = self._mask if self._mask is not None else host.session.labels == label if label else None
+        after = _search(self._clicks.added(((event.x, event.y),), inside=not event.alt), label, host)
+        find = partial(_difference, before, after)
+        host.run_in_background(find, partial(self._take_next, host, self._clicks))
+
+    def _take_next(self, host: Host, clicks: _Clicks, mask: Mask) -> None:
+        if clicks is self._clicks and self._press is None:
+            self._next = mask
+            self._show(host)
+
+    def _show(self, host: Host) -> None:
+        """Show the outline of the selection, dashed that of a further click's change, a square at each click inside,
+        the strokes, and a cross at each click outside."""
+        path, ahead, half, corners = QPainterPath(), QPainterPath(), _CROSS * self._pixel, []
+        if self._mask is not None and self._mask.any():
+            path.addPath(piece_preview(self._mask).line)
+        if self._next is not None and self._next.any():
+            ahead.addPath(piece_preview(self._next).line)
+        for click in self._clicks.clicks:
+            (x, y), *further = click.points
+            if further:
+                path.addPath(line_path(click.points))
+            if click.inside:
+                corners.append((x, y))
+                continue
             for slope in (-1, 1):
                 path.moveTo(x - half, y - slope * half)
                 path.lineTo(x + half, y + slope * half)
-        host.show_preview(Preview(path, self._clicks.points(inside=True), dashed=not self._selects))
+        seen = not path.isEmpty() or not ahead.isEmpty() or corners
+        host.show_preview(Preview(path, corners, line_preview=ahead) if seen else None)
+
+
+def _start(event: PointerEvent, host: Host) -> int:
+    """The block that a first click changes: the selected one, with Ctrl a new one."""
+    selected = host.session.selected
+    return selected[0] if selected and not event.ctrl else 0
+
+
+def _search(clicks: _Clicks, label: int, host: Host) -> partial[Mask]:
+    """Return a function that computes the selection."""
+    box = clicks.box
+    return partial(
+        select_region,
+        host.session.frame,
+        clicks.strokes(inside=True),
+        clicks.strokes(inside=False),
+        None if box is None else (box.left(), box.top(), box.right(), box.bottom()),
+        steps=[click.steps for click in clicks.clicks if click.inside],
+        start=host.session.labels == label if label else None,
+    )
+
+
+def _difference(before: Mask | None, find: partial[Mask]) -> Mask:
+    """The pixels that a selection changes."""
+    after = find()
+    return after if before is None else after ^ before
+
+
+def _change(session: Session, mask: Mask, label: int, to_no_block: bool) -> LabelPatch | None:
+    """The change that makes a mask a block: its pixels join the block, others leave it, to neighbours or no block."""
+    labels = session.labels.copy()
+    added = give(labels, mask, label, session.locked)
+    if added is not None:
+        added.apply(labels)
+    left = (labels == label) & ~mask
+    box = bounds(left)
+    if box is not None:
+        frame = None if to_no_block else session.frame
+        removed = erase(labels, Stroke(box, left[box]), label, session.locked, frame)
+        if removed is not None:
+            removed.apply(labels)
+    return patch_between(session.labels, labels)
 
 
 def _band(press: Press, event: PointerEvent) -> QRectF:

@@ -391,6 +391,11 @@ class LinkedViews(QWidget):
         return self.shows("stage")
 
     @property
+    def shown(self) -> tuple[Cell, ...]:
+        """The cells of the current layout, even while the views are hidden."""
+        return self._sheet.shown
+
+    @property
     def active(self) -> Cell:
         """The cell that was last clicked, or the first one if that is hidden."""
         cell = self.cells[self._active]

@@ -111,6 +111,7 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     session.next_run = state.next_number
     there = session.counts().keys()
     session.to_check = set(state.to_check & there)
+    session.ignored = state.ignored
     session.selected = [label for label in state.selected if label in there]
     looked = state.looked
     session.line, session.region = looked.line, looked.region

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import cv2
@@ -13,6 +14,7 @@ from ..data.results import Completion
 from ..errors import InputError
 from ..run.run import Run
 from ..segmentation.editing.patches import LabelPatch
+from .ties import margin_of_mean
 
 _BAND = 5
 """Known depth is hidden up to this distance [px] from the pixels that have changed blocks. All of it is hidden: a few
@@ -42,6 +44,8 @@ class EditSummary:
         Mean absolute error [m] on the hidden depth, before and after; None if there is too little known depth.
     hidden : int
         Number of pixels for `held_out`.
+    margin : float
+        Half the width of the 95 % confidence interval of the difference of the two errors in `held_out` [m].
     """
 
     moved: int
@@ -50,6 +54,12 @@ class EditSummary:
     held_out: tuple[float, float] | None = None
     hidden: int = 0
     by_ground_truth: tuple[float, float] | None = None
+    margin: float = math.inf
+
+    @property
+    def held_out_differs(self) -> bool:
+        """Whether the difference on hold-out exceeds its margin."""
+        return self.held_out is not None and abs(self.held_out[1] - self.held_out[0]) > self.margin
 
 
 def summarise_edit(
@@ -71,7 +81,7 @@ def summarise_edit(
 
     Returns
     -------
-    Effect
+    EditSummary
     """
     changed = np.zeros(after.blocks.shape, bool)
     changed[patch.box] = patch.before != patch.after
@@ -81,12 +91,16 @@ def summarise_edit(
     if completed[0] is not None and completed[1] is not None:
         filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
     effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth((before, after), completed, touched))
-    errors = _errors((before, after), _near(changed) & after.frame.known)
+    hidden = _near(changed) & after.frame.known
+    errors = _errors((before, after), hidden)
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))
     if count < _FEWEST:
         return effect
-    return replace(effect, held_out=(_mean(errors[0][both]), _mean(errors[1][both])), hidden=count)
+    absolute = [np.abs(error[both]) for error in errors]
+    margin = margin_of_mean([absolute[1] - absolute[0]], [np.flatnonzero(hidden)[both]], hidden.shape[1])
+    held_out = _mean(absolute[0]), _mean(absolute[1])
+    return replace(effect, held_out=held_out, hidden=count, margin=margin)
 
 
 def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -164,4 +178,4 @@ def _rms(values: NDArray[np.float32]) -> float:
 
 
 def _mean(errors: NDArray[np.float32]) -> float:
-    return float(np.mean(np.abs(errors), dtype=np.float64))
+    return float(np.mean(errors, dtype=np.float64))

@@ -299,27 +299,39 @@ class Evaluated:
         """Share of them that was filled, 0-1; 0 if there are none."""
         return sum(int(np.count_nonzero(part.filled)) for part in self.parts) / max(self.pixels, 1)
 
+    def of_block(self, label: int) -> Evaluated:
+        """The same for one block."""
+        return replace(
+            self,
+            parts=tuple(self._of_block(part, label) for part in self.parts),
+            shared=None if self.shared is None else tuple(self._of_block(part, label) for part in self.shared),
+        )
+
+    def _of_block(self, part: PixelErrors, label: int) -> PixelErrors:
+        return part.only(np.flatnonzero(self.labels.ravel()[part.places] == label))
+
     @cached_property
     def whole(self) -> Evaluation:
         """The evaluation of all completions together."""
-        return _evaluation(self._evaluated)
+        return _evaluation(self.evaluated)
 
     @cached_property
     def by_part(self) -> tuple[Evaluation, ...]:
         """The evaluation of every completion."""
-        return tuple(_evaluation([part]) for part in self._evaluated)
+        return tuple(_evaluation([part]) for part in self.evaluated)
 
     @cached_property
     def blocks(self) -> dict[int, Evaluation]:
         """Label -> evaluation of each block with pixels to be filled, all completions together; in increasing order."""
         found: dict[int, list[PixelErrors]] = {}
-        for part in self._evaluated:
+        for part in self.evaluated:
             for label, chosen in by_label(self.labels, part.places):
                 found.setdefault(label, []).append(part.only(chosen))
         return {label: _evaluation(found[label]) for label in sorted(found)}
 
     @property
-    def _evaluated(self) -> tuple[PixelErrors, ...]:
+    def evaluated(self) -> tuple[PixelErrors, ...]:
+        """The evaluated pixels of every completion."""
         return self.parts if self.shared is None else self.shared
 
 

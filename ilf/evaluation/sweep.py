@@ -18,6 +18,7 @@ from ..run.run import Run
 from .evaluation import RunEvaluation, Step, fills_enough, restrict_to_shared, run_to_end, scaled_progress
 from .ground_truth import ground_truth_steps, pixels_with_ground_truth
 from .hold_out import HoldOutTest, completion_steps, hold_out_steps
+from .ties import Ties, find_ties
 
 MAX_POINTS = 150
 """Maximum number of points of a sweep: the depth of every point stays in memory."""
@@ -129,10 +130,13 @@ class SweepResult:
     sweep : Sweep
     points : tuple of SweepPoint
         In the order of `Sweep.points`.
+    ties : Ties or None
+        Which points, by number, cannot be told from the best; None if none filled anything.
     """
 
     sweep: Sweep
     points: tuple[SweepPoint, ...]
+    ties: Ties | None
 
     @property
     def best(self) -> SweepPoint | None:
@@ -177,9 +181,9 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
         points.append(point)
         yield point
     shared = restrict_to_shared([point.evaluated for point in points])
-    return SweepResult(
-        sweep, tuple(replace(point, evaluated=evaluated) for point, evaluated in zip(points, shared, strict=True))
-    )
+    able = [number for number, evaluated in enumerate(shared) if fills_enough(evaluated, shared)]
+    evaluated_points = (replace(point, evaluated=evaluated) for point, evaluated in zip(points, shared, strict=True))
+    return SweepResult(sweep, tuple(evaluated_points), find_ties(shared, able))
 
 
 def run_sweep(

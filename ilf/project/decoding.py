@@ -19,6 +19,7 @@ from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
 from ..evaluation.hold_out import HoldOutTest
+from ..evaluation.quality.ignored import IgnoredPlace
 from ..run.run import Run
 from ..sources.frame_source import FrameSource
 from .archive import Parts
@@ -192,6 +193,7 @@ class _Decoding:
             "note": lambda: data.get("note", str),
             "done": lambda: data.get("done", bool),
             "to_check": lambda: data.get("to_check", frozenset[int]),
+            "ignored": lambda: data.get("ignored", tuple[IgnoredPlace, ...]),
             "selected": lambda: data.get("selected", tuple[int, ...]),
             "looked": lambda: inspection_of(data.section("looked")),
             "view": lambda: data.get("view", dict),

@@ -169,6 +169,7 @@ class _Encoding:
             "note": state.note,
             "done": state.done,
             "to_check": sorted(state.to_check),
+            "ignored": [dataclasses.asdict(place) for place in state.ignored],
             "selected": list(state.selected),
             "looked": _encode_inspection(state.looked),
             "view": plain(state.view),

@@ -15,6 +15,7 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
+from ..evaluation.quality.ignored import IgnoredPlace
 from ..run.run import Run
 from .run_history import Colour, Extrapolation, StoredRun
 
@@ -161,6 +162,8 @@ class FrameState:
         Whether the user has marked the frame as done.
     to_check : frozenset of int
         Propagated blocks that have to be checked and have not been checked yet.
+    ignored : tuple of IgnoredPlace
+        Flagged places that the user ignores.
     selected : tuple of int
         The selected blocks.
     looked : InspectionState
@@ -184,6 +187,7 @@ class FrameState:
     note: str = ""
     done: bool = False
     to_check: frozenset[int] = frozenset()
+    ignored: tuple[IgnoredPlace, ...] = ()
     selected: tuple[int, ...] = ()
     looked: InspectionState = field(default_factory=InspectionState)
     view: Mapping[str, Any] = field(default_factory=dict)

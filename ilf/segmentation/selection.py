@@ -1,8 +1,7 @@
-"""Selecting a surface or object by points inside and outside of it, from a hierarchy of regions of colour and depth."""
+"""Selecting a surface or object by points inside and outside of it, from the regions of a tree."""
 
 from __future__ import annotations
 
-import heapq
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,257 +9,48 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
-from .._runtime.cancellation import check_cancelled
 from ..data.frame import RGBDFrame, checked_frame
-from ..data.frame_cache import once_per_frame
-from ..data.parameters import BlockParameters
-from ..data.pixel_grids import sides
 from ..errors import InputError
-from .edges.frame_edges import find_edges
-from .edges.relief import filled_depth
 from .editing.patches import Points
-from .flooding import flood
+from .region_tree import RegionTree, region_tree
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# The pieces of a frame: small regions that follow its edges.
-
-_PIECES = 2500
-"""Approximate number of pieces."""
-
-_FAINT, _HALF_FAINT = 0.5, 10.0
-"""Height of the strongest change of colour beside the edges, and the change [CIELAB per px] of half this height."""
-
-
-def _pieces(landscape: NDArray[np.float32]) -> NDArray[np.int32]:
-    """Pieces 0, 1, ..., int32 (H, W): a watershed from the lowest pixel of every square of a grid."""
-    height, width = landscape.shape
-    side = max(round(math.sqrt(landscape.size / _PIECES)), 2)
-    rows, columns = -(-height // side), -(-width // side)
-    padded = np.pad(landscape, ((0, rows * side - height), (0, columns * side - width)), constant_values=np.inf)
-    squares = padded.reshape(rows, side, columns, side).swapaxes(1, 2).reshape(rows * columns, -1)
-    down, right = np.divmod(squares.argmin(axis=1), side)
-    square = np.arange(rows * columns)
-    markers = np.zeros(landscape.shape, np.int32)
-    markers[square // columns * side + down, square % columns * side + right] = 1 + square
-    return np.asarray(flood(landscape, markers, np.ones(landscape.shape, bool)) - 1, np.int32)
-
-
-def _change_of_colour(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Change of colour [CIELAB per px], float32 (H, W)."""
-    blurred = cv2.GaussianBlur(rgb, (0, 0), 1.0).astype(np.float32) / np.float32(255)
-    lab = cv2.cvtColor(blurred, cv2.COLOR_RGB2LAB)
-    across, down = (cv2.Sobel(lab, cv2.CV_32F, *way, ksize=3, scale=1 / 8) for way in ((1, 0), (0, 1)))
-    return np.asarray(np.sqrt((across * across + down * down).sum(axis=2)), np.float32)
-
-
-# The hierarchy: pieces merge in order of the edges between them, until one region is left.
-
-_DEPTH_WEIGHT, _MAX_DEPTH_STEP = 1.0, 0.5
-"""Weight of the difference of the mean log depth of two regions, and the value at which it is clipped; edges have the
-weight 1."""
-
-_SIZE_EXPONENT = 0.3
-"""Exponent of the smaller region's share of the frame in the cost of a border: small regions merge first."""
-
-_WEAK = 0.25
-"""Edge strength below which a border is weak."""
-
-_COEFFICIENTS = (5.53, -6.23, -0.102, -0.525, -0.496, -0.251, -3.44, -1.95, 7.5, 2.35, 0.832, 1.19, -17.7)
-"""Coefficients of `_properties`: fitted on generated scenes (`python -m tests.bench.selection --fit --seed 501 --scenes
-40`), so that among the regions around a point of an object, weighted by the exponential of their score, the mean IoU
-with the object is largest."""
+Strokes = Sequence[tuple[float, float]] | Sequence[Points]
+"""Points (x, y), or sequences of points."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Hierarchy:
-    """Binary tree of regions: nodes 0 to n - 1 are the pieces, each later node is two earlier ones together.
+class _Stroke:
+    """A point or stroke: its points, float64 (N, 2), and the pieces under them."""
 
-    Attributes
-    ----------
-    pieces : ndarray of int32, shape (H, W)
-        The piece of every pixel.
-    parents : ndarray of int64, shape (2 n - 1,)
-        The node that contains a node; -1 for the last.
-    order : ndarray of int64, shape (n,)
-        Pieces in an order in which those of every node are neighbours.
-    first, stop : ndarray of int64, shape (2 n - 1,)
-        Where the pieces of a node begin and end in this order.
-    pixels : ndarray of float64, shape (2 n - 1,)
-    score : ndarray of float64, shape (2 n - 1,)
-        How likely the node is a surface or object, as a logarithm.
-    """
+    points: Array
+    pieces: list[int]
 
-    pieces: NDArray[np.int32]
-    parents: NDArray[np.int64]
-    order: NDArray[np.int64]
-    first: NDArray[np.int64]
-    stop: NDArray[np.int64]
-    pixels: Array
-    score: Array
-
-    def above(self, piece: int) -> list[int]:
-        """The nodes that contain a piece, from itself to the whole frame."""
-        nodes = [piece]
-        while self.parents[nodes[-1]] >= 0:
-            nodes.append(int(self.parents[nodes[-1]]))
-        return nodes
-
-    def pieces_of(self, node: int) -> NDArray[np.int64]:
-        """The pieces of a node."""
-        return self.order[self.first[node] : self.stop[node]]
+    @staticmethod
+    def of(tree: RegionTree, given: tuple[float, float] | Points) -> _Stroke:
+        points = np.asarray(given, np.float64).reshape(-1, 2)
+        height, width = tree.pieces.shape
+        if not len(points):
+            raise InputError("A stroke needs at least one point.")
+        for x, y in points:
+            if not (0 <= x < width and 0 <= y < height):
+                raise InputError(f"The point ({x:g}, {y:g}) lies outside the frame of {width} x {height} pixels.")
+        columns, rows = points.astype(int).T
+        return _Stroke(points, np.unique(tree.pieces[rows, columns]).tolist())
 
 
-@once_per_frame
-def _hierarchy(frame: RGBDFrame) -> _Hierarchy:
-    pieces, tree = _tree_of(frame)
-    check_cancelled()
-    order, first, stop = _in_order(tree.parents, int(pieces.max()) + 1)
-    return _Hierarchy(
-        pieces, tree.parents, order, first, stop, tree.pixels, _properties(tree) @ np.array(_COEFFICIENTS)
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class _Tree:
-    """What the merges give for every node.
-
-    Attributes
-    ----------
-    parents : ndarray of int64, shape (2 n - 1,)
-    levels, pixels : ndarray of float64, shape (2 n - 1,)
-        Cost of the own merge, and size.
-    outer : ndarray of float64, shape (2 n - 1, 3)
-        Border to all other nodes inside the frame.
-    """
-
-    parents: NDArray[np.int64]
-    levels: Array
-    pixels: Array
-    outer: Array
-
-
-def _tree_of(frame: RGBDFrame) -> tuple[NDArray[np.int32], _Tree]:
-    """The pieces of a frame, and the tree of their merges."""
-    edges = find_edges(frame, BlockParameters()).strength
-    change = _change_of_colour(frame.rgb)
-    pieces = _pieces(edges + np.float32(_FAINT) * change / (change + np.float32(_HALF_FAINT)))
-    check_cancelled()
-    pixels = np.bincount(pieces.ravel()).astype(np.float64)
-    sums = np.bincount(pieces.ravel(), np.log(filled_depth(frame.depth)[0]).ravel()).astype(np.float64)
-    return pieces, _merge(_borders(pieces, edges), pixels, sums)
-
-
-_Border = tuple[float, float, float]
-"""Length of a border [pairs of pixels], the sum of the edges along it, and how many of its pairs are weak."""
-
-
-def _borders(pieces: NDArray[np.int32], edges: NDArray[np.float32]) -> list[dict[int, _Border]]:
-    """The borders of every piece, by its neighbours."""
-    count = int(pieces.max()) + 1
-    keys, strengths = [], []
-    for (one, other), (edge, beyond) in zip(sides(pieces), sides(edges), strict=True):
-        parted = one != other
-        ends = np.sort(np.stack([one[parted], other[parted]], axis=1).astype(np.int64), axis=1)
-        keys.append(ends @ [count, 1])
-        strengths.append(np.maximum(edge, beyond)[parted])
-    pairs, owner = np.unique(np.concatenate(keys), return_inverse=True)
-    strength = np.concatenate(strengths)
-    sums = [np.bincount(owner, values) for values in (np.ones(owner.size), strength, strength < _WEAK)]
-    borders: list[dict[int, _Border]] = [{} for _ in range(count)]
-    for pair, length, edge, weak in zip(pairs.tolist(), *(values.tolist() for values in sums), strict=True):
-        one, other = divmod(pair, count)
-        borders[one][other] = borders[other][one] = length, edge, weak
-    return borders
-
-
-def _merge(borders: list[dict[int, _Border]], piece_pixels: Array, piece_depth: Array) -> _Tree:
-    """Merge neighbours in order of the cost of their border."""
-    count, whole = piece_pixels.size, float(piece_pixels.sum())
-    pixels, depth = piece_pixels.tolist(), piece_depth.tolist()
-    parents, levels = [-1] * (2 * count - 1), [0.0] * count
-    outer = [np.sum([*near.values(), (0.0, 0.0, 0.0)], axis=0) for near in borders]
-
-    def cost(one: int, other: int) -> float:
-        length, edge, _ = borders[one][other]
-        step = abs(depth[one] / pixels[one] - depth[other] / pixels[other])
-        size = (min(pixels[one], pixels[other]) / whole) ** _SIZE_EXPONENT
-        return float((edge / length + _DEPTH_WEIGHT * min(step, _MAX_DEPTH_STEP)) * size)
-
-    heap = [(cost(one, other), one, other) for one, near in enumerate(borders) for other in near if one < other]
-    heapq.heapify(heap)
-    while heap:
-        level, one, other = heapq.heappop(heap)
-        if parents[one] >= 0 or parents[other] >= 0:
-            continue
-        new = len(pixels)
-        parents[one] = parents[other] = new
-        pixels.append(pixels[one] + pixels[other])
-        depth.append(depth[one] + depth[other])
-        levels.append(max(level, levels[one], levels[other]))
-        shared = borders[one].pop(other)
-        del borders[other][one]
-        outer.append(outer[one] + outer[other] - 2 * np.array(shared))
-        joined, fewer = sorted((borders[one], borders[other]), key=len, reverse=True)
-        for near, border in fewer.items():
-            before = joined.get(near, (0.0, 0.0, 0.0))
-            joined[near] = border[0] + before[0], border[1] + before[1], border[2] + before[2]
-        borders.append(joined)
-        for near, border in joined.items():
-            borders[near].pop(one, None)
-            borders[near].pop(other, None)
-            borders[near][new] = border
-            heapq.heappush(heap, (cost(near, new), near, new))
-    return _Tree(np.array(parents), np.array(levels), np.array(pixels), np.array(outer))
-
-
-def _in_order(parents: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """`order`, `first` and `stop` of a hierarchy."""
-    above = parents.tolist()
-    leaves = [1] * count + [0] * (count - 1)
-    for node in range(len(above) - 1):
-        leaves[above[node]] += leaves[node]
-    first, used = [0] * len(above), [0] * len(above)
-    for node in range(len(above) - 2, -1, -1):
-        first[node] = first[above[node]] + used[above[node]]
-        used[above[node]] += leaves[node]
-    return np.argsort(first[:count]), np.array(first), np.array(first) + np.array(leaves)
-
-
-def _properties(tree: _Tree) -> Array:
-    """What the score of every node depends on, float64 (2 n - 1, 13)."""
-    length = np.maximum(tree.outer[:, 0], 1)
-    edge, weak = tree.outer[:, 1] / length, tree.outer[:, 2] / length
-    share, parents = np.log(tree.pixels / tree.pixels[-1]), tree.parents
-    return np.stack(
-        [
-            edge,
-            weak,
-            np.log(tree.levels + 1e-3),
-            np.log(tree.levels[parents] + 1e-3),
-            share,
-            share**2,
-            edge * share,
-            np.log(length / np.sqrt(tree.pixels)),
-            edge**2,
-            edge[parents],
-            weak * share,
-            np.clip(share[parents] - share, 0, 3),
-            np.exp(share),
-        ],
-        axis=1,
-    )
-
-
-# The selection: the likeliest nodes that contain the points inside and none outside.
+# The selection: every point changes it by the likeliest of some parts.
 
 _STEP = 1.2
-"""Minimum ratio of the sizes of two nodes that count as different steps from part to object."""
+"""Minimum ratio of the sizes of two parts that count as different steps from part to object."""
 
-_GROWTH = 2.5
-"""Maximum size of the region of a further point inside, in multiples of what is selected before."""
+_MAX_PARTS = 60
+"""Approximate maximum number of parts among which that of a stroke is chosen."""
 
 _INSIDE_BOX, _BOX_SHARE = 0.95, 0.1
 """Minimum share of a node inside a box for belonging to it, and the share of the box that it must cover if no point is
@@ -269,24 +59,26 @@ given."""
 
 def select_region(
     frame: RGBDFrame,
-    inside: Points,
-    outside: Points = (),
+    inside: Strokes,
+    outside: Strokes = (),
     box: tuple[float, float, float, float] | None = None,
     *,
     steps: int | Sequence[int] = 0,
+    start: Mask | None = None,
 ) -> Mask:
     """Select the surface or object at some points, by colour and depth.
 
-    The frame is divided into small pieces along its edges, which merge step by step to a hierarchy of regions; it is
-    cached with the frame. For each point inside, in order, the region that most likely is a surface or an object is
-    added; then for each point outside, the likeliest region around it without a point inside is taken away.
+    The frame is divided into small pieces along its edges, which merge step by step to a tree of regions; it is cached
+    with the frame. Each point inside, in order, adds the likeliest region around it; then each point outside takes the
+    likeliest part away. A part is the likelier the clearer its border, and the nearer the point is to its middle.
 
     Parameters
     ----------
     frame : RGBDFrame
-    inside : sequence of (x, y)
-        Points of the object in image coordinates: pixel (row r, column c) covers x in [c, c + 1), y in [r, r + 1).
-    outside : sequence of (x, y), optional
+    inside : sequence of (x, y), or of strokes
+        Points of the object in image coordinates: pixel (row r, column c) covers x in [c, c + 1), y in [r, r + 1). A
+        sequence of points in place of one is a stroke, which adds one part with all of its points.
+    outside : sequence of (x, y), or of strokes, optional
         Points that do not belong to it.
     box : (left, top, right, bottom), optional
         A box around the object [px]; regions that continue beyond it are not selected. Without points inside, the large
@@ -294,6 +86,8 @@ def select_region(
     steps : int or sequence of int
         Steps from the likeliest region at the last point inside, or at each: positive to larger regions (the object),
         negative to smaller ones (its parts).
+    start : ndarray of bool, shape (H, W), optional
+        A selection that the points change.
 
     Returns
     -------
@@ -304,8 +98,8 @@ def select_region(
     Raises
     ------
     InputError
-        If the input is not a frame, a point or the box lies outside of it, there are neither points inside nor a box,
-        or there are not as many steps as points inside.
+        If the input is not a frame, a point or the box lies outside of it, a stroke is empty, the start has another
+        shape, there are neither points inside nor a box nor a start, or there are not as many steps as points inside.
 
     Examples
     --------
@@ -317,76 +111,240 @@ def select_region(
     (True, (480, 640))
     """
     checked_frame(frame)
-    if box is None and not len(inside):
-        raise InputError("Give at least one point inside, or a box.")
+    if box is None and start is None and not len(inside):
+        raise InputError("Give at least one point inside, a box, or a selection to start with.")
+    if start is not None and start.shape != frame.shape:
+        raise InputError(f"The selection to start with is of shape {start.shape}, the frame of {frame.shape}.")
     each = [0] * (len(inside) - 1) + [steps] if isinstance(steps, int) else steps
     if len(inside) and len(each) != len(inside):
         raise InputError(f"Give one number of steps for each of the {len(inside)} points inside.")
     shown = None if box is None else _inside_box(frame.shape, box)
-    tree = _hierarchy(frame)
-    wanted, unwanted = (_pieces_at(tree.pieces, points) for points in (inside, outside))
-    fits = np.ones(tree.parents.size, bool)
-    if shown is not None:
-        within = np.bincount(tree.pieces[shown].ravel(), minlength=tree.order.size)[tree.order]
-        before = np.concatenate([[0], np.cumsum(within)])
-        fits = before[tree.stop] - before[tree.first] >= _INSIDE_BOX * tree.pixels
-    chosen = np.zeros(tree.order.size, bool)
+    tree = region_tree(frame)
+    added, removed = ([_Stroke.of(tree, points) for points in side] for side in (inside, outside))
+    wanted, unwanted = (sorted({piece for stroke in side for piece in stroke.pieces}) for side in (added, removed))
+    pixels = tree.pixels[: tree.order.size]
+    fits = np.ones(tree.parents.size, bool) if shown is None else _fitting(tree, shown)
+    before = np.zeros(pixels.size, bool)
+    if start is not None:
+        before = np.bincount(tree.pieces[start], minlength=pixels.size) > pixels / 2
+    chosen, changed = before.copy(), np.zeros(pixels.size, bool)
     if shown is not None and not wanted:
-        chosen = _largest(tree, fits, _BOX_SHARE * np.count_nonzero(tree.pieces[shown] >= 0))
-    for piece, stepped in zip(wanted, each[: len(wanted)], strict=True):
-        limit = _GROWTH * tree.pixels[: chosen.size][chosen].sum() if chosen.any() else math.inf
-        nodes = [node for node in tree.above(piece) if fits[node] and tree.pixels[node] <= limit] or [piece]
-        chosen[tree.pieces_of(_likeliest(tree, nodes, stepped))] = True
-    for piece in unwanted:
-        if chosen[piece]:
-            chosen[tree.pieces_of(_likeliest(tree, _without(tree, piece, wanted), 0))] = False
-    chosen[wanted] = True
-    return np.asarray(chosen[tree.pieces])
+        chosen |= _largest(tree, fits, _BOX_SHARE * np.count_nonzero(tree.pieces[shown] >= 0))
+        changed |= chosen & ~before
+    for stroke, stepped in zip(added, each[: len(added)], strict=True):
+        parts = regions_around(tree, stroke.pieces, [], fits)
+        if chosen[stroke.pieces].all():  # the largest region that is selected already
+            found = max(int(np.count_nonzero((chosen | ~parts).all(axis=1))) - 1, 0)
+        else:
+            found = int(np.argmax(part_scores(tree, chosen, parts, stroke.points, adds=True)))
+        part = parts[_stepped(parts @ pixels, found, stepped)]
+        chosen, changed = chosen | part, changed | part
+    for stroke in removed:
+        pieces = [piece for piece in stroke.pieces if chosen[piece] and piece not in wanted]
+        if pieces:
+            parts = removable_parts(tree, chosen, pieces, wanted, unwanted)
+            part = parts[np.argmax(part_scores(tree, chosen, parts, stroke.points, adds=False))]
+            chosen, changed = chosen & ~part, changed | part
+    chosen[wanted] = changed[wanted] = True
+    mask = np.asarray(chosen[tree.pieces])
+    return mask if start is None else np.where(changed[tree.pieces], mask, start)
 
 
 def prepare_selection(frame: RGBDFrame) -> None:
     """Compute what `select_region` caches with a frame."""
-    _hierarchy(frame)
+    region_tree(frame)
 
 
-def _likeliest(tree: _Hierarchy, nodes: Sequence[int], steps: int) -> int:
-    """The likeliest surface or object of nodes that contain each other, from small to large, and some steps from it."""
-    best = max(range(len(nodes)), key=lambda k: tree.score[nodes[k]])
-    found = nodes[best]
-    for node in nodes[best + 1 :] if steps > 0 else nodes[:best][::-1]:
-        if steps == 0:
-            break
-        ratio = tree.pixels[node] / tree.pixels[found]
-        if max(ratio, 1 / ratio) >= _STEP:
-            found, steps = node, steps - (1 if steps > 0 else -1)
-    return found
+def regions_around(tree: RegionTree, pieces: Sequence[int], others: Sequence[int], fits: Mask | None = None) -> Mask:
+    """Return the parts that a point or stroke may add, bool (K, n), from small to large.
+
+    They are the regions around a piece that contain none of others; for more pieces, one region around each, of at most
+    the same size.
+    """
+    chains = [[k for k in _without(tree, piece, others) if fits is None or fits[k]] or [piece] for piece in pieces]
+    limits = np.unique(np.concatenate([tree.pixels[chain] for chain in chains]))
+    limits = limits[limits >= max(tree.pixels[chain[0]] for chain in chains)]
+    limits = limits[:: -(-limits.size // _MAX_PARTS)] if len(chains) > 1 else limits
+    places = np.stack([np.searchsorted(tree.pixels[chain], limits, side="right") - 1 for chain in chains])
+    nodes = [{chain[k] for chain, k in zip(chains, column, strict=True)} for column in places.T]
+    return np.stack([tree.masks(sorted(some)).any(axis=0) for some in nodes])
 
 
-def _without(tree: _Hierarchy, piece: int, others: Sequence[int]) -> list[int]:
+def _without(tree: RegionTree, piece: int, others: Sequence[int]) -> list[int]:
     """The nodes that contain a piece and none of others, from itself on; at least the piece."""
     places = tree.first[list(others)]  # of a piece: its place in the order
     nodes = tree.above(piece)
     return [k for k in nodes if not ((tree.first[k] <= places) & (places < tree.stop[k])).any()] or [piece]
 
 
-def _largest(tree: _Hierarchy, fits: Mask, pixels: float) -> Mask:
+def _stepped(sizes: Array, found: int, steps: int) -> int:
+    """The index some steps from another, among parts from small to large."""
+    for k in range(found + 1, sizes.size) if steps > 0 else range(found - 1, -1, -1):
+        if steps == 0:
+            break
+        ratio = sizes[k] / sizes[found]
+        if max(ratio, 1 / ratio) >= _STEP:
+            found, steps = k, steps - (1 if steps > 0 else -1)
+    return found
+
+
+def _fitting(tree: RegionTree, shown: tuple[slice, slice]) -> Mask:
+    """The nodes that lie in a box."""
+    within = np.bincount(tree.pieces[shown].ravel(), minlength=tree.order.size)[tree.order]
+    before = np.concatenate([[0], np.cumsum(within)])
+    return np.asarray(before[tree.stop] - before[tree.first] >= _INSIDE_BOX * tree.pixels)
+
+
+def _largest(tree: RegionTree, fits: Mask, pixels: float) -> Mask:
     """The pieces of the largest fitting nodes: of all with at least so many pixels, or of one."""
     whole = np.flatnonzero(fits & ~((tree.parents >= 0) & fits[tree.parents]))
     sizes = tree.pixels[whole]
-    taken = np.zeros(tree.order.size, bool)
-    for node in whole[sizes >= min(pixels, sizes.max(initial=0))]:
-        taken[tree.pieces_of(node)] = True
-    return taken
+    return np.asarray(tree.masks(whole[sizes >= min(pixels, sizes.max(initial=0))].tolist()).any(axis=0))
 
 
-def _pieces_at(pieces: NDArray[np.int32], points: Points) -> list[int]:
-    height, width = pieces.shape
+# What a point outside may take away.
+
+_COLOUR_COST, _DEPTH_COST, _MAX_DEPTH_COST, _PIECE_COST = 1 / 40, 2.0, 1.0, 0.02
+"""Cost of a way across a border, beside its mean edge: per difference of colour [CIELAB] and of log depth, the maximum
+of the latter, and of any border."""
+
+_NEARER = (0.33, 0.6, 1.0, 1.6, 3.0)
+"""Ratios of the ways to a point outside and to the nearest point inside up to which pieces are taken away."""
+
+
+def removable_parts(
+    tree: RegionTree, chosen: Mask, pieces: Sequence[int], wanted: Sequence[int], unwanted: Sequence[int]
+) -> Mask:
+    """Return the parts of a selection that a point or stroke outside may take away, bool (K, n), each with its pieces.
+
+    They are the regions around it without a point inside; all but a region with every point inside and none outside;
+    and the pieces that are nearer to it than to the points inside, by ways that cross few edges, and little change of
+    colour and depth.
+    """
+    parts = [regions_around(tree, pieces, wanted)]
+    if len(wanted):
+        kept = tree.masks(_without(tree, wanted[0], unwanted))
+        parts.append(~kept[kept[:, list(wanted)].all(axis=1)])
+        one, other = tree.ends.T
+        depth = np.minimum(_DEPTH_COST * np.abs(tree.depth[one] - tree.depth[other]), _MAX_DEPTH_COST)
+        colour = _COLOUR_COST * np.linalg.norm(tree.colour[one] - tree.colour[other], axis=1)
+        costs = tree.borders[:, 1] / tree.borders[:, 0] + colour + depth + _PIECE_COST
+        ways = csr_matrix((costs, (one, other)), (chosen.size, chosen.size))
+        here, there = (dijkstra(ways, directed=False, indices=list(some), min_only=True) for some in (pieces, wanted))
+        parts.append(here < np.array(_NEARER)[:, None] * there)
+    return np.asarray(np.concatenate(parts) & chosen)
+
+
+# How likely a part is: linear in its properties.
+
+KINDS = ("first", "further", "outside")
+"""Kinds of points: the first one, further ones inside, and those outside."""
+
+COEFFICIENTS = np.array(
+    [
+        (4.731, 0.658, 0.254),  # mean edge along the border of the part
+        (-7.601, -3.266, 2.153),  # share of the border that is weak
+        (-0.655, 1.441, 1.089),  # its length in relation to the size
+        (-1.03, -0.531, -0.333),  # share of the frame as a logarithm
+        (-0.169, -0.033, 0.094),  # its square
+        (-14.589, -6.697, 13.887),  # share of the frame
+        (4.731, 4.151, 6.991),  # of the selection after the change: mean edge
+        (-7.601, -3.399, -4.279),  # weak share
+        (-0.655, 0.1, -2.542),  # length
+        (0.0, 9.547, -3.568),  # share of the part's border to the rest of the selection
+        (0.0, 3.09, 7.592),  # mean edge there
+        (0.0, -0.367, -0.468),  # ratio of the sizes
+        (0.0, -0.022, -0.227),  # its square
+        (0.531, -1.74, 1.611),  # difference of colour
+        (-0.372, -0.754, -0.02),  # difference of depth
+        (8.815, 3.959, 6.123),  # nearness of the points to the middle
+        (0.722, 2.238, 0.616),  # its logarithm
+        (-1.1, 0.854, 1.091),  # distance of the points from the border
+    ]
+)
+"""Coefficient of every property of `part_properties` for each kind: fitted on generated scenes (`python -m
+tests.bench.selection --fit --seed 502 --scenes 60`), so that with parts weighted by the exponential of their score, the
+mean IoU with the object is largest."""
+
+_COARSE = 19_200
+"""Approximate number of pixels at which the middle of a part is searched."""
+
+
+def part_scores(tree: RegionTree, chosen: Mask, parts: Mask, points: Array, adds: bool) -> Array:
+    """Return how likely each part, bool (K, n), is what points add to a selection or take away, as a logarithm."""
+    kind = "outside" if not adds else "further" if chosen.any() else "first"
+    return np.asarray(part_properties(tree, chosen, parts, points, adds) @ COEFFICIENTS[:, KINDS.index(kind)])
+
+
+def part_properties(tree: RegionTree, chosen: Mask, parts: Mask, points: Array, adds: bool) -> Array:
+    """Return the properties of parts that points, float64 (N, 2), add to a selection or take away, float64 (K, 18).
+
+    Of a part: mean edge along its border, share of the border that is weak, length of the border in relation to the
+    size, logarithm of the share of the frame, its square, and the share. Of the selection after the change: the first
+    three. Of both: share of the part's border that divides it from the rest of the selection, mean edge there,
+    logarithm of the ratio of sizes and its square, difference of mean colour and of mean log depth as logarithms. Of
+    the points: their distance from the border of the part in relation to the largest one inside, the logarithm of this,
+    and that of the distance.
+    """
+    if adds:
+        parts = parts & ~chosen
+    after, pixels = parts ^ chosen, tree.pixels[: chosen.size]
+    outer, size = _borders_of(tree, parts), np.maximum(parts @ pixels, 1)
+    old, new = _borders_of(tree, chosen[None]), _borders_of(tree, after)
+    shared = (outer + old - new if adds else outer + new - old) / 2
+    rest = chosen[None] if adds else after
+    rest_size = np.maximum(rest @ pixels, 1)
+    means = [
+        (which * pixels) @ np.column_stack([tree.colour, tree.depth]) / sizes[:, None]
+        for which, sizes in ((parts, size), (rest, rest_size))
+    ]
+    apart = means[0] - means[1]
+    ratio = np.log(size / max(chosen @ pixels, 1)) if chosen.any() else np.zeros(size.size)
+    here, largest = _depths(tree, parts, points)
+    share = np.log(size / tree.pixels[-1])
+    return np.column_stack(
+        [
+            *_border_properties(outer, size),
+            share,
+            share**2,
+            np.exp(share),
+            *_border_properties(new, np.maximum(after @ pixels, 1)),
+            shared[:, 0] / np.maximum(outer[:, 0], 1),
+            np.where(shared[:, 0] > 0, shared[:, 1] / np.maximum(shared[:, 0], 1), 0.3),
+            ratio,
+            ratio**2,
+            np.log(np.linalg.norm(apart[:, :3], axis=1) + 2),
+            np.log(np.abs(apart[:, 3]) + 0.01),
+            here / largest,
+            np.log(here / largest),
+            np.log(here),
+        ]
+    )
+
+
+def _borders_of(tree: RegionTree, sets: Mask) -> Array:
+    """Length of the border of sets of pieces, edges along it and how many of its pairs are weak, float64 (K, 3)."""
+    return np.asarray((sets[:, tree.ends[:, 0]] != sets[:, tree.ends[:, 1]]) @ tree.borders.astype(np.float64))
+
+
+def _border_properties(borders: Array, pixels: Array) -> list[Array]:
+    length = np.maximum(borders[:, 0], 1)
+    return [borders[:, 1] / length, borders[:, 2] / length, np.log(length / np.sqrt(pixels))]
+
+
+def _depths(tree: RegionTree, parts: Mask, points: Array) -> tuple[Array, Array]:
+    """Largest distance of points from the border of parts, and of all pixels inside, in coarse pixels; at least 0.5."""
+    step = max(round(math.sqrt(tree.pieces.size / _COARSE)), 1)
+    coarse = np.pad(tree.pieces[step // 2 :: step, step // 2 :: step], 1, constant_values=-1)
+    columns, rows = np.minimum(points.astype(int) // step + 1, np.array(coarse.shape[::-1]) - 2).T
     found = []
-    for x, y in points:
-        if not (0 <= x < width and 0 <= y < height):
-            raise InputError(f"The point ({x:g}, {y:g}) lies outside the frame of {width} x {height} pixels.")
-        found.append(int(pieces[int(y), int(x)]))
-    return found
+    for part in parts:
+        inside = np.append(part, False)[coarse].astype(np.uint8)
+        inside[rows, columns] = 1
+        distance = cv2.distanceTransform(inside, cv2.DIST_L2, 3)
+        found.append((distance[rows, columns].max(), distance.max()))
+    here, largest = np.maximum(np.array(found, np.float64), 0.5).T
+    return here, largest
 
 
 def _inside_box(shape: tuple[int, int], box: tuple[float, float, float, float]) -> tuple[slice, slice]:

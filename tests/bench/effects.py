@@ -26,6 +26,8 @@ from ilf.segmentation.editing.patches import patch_between, redrawn
 from .quality_checks.__main__ import EVALUATION_FRAMES
 from .quality_checks.faults import KINDS, Mask, make_faults, with_holes
 
+_VERDICTS = "right", "wrong", "right beyond the margin", "wrong beyond the margin", "undecided"
+
 MIN_CHANGE, MIN_TRUE_CHANGE = 0.02, 0.03
 """Smaller relative changes are ignored: of the hold-out error, and of the true error."""
 
@@ -50,7 +52,7 @@ def main() -> None:
                 for way, before, after in (("spoilt", right, wrong), ("mended", wrong, right)):
                     found[way, _verdict(before, after, ground_truth.depth, fault.zone)] += 1
     for way in ("spoilt", "mended"):
-        print(f"{way:8}", ", ".join(f"{what} {found[way, what]}" for what in ("right", "wrong", "undecided")))
+        print(f"{way:8}", ", ".join(f"{what} {found[way, what]}" for what in _VERDICTS))
 
 
 def _verdict(before: Run, after: Run, ground_truth: NDArray[np.float32], zone: Mask) -> str:
@@ -66,10 +68,12 @@ def _verdict(before: Run, after: Run, ground_truth: NDArray[np.float32], zone: M
     depths = [replace(run, only=blocks).complete().depth for run in (before, after)]
     there &= np.isfinite(depths[0]) & np.isfinite(depths[1])
     true = [float(np.mean(np.abs(depth[there] - ground_truth[there]))) for depth in depths]
-    hidden = summarise_edit(before, after, patch).held_out
+    summary = summarise_edit(before, after, patch)
+    hidden = summary.held_out
     if hidden is None or _same(*true, MIN_TRUE_CHANGE) or _same(*hidden, MIN_CHANGE):
         return "undecided"
-    return "right" if (hidden[1] < hidden[0]) == (true[1] < true[0]) else "wrong"
+    agrees = (hidden[1] < hidden[0]) == (true[1] < true[0])
+    return f"{'right' if agrees else 'wrong'}{' beyond the margin' if summary.held_out_differs else ''}"
 
 
 def _same(one: float, other: float, least: float) -> bool:

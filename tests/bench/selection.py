@@ -12,7 +12,7 @@ import json
 import random
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,11 +20,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import softmax
 
 import ilf
 from ilf.segmentation import selection
 from ilf.segmentation.editing.painting import inside_outline
+from ilf.segmentation.region_tree import region_tree
 from ilf.segmentation.selection import prepare_selection
 
 from .corrections.scenes import frames_folder
@@ -40,10 +40,11 @@ OBJECTS, SMALLEST = 8, 0.003
 
 CLICKS = 3
 
-POINTS, WEIGHT_DECAY = 2, 1e-4
-"""For the fit: random points of every object beside its middle, and the penalty of the coefficients' squares."""
+WEIGHT_DECAY = 3e-4
+"""For the fit: the penalty of the coefficients' squares."""
 
 Mask = NDArray[np.bool_]
+Point = tuple[float, float]
 
 
 def middle(mask: Mask) -> tuple[float, float]:
@@ -139,53 +140,93 @@ def measure(name: str, frames: Iterator[tuple[ilf.RGBDFrame, list[Mask]]]) -> No
 
 @dataclass(frozen=True)
 class Choices:
-    """The regions around a point of an object: their properties, (N, 13), and their IoU with the object, (N,)."""
+    """The parts that a click may add or take away: properties, (K, N), and the IoU with the object after it, (K,)."""
 
+    kind: str
     properties: NDArray[np.float64]
     overlaps: NDArray[np.float64]
 
 
-def choices(frame: ilf.RGBDFrame, masks: list[Mask], rng: np.random.Generator) -> Iterator[Choices]:
-    """Yield the choices around the middle of each object, and around `POINTS` random points of it."""
-    pieces, tree = selection._tree_of(frame)
-    order, first, stop = selection._in_order(tree.parents, int(pieces.max()) + 1)
-    properties = selection._properties(tree)
-    for truth in masks:
-        inside = np.bincount(pieces[truth], minlength=order.size)[order]
-        before = np.concatenate([[0], np.cumsum(inside)])
-        shared = before[stop] - before[first]
-        overlaps = shared / (tree.pixels + np.count_nonzero(truth) - shared)
-        x, y = middle(truth)
-        for place in (pieces[int(y), int(x)], *rng.choice(pieces[truth], POINTS)):
-            nodes = [int(place)]
-            while tree.parents[nodes[-1]] >= 0:
-                nodes.append(int(tree.parents[nodes[-1]]))
-            yield Choices(properties[nodes], overlaps[nodes])
+def choices(frame: ilf.RGBDFrame, truth: Mask, place: Callable[[Mask], Point]) -> Iterator[Choices]:
+    """Yield the choices at each click on an object: at some place of the largest error."""
+    tree = region_tree(frame)
+    pixels, inside, outside = tree.pixels[: tree.order.size], [place(truth)], list[Point]()
+    correct = np.bincount(tree.pieces[truth], minlength=pixels.size)
+    chosen, adds = np.zeros(pixels.size, bool), True
+    for number in range(CLICKS + 1):
+        point = (inside if adds else outside)[-1]
+        wanted, unwanted = ([int(tree.pieces[int(y), int(x)]) for x, y in side] for side in (inside, outside))
+        if adds:
+            parts = selection.regions_around(tree, wanted[-1:], [])
+            after = chosen | parts
+        else:
+            parts = selection.removable_parts(tree, chosen, unwanted[-1:], wanted, unwanted)
+            after = chosen & ~parts
+        shared = after @ correct
+        yield Choices(
+            "outside" if not adds else "further" if number else "first",
+            selection.part_properties(tree, chosen, parts, np.array([point]), adds),
+            shared / (after @ pixels + np.count_nonzero(truth) - shared),
+        )
+        found = ilf.select_region(frame, inside, outside)
+        chosen = np.bincount(tree.pieces[found], minlength=pixels.size) > 0
+        wrong = found != truth
+        if not wrong.any():
+            return
+        x, y = place(largest_part(wrong))
+        adds = bool(truth[int(y), int(x)])
+        if not adds and tree.pieces[int(y), int(x)] in wanted:
+            return
+        (inside if adds else outside).append((x, y))
 
 
-def fit(seed: int, count: int) -> None:
-    """Print the coefficients of the score that are fitted to generated scenes: those with the largest expected IoU, if
-    regions are chosen with probabilities proportional to the exponential of their score."""
-    rng = np.random.default_rng(seed)
-    found = [one for frame, masks in generated(seed, count) for one in choices(frame, masks, rng)]
-    scale = np.concatenate([one.properties for one in found]).std(axis=0)
+def fitted(found: list[Choices]) -> NDArray[np.float64]:
+    """Return the coefficients with the largest expected IoU, if parts are chosen with probabilities proportional to the
+    exponential of their score."""
+    properties, overlaps = (
+        np.concatenate([getattr(one, what) for one in found]) for what in ("properties", "overlaps")
+    )
+    scale = np.maximum(properties.std(axis=0), 1e-3)
+    scaled = (properties - properties.mean(axis=0)) / scale
+    counts = np.array([one.overlaps.size for one in found])
+    starts = np.cumsum(counts) - counts
 
-    def loss(scaled: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        value, slopes = WEIGHT_DECAY * float(scaled @ scaled), 2 * WEIGHT_DECAY * scaled
-        for one in found:
-            properties = one.properties / scale
-            likely = softmax(properties @ scaled)
-            expected = likely @ one.overlaps
-            value -= expected / len(found)
-            slopes = slopes - (likely * (one.overlaps - expected)) @ properties / len(found)
-        return value, slopes
+    def loss(weights: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        scores = scaled @ weights
+        likely = np.exp(scores - np.repeat(np.maximum.reduceat(scores, starts), counts))
+        likely /= np.repeat(np.add.reduceat(likely, starts), counts)
+        expected = np.add.reduceat(likely * overlaps, starts)
+        slopes = (likely * (overlaps - np.repeat(expected, counts))) @ scaled / counts.size
+        return WEIGHT_DECAY * float(weights @ weights) - expected.mean(), 2 * WEIGHT_DECAY * weights - slopes
 
-    start = np.zeros(scale.size)
-    coefficients = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": 500}).x / scale
-    chosen = [one.overlaps[np.argmax(one.properties @ coefficients)] for one in found]
-    best = [one.overlaps.max() for one in found]
-    print(f"{len(found)} points, IoU {np.mean(chosen):.3f}, of the best region {np.mean(best):.3f}")
-    print(f"({', '.join(f'{value:.3g}' for value in coefficients)})")
+    best = minimize(loss, np.zeros(scale.size), jac=True, method="L-BFGS-B", options={"maxiter": 300}).x
+    return np.round(best / scale, 3)
+
+
+def fit(frames: list[tuple[ilf.RGBDFrame, list[Mask]]]) -> None:
+    """Print the coefficients of the score that are fitted to some frames, by clicks in the middle of errors and
+    anywhere in them. Clicks after the first depend on the present coefficients."""
+    rng = np.random.default_rng(0)
+
+    def anywhere(mask: Mask) -> Point:
+        row, column = np.argwhere(mask)[rng.integers(np.count_nonzero(mask))]
+        return float(column) + 0.5, float(row) + 0.5
+
+    found = [
+        one
+        for frame, masks in frames
+        for truth in masks
+        for place in (middle, middle, anywhere)  # most people click in the middle
+        for one in choices(frame, truth, place)
+    ]
+    columns = []
+    for kind in selection.KINDS:
+        these = [one for one in found if one.kind == kind]
+        columns.append(fitted(these))
+        chosen = np.mean([one.overlaps[np.argmax(one.properties @ columns[-1])] for one in these])
+        best = np.mean([one.overlaps.max() for one in these])
+        print(f"{kind}: {len(these)} clicks, IoU {chosen:.3f}, of the best part {best:.3f}", flush=True)
+    print(*zip(*(column.tolist() for column in columns), strict=True), sep=",\n")
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -199,7 +240,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--fit", action="store_true", help="fit the score to generated scenes instead of measuring")
     given = parser.parse_args(arguments)
     if given.fit:
-        fit(given.seed, given.scenes)
+        fit([one for k in range(given.scenes) for one in generated(given.seed + k, 1)])  # one scene of each seed
         return
     measure("outlined by hand", outlined(given.folder))
     if given.scenes:

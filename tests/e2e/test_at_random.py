@@ -45,6 +45,7 @@ GIVEN = (
         "reset_to_shared",
         "separate_parameters",
         "next_check",
+        "apply_remedy",
         "ignore_check",
     ),
 )

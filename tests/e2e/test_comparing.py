@@ -14,6 +14,7 @@ from gui.features.colour_range import ColourRangeFeature
 from gui.features.compare import CompareFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
+from gui.views.layouts import LAYOUTS
 from ilf import preset
 from ilf.project.run_history import StoredRun
 from ilf.sources.frame_source import FrameSource
@@ -103,6 +104,47 @@ def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice: tuple[MainW
     assert views.contents()["colour"] == "result", "where else would the handle be"
     swipe.trigger()
     assert views.contents()["colour"] == "colour"
+
+
+def test_swiping_in_every_layout_leaves_it_as_it_was(run_twice: tuple[MainWindow, StoredRun]) -> None:
+    window, _ = run_twice
+    views, swipe = window.views, window.actions_["swipe"]
+    handles = views.sides.swipe._items
+
+    def is_swiped() -> bool:
+        return any(cell.concrete == "result" and handles[cell.view].isVisible() for cell in views.shown)
+
+    contents = views.contents()
+    for layout in LAYOUTS:
+        views.set_layout(layout)
+        state = views.layout_name, views.lasting_layout, contents
+        swipe.trigger()
+        assert is_swiped(), layout
+        swipe.trigger()
+        assert (views.layout_name, views.lasting_layout, views.contents()) == state
+        assert not any(handle.isVisible() for handle in handles.values())
+
+        # other views while swiping are swiped, too, and the former contents come back
+        swipe.trigger()
+        views.set_layout("extraction")
+        assert is_swiped(), layout
+        views.set_layout("row")
+        assert is_swiped(), layout
+        swipe.trigger()
+        assert (views.layout_name, views.contents()) == ("row", contents)
+
+
+def test_another_layout_of_the_window_ends_swiping(run_twice: tuple[MainWindow, StoredRun]) -> None:
+    window, _ = run_twice
+    views = window.views
+    views.set_layout("colour")
+    contents = views.contents()
+    window.actions_["swipe"].trigger()
+    assert views.contents() != contents
+    window.actions_["layout_tune"].trigger()
+    assert not window.actions_["swipe"].isChecked()
+    window.actions_["layout_standard"].trigger()
+    assert (views.layout_name, views.contents()) == ("colour", contents)
 
 
 def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(

@@ -261,6 +261,10 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: Propagation
     assert not window.actions_["mark_checked"].isEnabled()
     window.actions_["undo"].trigger()
     assert session.to_check == {1}
+    assert "Wall was propagated" in said("next_check")
+    assert window.feature(QualityCheckFeature).strip.remedy.text() == "Mark Wall as checked (Enter)"
+    assert "was propagated" not in said("apply_remedy")
+    assert not session.to_check
 
 
 def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
@@ -14,7 +14,9 @@ from gui.app.main_window import MainWindow
 from gui.features.quality_check.feature import QualityCheckFeature
 from gui.features.quality_check.invalid_depth import InvalidDepthFeature
 from gui.features.status import StatusFeature
+from gui.project.recorder import SessionSnapshot
 from gui.state.results import ErrorEstimate
+from gui.work.loading import restore
 from ilf.data.frame import RGBDFrame
 from ilf.sources.frame_source import FrameSource
 
@@ -46,7 +48,7 @@ def walls(*limits: int) -> np.ndarray:
 
 
 def press(window: MainWindow, qtbot: QtBot, name: str) -> str:
-    """Give a command and wait for what the strip says then."""
+    """Give a command and wait for the position and the message of the strip then."""
     window.actions_[name].trigger()
     return settled(window, qtbot)
 
@@ -54,10 +56,11 @@ def press(window: MainWindow, qtbot: QtBot, name: str) -> str:
 def settled(window: MainWindow, qtbot: QtBot) -> str:
     qtbot.waitUntil(lambda: not window.feature(QualityCheckFeature).busy, timeout=WAIT_MS)
     window.refresh.now()
-    return window.feature(QualityCheckFeature).strip.label.text()
+    strip = window.feature(QualityCheckFeature).strip
+    return ": ".join(filter(None, (strip.position.text(), strip.label.text())))
 
 
-def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
+def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     workspace, strip = window.workspace, window.feature(QualityCheckFeature).strip
     assert not strip.isVisible()
@@ -86,11 +89,68 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
     said = press(window, qtbot, "ignore_check")
     assert said == "No more flagged places. 1 ignored."
     assert not window.actions_["ignore_check"].isEnabled()
+    state = SessionSnapshot(workspace.session).take()()
+    assert restore(state, None, "again").ignored == workspace.session.ignored != ()
     workspace.blocks.replace(walls(81, WIDTH).astype(np.int32), "Another edit")
-    assert settled(window, qtbot) == said  # it stays left
+    assert settled(window, qtbot) == said, "it stays ignored"
+    window.actions_["undo"].trigger()
+    settled(window, qtbot)
+    window.actions_["undo"].trigger()
+    assert settled(window, qtbot) == "1 flagged place left to check.", "ignoring is undone as any step"
+    window.actions_["redo"].trigger()
+    assert settled(window, qtbot) == said
+    workspace.blocks.replace(walls(80, 150, WIDTH).astype(np.int32), "An edit there")
+    assert settled(window, qtbot) == "1 flagged place left to check.", "it is another place now"
     window.actions_["close_checks"].trigger()
     assert not strip.isVisible()
     assert window.feature(QualityCheckFeature)._marks.path.isEmpty()
+
+
+def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, tmp_path):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    workspace, checks = window.workspace, window.feature(QualityCheckFeature)
+    workspace.blocks.edit_info(1, "Rename", name="Wall")
+    view = window.views.cells["colour"].view
+
+    def enter() -> str:
+        view.setFocus()
+        QTest.keyClick(view, Qt.Key.Key_Return)
+        return settled(window, qtbot)
+
+    steps = workspace.session.undo_stack.count()
+    assert enter() == "", "nothing is shown"
+    assert press(window, qtbot, "next_check").startswith("1 of 2")
+    assert checks.strip.remedy.text() == "Split Wall (Enter)"
+    assert checks.remedy is not None
+    preview = checks._previews._items[0]
+    assert preview.isVisible()
+    assert not preview.boundingRect().isEmpty()
+
+    # while a tool has something to finish, Enter is for the tool
+    window.editor.set_tool("split")
+    QTest.keyClick(view, Qt.Key.Key_Return)
+    assert workspace.session.undo_stack.count() == steps + 1, "Split has no line yet"
+    settled(window, qtbot)
+    assert window.actions_["undo"].text() == "Undo Split Wall"
+    labels = workspace.session.labels
+    assert np.mean((labels == labels[0, 0]) == (walls(80, WIDTH) == 1)) > 0.97
+    assert "1 of 1" in settled(window, qtbot), "it has gone on to the next place"
+
+    # what is locked has no remedy
+    there = checks.review.present.labels[0]
+    workspace.blocks.set_lock(there, True)
+    settled(window, qtbot)
+    assert checks.strip.remedy.text() == "No remedy found"
+    assert not window.actions_["apply_remedy"].isEnabled()
+    workspace.blocks.set_lock(there, False)
+    settled(window, qtbot)
+    window.actions_["apply_remedy"].trigger()
+    assert settled(window, qtbot) == "No flagged places."
+    assert len(workspace.session.counts()) == 3
+    assert checks.remedy is None
+    for _ in range(4):
+        window.actions_["undo"].trigger()
+    assert settled(window, qtbot) == "2 flagged places left to check."
 
 
 def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, tmp_path):

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 from gui.app.main_window import MainWindow
 
 from .conftest import WAIT_MS
-from .hand import ALT, CTRL, click, drag, hover, key, turn_wheel
+from .hand import ALT, CTRL, SHIFT, click, drag, hover, key, turn_wheel
 
 _Key = Qt.Key
 
@@ -110,6 +110,45 @@ def test_a_box_selects_what_lies_in_it(selecting: MainWindow, qtbot: QtBot) -> N
     new = session.selected[0]
     assert session.labels[20, 50] == new
     assert not (session.labels[:, :24] == new).any()
+
+
+def test_with_a_block_selected_alt_click_takes_a_part_away_and_ctrl_makes_a_new_block(
+    selecting: MainWindow, qtbot: QtBot
+) -> None:
+    session = selecting.workspace.session
+    before, left = session.labels.copy(), int(session.labels[20, 5])
+    selecting.workspace.blocks.select([left])
+    for point, modifier in (((50, 20), None), ((50, 20), ALT), ((50, 20), CTRL)):
+        click(selecting, point, *(() if modifier is None else (modifier,)))
+        _wait(selecting, qtbot)
+        key(selecting, _Key.Key_Return)
+        assert (session.labels[20, 50] == left) == (modifier is None)
+        assert session.labels[20, 5] == left
+        selecting.workspace.blocks.select([left])
+    assert session.labels[20, 50] not in before
+    assert session.undo_stack.count() == 3
+
+
+def test_a_stroke_with_shift_acts_like_a_click(selecting: MainWindow, qtbot: QtBot) -> None:
+    session = selecting.workspace.session
+    drag(selecting, [(36, 8), (50, 20), (54, 36)], SHIFT)
+    _wait(selecting, qtbot)
+    drag(selecting, [(4, 8), (8, 30)], SHIFT | ALT)
+    _wait(selecting, qtbot)
+    key(selecting, _Key.Key_Return)
+    new = session.selected[0]
+    assert session.labels[8, 36] == session.labels[36, 54] == new
+    assert session.labels[8, 4] != new != session.labels[30, 8]
+
+
+def test_after_a_click_the_preview_shows_what_the_next_would_change(selecting: MainWindow, qtbot: QtBot) -> None:
+    click(selecting, (50, 20))
+    _wait(selecting, qtbot)
+    left, *_ = _shown(selecting)
+    hover(selecting, (6, 20))
+    hover(selecting, (5, 20))
+    _wait(selecting, qtbot)
+    assert _shown(selecting)[0] < 5 < left
 
 
 def test_a_locked_block_gets_nothing(selecting: MainWindow, qtbot: QtBot) -> None:

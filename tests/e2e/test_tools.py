@@ -45,7 +45,39 @@ def test_a_border_is_drawn_anew(editing: MainWindow) -> None:
     assert session.labels[22, 26] == right
     assert session.labels[22, 20] == left
     assert session.undo_stack.undoText() == "Redraw border"
-    assert editing.views.cells["depth-in"].view.preview.boundingRect().isEmpty()
+    shown = editing.views.cells["depth-in"].view.preview
+    assert not shown.boundingRect().isEmpty(), "it can be adjusted"
+    key(editing, _Key.Key_Return)
+    assert shown.boundingRect().isEmpty()
+
+
+def test_a_border_is_adjusted_and_dropped_by_escape_or_undo(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    right, before = int(session.labels[5, 50]), session.labels.copy()
+    editing.editor.set_option("leash", 0)
+    _take(editing, "border")
+    for end, modifier in ((_Key.Key_Escape, PLAIN), (_Key.Key_Z, CTRL)):
+        drag(editing, [(30, 10), (24, 22), (30, 34)])
+        drag(editing, [(24, 22), (20, 22), (16, 22)])
+        assert session.labels[22, 18] == right
+        assert session.undo_stack.index() == 1
+        key(editing, end, modifier)
+        assert np.array_equal(session.labels, before)
+        assert session.undo_stack.index() == 0
+        assert editing.views.cells["colour"].view.preview.boundingRect().isEmpty()
+
+
+def test_a_border_is_refined_by_the_brush(editing: MainWindow, qtbot: QtBot) -> None:
+    session = editing.workspace.session
+    left, right = int(session.labels[5, 5]), int(session.labels[5, 50])
+    _take(editing, "border")
+    drag(editing, [(30, 10), (26, 14), (26, 30), (30, 34)])
+    _take(editing, "refine")
+    drag(editing, [(28, 12), (28, 22), (28, 32)])
+    qtbot.waitUntil(lambda: not editing.editor.busy, timeout=WAIT_MS)
+    assert session.undo_stack.undoText() == "Refine edge"
+    assert (session.labels[14:30, 20:29] == left).all()
+    assert (session.labels[14:30, 31:36] == right).all()
 
 
 def test_an_outline_is_clicked_and_closed_by_enter(editing: MainWindow) -> None:
@@ -204,7 +236,7 @@ def test_who_goes_through_the_panels_by_keys_has_tab_and_space_there(editing: Ma
     assert check.isChecked() != before
     QTest.mouseClick(editing.views.cells["colour"].view.viewport(), Qt.MouseButton.LeftButton)
     key(editing, _Key.Key_Tab)
-    assert editing.editor.tool_name == "outline"
+    assert editing.editor.tool_name == "refine"
 
 
 def test_space_pans_in_a_view_that_had_not_the_focus(editing: MainWindow) -> None:

@@ -49,6 +49,13 @@ class ToolHost:
         stack = self.session.undo_stack
         return [stack.text(index) for index in range(stack.index())]
 
+    @property
+    def undo_index(self) -> int:
+        return self.session.undo_stack.index()
+
+    def undo(self) -> None:
+        self.session.undo_stack.undo()
+
     def select(self, labels: list[int]) -> None:
         self.workspace.blocks.select(labels)
 

@@ -14,6 +14,7 @@ from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
 from ilf.evaluation.hold_out import HoldOutTest
+from ilf.evaluation.quality.ignored import IgnoredPlace
 from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState, InspectionState
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.run import Run
@@ -102,6 +103,7 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
         note="Look again.",
         done=True,
         to_check=frozenset({2}),
+        ignored=(IgnoredPlace("border", (2, 1), (40.5, 12.25), 2**32 - 1),),
         selected=(2, 1),
         looked=InspectionState(
             ((0.5, 1.25), (70.0, 3.0)), (slice(3, 9), slice(2, 80)), (((1.0, 2.0), (3.0, 4.5)), ()), 2

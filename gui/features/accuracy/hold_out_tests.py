@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Self
 
 import numpy as np
 
-from ilf.evaluation.evaluation import Evaluation, Step
-from ilf.evaluation.hold_out import HoldOutResult, HoldOutTest, comparison_steps
+from ilf.evaluation.evaluation import Evaluated, Evaluation, Step
+from ilf.evaluation.hold_out import HoldOutTest, comparison_steps
+from ilf.evaluation.ties import Ties, find_ties
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
@@ -66,12 +67,15 @@ class HoldOutOutcome:
     present : Run
         Frame, blocks and values at the time of the test.
     tested : tuple
+    best : mapping of int to (Ties or None)
+        Label of the current map, 0 for all blocks -> those with the smallest error.
     when : datetime
     """
 
     test: HoldOutTest
     present: Run
     tested: tuple[CandidateResult, ...]
+    best: Mapping[int, Ties | None]
     when: datetime
 
     def is_valid_for(self, session: Session) -> bool:
@@ -114,11 +118,19 @@ def outcome_steps(
 ) -> Generator[Step, None, HoldOutOutcome]:
     """Test all candidates on the same hold-out, step by step; called in a worker thread."""
     results = yield from comparison_steps([candidate.run for candidate in candidates], test, threads=spare_cores())
-    tested = tuple(_tested(candidate, found, present) for candidate, found in zip(candidates, results, strict=True))
-    return HoldOutOutcome(test, present, tested, datetime.now())
+    # by the current blocks, also for a run with other blocks
+    evaluated = [replace(found.evaluated, labels=present.blocks) for found in results]
+    tested = tuple(
+        CandidateResult(candidate, found.whole, one.blocks, found.coverage)
+        for candidate, found, one in zip(candidates, results, evaluated, strict=True)
+    )
+    best = {0: find_best(evaluated)}
+    if len(evaluated) > 1:
+        best |= {label: find_best([one.of_block(label) for one in evaluated]) for label in evaluated[0].blocks}
+    return HoldOutOutcome(test, present, tested, best, datetime.now())
 
 
-def _tested(candidate: Candidate, found: HoldOutResult, present: Run) -> CandidateResult:
-    # evaluate by the current blocks, also for a run with other blocks
-    evaluated = replace(found.evaluated, labels=present.blocks)
-    return CandidateResult(candidate, found.whole, evaluated.blocks, found.coverage)
+def find_best(several: Sequence[Evaluated]) -> Ties | None:
+    """The results with the smallest RMSE; those with fewer evaluated pixels are excluded."""
+    most = max((one.whole.pixels for one in several), default=0)
+    return find_ties(several, [number for number, one in enumerate(several) if one.whole.pixels == most])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -18,13 +19,14 @@ from ilf.completion.confidence.expected_error import expected_error
 from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import Completion
-from ilf.evaluation.evaluation import Evaluation, evaluate_blocks, evaluate_completion
+from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors, evaluate_blocks, evaluate_completion
 from ilf.evaluation.ground_truth import shared_pixels
+from ilf.evaluation.ties import Ties
 
 from ...base import theme
 from ...state.session import Session
 from ...widgets.basics import literal_text, paint_hint
-from .hold_out_tests import CandidateResult, HoldOutOutcome
+from .hold_out_tests import CandidateResult, HoldOutOutcome, find_best
 
 # Texts of errors: millimetres and shares, for the tables of the panel.
 
@@ -58,20 +60,6 @@ def thousands(count: int) -> str:
     ('122k', '430', '–')
     """
     return f"{count / 1000:.0f}k" if count >= 10_000 else str(count) if count else UNKNOWN
-
-
-def best_of(evaluations: Sequence[Evaluation]) -> set[int]:
-    """Indices of the smallest RMSE, if the others differ; those with fewer evaluated pixels are excluded.
-
-    Examples
-    --------
-    >>> best_of([Evaluation(9, rmse=0.2), Evaluation(9, rmse=0.1), Evaluation(3, rmse=0.05)])
-    {1}
-    """
-    max_pixels = max((one.pixels for one in evaluations), default=0)
-    known = {number: one.rmse for number, one in enumerate(evaluations) if one.pixels == max_pixels and max_pixels}
-    best = {number for number, rmse in known.items() if rmse == min(known.values())}
-    return best if len(best) < len(known) else set()
 
 
 # Evaluation of results against ground truth, in a worker thread: for the frame, blocks and a rectangle.
@@ -135,11 +123,14 @@ class EvaluationResult:
     ----------
     areas : mapping of str to tuple of Evaluation
         Part of the frame -> an Evaluation for each entry, over the pixels that all of them have filled.
+    best : mapping of str to (Ties or None)
+        Part of the frame -> the entries with the smallest error.
     blocks : mapping of int to Judgement
         Label -> Evaluation of all pixels that the current result has filled.
     """
 
     areas: Mapping[str, tuple[Evaluation, ...]] = field(default_factory=dict)
+    best: Mapping[str, Ties | None] = field(default_factory=dict)
     blocks: Mapping[int, Evaluation] = field(default_factory=dict)
 
 
@@ -152,12 +143,13 @@ class Evaluator:
     def __call__(self, question: EvaluationRequest) -> EvaluationResult:
         """Evaluate; called in a worker thread."""
         present = question.entries[0]
-        areas = {}
+        areas, best = {}, {}
         shared = shared_pixels([entry.completion for entry in question.entries], every=question.every)
         for name, area in question.areas.items():
             where = shared & _inside(area, question.labels)
             areas[name] = tuple(self._evaluated(question, entry, where) for entry in question.entries)
-        return EvaluationResult(areas, evaluate_blocks(present.frame, present.completion, question.labels))
+            best[name] = find_best([_pixel_errors(question, entry, where) for entry in question.entries])
+        return EvaluationResult(areas, best, evaluate_blocks(present.frame, present.completion, question.labels))
 
     def _evaluated(self, question: EvaluationRequest, entry: EvaluatedResult, where: NDArray[np.bool_]) -> Evaluation:
         expected = self._expected_error(entry) if question.with_expected else self._expected.get(entry.completion)
@@ -173,6 +165,12 @@ class Evaluator:
         if found is None:
             found = self._expected[entry.completion] = expected_error(entry.completion)
         return found
+
+
+def _pixel_errors(question: EvaluationRequest, entry: EvaluatedResult, where: NDArray[np.bool_]) -> Evaluated:
+    places = np.flatnonzero(where & np.isfinite(question.ground_truth))
+    depth, ground_truth = entry.completion.depth.ravel()[places], question.ground_truth.ravel()[places]
+    return Evaluated(question.labels, (PixelErrors(places, depth, ground_truth, np.full_like(depth, np.nan)),))
 
 
 def _inside(area: tuple[int, ...] | Box | None, labels: NDArray[np.int32]) -> NDArray[np.bool_]:
@@ -207,7 +205,7 @@ class Row:
     colour : (int, int, int) or None
         Colour of its run.
     is_best : bool
-        Whether it is the best row of its group.
+        Whether it is the best row of its group, or equal to it.
     """
 
     name: str
@@ -317,40 +315,57 @@ def ground_truth_rows(answer: EvaluationResult, entries: Sequence[EvaluatedResul
     rows = []
     for name, evaluated in answer.areas.items():
         if len(entries) == 1:
-            rows.append(_row(name, evaluated[0], False, None, name))
+            rows.append(_row(name, evaluated[0], _Rank(), None, name))
             continue
         rows.append(Row(name))
-        best = best_of(evaluated)
+        best = answer.best.get(name)
         for number, (entry, one) in enumerate(zip(entries, evaluated, strict=True)):
-            rows.append(_row(entry.name, one, number in best, entry.colour, f"{name}, {entry.name}"))
+            rows.append(_row(entry.name, one, _rank(best, number, len(entries)), entry.colour, f"{name}, {entry.name}"))
     return rows
 
 
 def hold_out_rows(outcome: HoldOutOutcome, label: int) -> list[Row]:
     """Rows of the tested candidates, over all blocks or over one."""
     evaluated = [one.blocks.get(label, Evaluation()) if label else one.whole for one in outcome.tested]
-    best = best_of(evaluated)
+    best = outcome.best.get(label)
     return [
-        _hold_out_row(tested, one, number in best)
+        _hold_out_row(tested, one, _rank(best, number, len(evaluated)))
         for number, (tested, one) in enumerate(zip(outcome.tested, evaluated, strict=True))
     ]
 
 
-def _row(name: str, evaluated: Evaluation, is_best: bool, colour: tuple[int, int, int] | None, what: str) -> Row:
+class _Rank(NamedTuple):
+    """Whether a row is marked as one of the best, and a sentence on it; "" for the others."""
+
+    is_best: bool = False
+    text: str = ""
+
+
+def _rank(best: Ties | None, number: int, count: int) -> _Rank:
+    """Rank a row of several: if all are equal, none is marked."""
+    if best is None or count < 2 or number not in best.equal:
+        return _Rank()
+    if not best:
+        return _Rank(True, " Smallest RMSE of all.")
+    others = "All" if len(best.equal) == count else f"{len(best.equal)} of them, with the smallest RMSE,"
+    return _Rank(len(best.equal) < count, f" {others} are equal within {millimetres(best.within)} mm.")
+
+
+def _row(name: str, evaluated: Evaluation, rank: _Rank, colour: tuple[int, int, int] | None, what: str) -> Row:
     if not evaluated.pixels:
         hint = f"{what}: no pixel has both a result and ground truth."
     else:
         hint = f"{what}: {evaluated.pixels:,} pixels, mean error {1000 * evaluated.bias:+.2f} mm."
-        hint += " Smallest RMSE of all." if is_best else ""
-    return Row(name, (*errors(evaluated), within(evaluated)), hint, colour, is_best)
+        hint += rank.text
+    return Row(name, (*errors(evaluated), within(evaluated)), hint, colour, rank.is_best)
 
 
-def _hold_out_row(tested: CandidateResult, evaluated: Evaluation, is_best: bool) -> Row:
+def _hold_out_row(tested: CandidateResult, evaluated: Evaluation, rank: _Rank) -> Row:
     came_back = f"{tested.coverage:.1%} of the held-out depth was filled."
     hint = f"{tested.candidate.name}: {evaluated.pixels:,} pixels. {came_back}"
-    hint += " Smallest RMSE of all." if is_best else ""
+    hint += rank.text
     if evaluated.within is not None:
         hint += f" {evaluated.within:.0%} of the errors are within the expected error."
     colour = None if tested.candidate.kept is None else tested.candidate.kept.colour
     count = thousands(evaluated.pixels)
-    return Row(tested.candidate.name, (*errors(evaluated), count), hint, colour, is_best)
+    return Row(tested.candidate.name, (*errors(evaluated), count), hint, colour, rank.is_best)

@@ -228,6 +228,7 @@ class LayoutsFeature(Feature):
     def turn(self, name: str) -> None:
         """Switch to a layout in its last state."""
         if name != self.present and name in self.store.layouts:
+            self.context.actions["swipe"].setChecked(False)  # its contents are not part of a layout
             self._leave(name)
             self._apply(self.store.left(name))
         self._show()

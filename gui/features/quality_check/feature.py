@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,95 +16,20 @@ from ilf._runtime.formatting import counted
 from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
+from ilf.errors import IlfError
+from ilf.evaluation.quality.ignored import without_ignored
 from ilf.evaluation.quality.places import Place
 from ilf.evaluation.quality.ranking import find_places, propagated_places
+from ilf.evaluation.quality.remedies import Remedy, find_remedy
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from ...base.commands import Command
 from ...state.session import Session
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
-from .marks import PlaceMarks, ReviewStrip
-
-# Quality checks: the current place, and the ignored ones. No widgets.
-
-_SAME = 30.0
-"""Maximum distance [px] at which an ignored place equals another one of the same kind and block."""
-
-_ROOM = 10
-"""Margin [px] around the box of the former place in which a place counts as the same: an edit may move it."""
-
-
-class Review:
-    """Flagged places of one frame, the worst first, and the current one."""
-
-    def __init__(self) -> None:
-        self.places: Sequence[Place] = ()
-        self.present: Place | None = None
-        """The current place; None before the first one, and after it has been fixed."""
-        self._ignored: list[Place] = []
-        self._next = 0
-
-    @property
-    def ignored(self) -> int:
-        """Number of ignored places."""
-        return len(self._ignored)
-
-    @property
-    def number(self) -> int:
-        """Number of the current place, from 1; 0 for none."""
-        return 0 if self.present is None else self.places.index(self.present) + 1
-
-    def take(self, found: Sequence[Place]) -> bool:
-        """Set the places found after a change; return True if the current place is gone."""
-        former = self.present
-        self.places = [place for place in found if not any(_is_same(place, one) for one in self._ignored)]
-        if former is None:
-            return False
-        self._next = self._worse_than(former)
-        self.present = next((place for place in self.places if _is_part(place, former)), None)
-        return self.present is None
-
-    def _worse_than(self, former: Place) -> int:
-        """Count the places with a higher score than a former one."""
-        return sum(place.score > former.score for place in self.places)
-
-    def step(self, by: int) -> Place | None:
-        """Move to the next place, or to the previous one with -1, cyclically; return it, None if there is none."""
-        if not self.places:
-            self.present = None
-            return None
-        if self.present is None:
-            position = self._next if by > 0 else self._next - 1
-        else:
-            position = self.places.index(self.present) + by
-        self.present = self.places[position % len(self.places)]
-        return self.present
-
-    def leave(self) -> Place | None:
-        """Ignore the current place permanently, and move to the next; return it, None if there is none."""
-        if self.present is None:
-            return self.step(1)
-        self._ignored.append(self.present)
-        self._next = self.number - 1
-        self.places = [place for place in self.places if place is not self.present]
-        self.present = None
-        return self.step(1)
-
-
-def _is_same(place: Place, other: Place) -> bool:
-    alike = place.kind == other.kind and set(place.labels) & set(other.labels)
-    return bool(alike) and math.dist(place.point, other.point) < _SAME
-
-
-def _is_part(place: Place, whole: Place) -> bool:
-    rows, columns = whole.box
-    inside = (
-        columns.start - _ROOM <= place.point[0] < columns.stop + _ROOM
-        and rows.start - _ROOM <= place.point[1] < rows.stop + _ROOM
-    )
-    return inside and place.kind == whole.kind and bool(set(place.labels) & set(whole.labels))
-
+from ..tools import ToolsFeature
+from .marks import CheckStrip, PlaceMarks, RemedyPreviews
+from .review import Review
 
 _MIN_SIDE, _MAX_SIDE = 96, 320
 """Minimum and maximum side of the shown region [px]."""
@@ -125,11 +49,21 @@ class _Request:
     """Propagated blocks that need a check -> reason."""
 
 
-class QualityCheckFeature(Feature):
-    """Shows one flagged place after the other: zooms to it, selects the block, and shows reason and number.
+@dataclass(frozen=True, eq=False)
+class _RemedyRequest:
+    """A place that was found by a search, locked blocks, and the label of a new block."""
 
-    The search runs in a worker thread, and again after every edit while the strip is visible. Ignored places stay
-    ignored while the frame is open.
+    search: _Request
+    place: Place
+    locked: frozenset[int]
+    new: int
+
+
+class QualityCheckFeature(Feature):
+    """Shows one flagged place after the other: zooms to it, selects the block, shows reason and number, and a remedy.
+
+    The search runs in a worker thread, and again after every edit while the strip is visible. The remedy for the place
+    follows in another; Enter applies it and goes on to the next place.
     """
 
     def __init__(self, context: Context) -> None:
@@ -138,51 +72,26 @@ class QualityCheckFeature(Feature):
         self._views = views = context.views
         self._has_place = False
         """Whether there is a place to ignore."""
-        no_frame, actions = context.reasons.no_frame, context.actions
-        actions.add(
-            (
-                Command(
-                    "next_check",
-                    "Next &quality check",
-                    "ph.crosshair",
-                    "F8",
-                    "Go to the next place where blocks or filled depth look wrong, largest error first",
-                    handler=lambda: self.go(1),
-                    why_off=no_frame,
-                ),
-                Command(
-                    "previous_check",
-                    "Pre&vious quality check",
-                    "ph.caret-left",
-                    "Shift+F8",
-                    "Go to the previous place",
-                    handler=lambda: self.go(-1),
-                    why_off=no_frame,
-                ),
-                Command(
-                    "ignore_check",
-                    "&Ignore",
-                    "ph.check",
-                    "Ctrl+F8",
-                    "Ignore this place: it is not shown again",
-                    handler=self.leave,
-                    why_off=lambda: "" if self._has_place else "Not available now.",
-                ),
-                Command("close_checks", "&Close", "ph.x", "", "End the quality check", handler=self.close),
-            )
-        )
-        going = [actions[name] for name in ("previous_check", "next_check", "close_checks")]
-        self.strip = ReviewStrip(going, [actions["ignore_check"]])
-        context.centre.add_strip(self.strip)
-        self._marks = PlaceMarks(views)
-        self._reviews: WeakKeyDictionary[Session, Review] = WeakKeyDictionary()
         self._requested: _Request | None = None
         """The last request; None while the review is closed."""
+        self._found: Sequence[Place] = ()
+        """All places of the last search, with ignored ones."""
         self._fresh = False
         self._pending_step = 0
+        self._remedy_requested: _RemedyRequest | None = None
+        self._remedy: Remedy | None = None
+        context.actions.add(self._commands())
+        names = "previous_check", "next_check", "ignore_check", "apply_remedy", "close_checks"
+        self.strip = CheckStrip(*(context.actions[name] for name in names))
+        context.centre.add_strip(self.strip)
+        self._marks, self._previews = PlaceMarks(views), RemedyPreviews(views)
+        self._reviews: WeakKeyDictionary[Session, Review] = WeakKeyDictionary()
         self._questions = LatestRequest[_Request, Sequence[Place]](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
+        self._remedies = LatestRequest[_RemedyRequest, Remedy | None](_find_remedy, self)
+        self._remedies.answered.connect(self._take_remedy)
+        self._remedies.failed.connect(self._fail)
         workspace.frames.session_changed.connect(self.close)
         for changed in (
             workspace.blocks.labels_changed,
@@ -190,17 +99,69 @@ class QualityCheckFeature(Feature):
             workspace.runs.error_changed,
         ):
             changed.connect(lambda *_: self._ask_again())
-        workspace.blocks.infos_changed.connect(self._note_checked)
+        workspace.blocks.infos_changed.connect(self._note_infos)
+        workspace.blocks.ignored_changed.connect(self._note_ignored)
+
+    def begin(self) -> None:
+        """Connect the key that applies the remedy."""
+        self.context.feature(ToolsFeature).keys.on_enter(self.apply)
+
+    def _commands(self) -> Sequence[Command]:
+        no_frame = self.context.reasons.no_frame
+        return (
+            Command(
+                "next_check",
+                "Next &quality check",
+                "ph.crosshair",
+                "F8",
+                "Go to the next place where blocks or filled depth look wrong, largest error first",
+                handler=lambda: self.go(1),
+                why_off=no_frame,
+            ),
+            Command(
+                "previous_check",
+                "Pre&vious quality check",
+                "ph.caret-left",
+                "Shift+F8",
+                "Go to the previous place",
+                handler=lambda: self.go(-1),
+                why_off=no_frame,
+            ),
+            Command(
+                "apply_remedy",
+                "&Apply remedy",
+                "ph.check",
+                "",
+                "Apply the remedy that is shown for the place, and go to the next place; Enter does the same",
+                handler=self.apply,
+                why_off=lambda: "" if self._remedy is not None else "No remedy is shown: press F8 first.",
+            ),
+            Command(
+                "ignore_check",
+                "&Ignore",
+                "ph.eye-slash",
+                "Ctrl+F8",
+                "Ignore this place: it is not shown again until blocks or known depth change there",
+                handler=self.leave,
+                why_off=lambda: "" if self._has_place else "No place is shown: press F8 first.",
+            ),
+            Command("close_checks", "&Close", "ph.x", "", "End the quality check", handler=self.close),
+        )
 
     @property
     def busy(self) -> bool:
-        """Whether the search is in progress."""
-        return self._questions.busy
+        """Whether a search for places or for a remedy is in progress."""
+        return self._questions.busy or self._remedies.busy
 
     @property
     def review(self) -> Review:
         """The places of the current frame."""
         return self._reviews.setdefault(self._workspace.session, Review())
+
+    @property
+    def remedy(self) -> Remedy | None:
+        """The remedy shown for the current place; None if there is none, or none yet."""
+        return self._remedy
 
     def go(self, by: int) -> None:
         """Show the next place, or the previous one with -1."""
@@ -208,76 +169,144 @@ class QualityCheckFeature(Feature):
             return
         if not self._fresh:
             self._pending_step = by
-            self.strip.show_message("Running quality checks…")
+            self.strip.show_places("Running quality checks…")
             if self._requested is None:
                 self._ask()
             return
         self._show(self.review.step(by))
+
+    def apply(self) -> bool:
+        """Apply the remedy and show the next place; return False if none is shown."""
+        request, remedy, blocks = self._remedy_requested, self._remedy, self._workspace.blocks
+        if request is None or remedy is None:
+            return False
+        self._pending_step = 1
+        if remedy.kind == "checked":
+            blocks.mark_checked(request.place.labels)
+        elif remedy.invalid is None:
+            blocks.edit(remedy.patch, self._named(remedy.text))
+        else:
+            former = request.search.frame.invalid_mask
+            mask = remedy.invalid if former is None else former | remedy.invalid
+            try:
+                blocks.set_invalid_mask(mask, "Mark depth as invalid")
+            except IlfError as error:
+                self._pending_step = 0
+                self.context.notes.report("Quality check", error)
+        return True
 
     def leave(self) -> None:
         """Ignore the current place and show the next; a propagated block is marked as checked."""
         if not (self._workspace.has_session and self._fresh):
             return
         place = self.review.present
-        if place is not None and place.kind == "propagated":
-            self._pending_step = 1
+        if place is None:
+            self._show(self.review.step(1))
+            return
+        self._pending_step = 1
+        if place.kind == "propagated":
             self._workspace.blocks.mark_checked(place.labels)
         else:
-            self._show(self.review.leave())
+            self._workspace.blocks.ignore_place(place)
 
     def close(self) -> None:
         """Close the review."""
         self._questions.forget()
-        self._requested, self._fresh, self._pending_step = None, False, 0
+        self._requested, self._found, self._fresh, self._pending_step = None, (), False, 0
         self._marks.clear()
+        self._drop_remedy()
         self._note_place(False)
         self.strip.hide()
 
     def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
+        """Stop permanently before the window closes. True if no thread is left."""
+        ended = self._questions.shutdown()
+        return self._remedies.shutdown() and ended
 
     def _note_place(self, there: bool) -> None:
         if there != self._has_place:
             self._has_place = there
             self.context.actions.refresh()
 
+    # the search
+
     def _ask_again(self) -> None:
         if self._requested is not None:
             self._ask()
 
-    def _note_checked(self) -> None:
-        """Search again if other blocks need a check."""
-        if self._requested is not None and self._workspace.session.to_check != self._requested.to_check.keys():
+    def _note_infos(self) -> None:
+        """Search again if other blocks need a check; look for the remedy again if other blocks are locked."""
+        if self._requested is None:
+            return
+        session = self._workspace.session
+        if session.to_check != self._requested.to_check.keys():
             self._ask()
+        elif self._remedy_requested is not None and self._remedy_requested.locked != session.locked:
+            self._ask_remedy(self._remedy_requested.place, self._requested)
+
+    def _note_ignored(self) -> None:
+        """Show the places without those that are ignored now."""
+        if self._requested is not None and self._fresh:
+            self._take_places(self._requested)
 
     def _ask(self) -> None:
         session = self._workspace.session
         to_check = {label: session.notes.reasons.get(label, "") for label in session.to_check}
         extraction = session.notes.extraction or BlockParameters()
         self._fresh = False
+        self._drop_remedy()
         self._requested = _Request(
             session, session.frame, session.labels.copy(), extraction, session.expected_error(), to_check
         )
         self._questions.ask(self._requested)
 
     def _take(self, question: _Request, found: Sequence[Place]) -> None:
-        if question is not self._requested:
-            return
+        if question is self._requested:
+            self._found, self._fresh = found, True
+            self._take_places(question)
+
+    def _take_places(self, search: _Request) -> None:
         former = self.review.present
-        gone = self.review.take(found)
+        gone = self.review.take(without_ignored(self._found, search.session.ignored, search.frame, search.labels))
         # the expected error is unknown until the depth has been completed again
-        fixed = gone and former is not None and (former.kind != "error" or question.error is not None)
-        self._fresh = True
+        fixed = gone and former is not None and (former.kind != "error" or search.error is not None)
         pending_step, self._pending_step = self._pending_step, 0
         if pending_step:
             self._show(self.review.step(pending_step))
         else:
             self._say(fixed)
 
-    def _fail(self, question: _Request, error: Exception) -> None:
+    def _fail(self, _question: object, error: Exception) -> None:
         self.close()
         self.context.notes.report("Quality check", error)
+
+    # the remedy
+
+    def _drop_remedy(self) -> None:
+        self._remedies.forget()
+        self._remedy_requested = None
+        self._set_remedy(None)
+
+    def _set_remedy(self, remedy: Remedy | None) -> None:
+        if remedy is not self._remedy:
+            self._remedy = remedy
+            self._previews.show(remedy)
+            self.context.actions.refresh()
+
+    def _ask_remedy(self, place: Place, search: _Request) -> None:
+        """Look for the remedy of a place."""
+        session = search.session
+        self._drop_remedy()
+        self._remedy_requested = _RemedyRequest(search, place, session.locked, session.next_label())
+        self.strip.show_remedy("Looking for a remedy…")
+        self._remedies.ask(self._remedy_requested)
+
+    def _take_remedy(self, question: _RemedyRequest, remedy: Remedy | None) -> None:
+        if question is self._remedy_requested:
+            self._set_remedy(remedy)
+            self.strip.show_remedy("No remedy found" if remedy is None else f"{self._named(remedy.text)} (Enter)")
+
+    # what is shown
 
     def _show(self, place: Place | None) -> None:
         if place is not None:
@@ -289,34 +318,37 @@ class QualityCheckFeature(Feature):
         self.context.centre.show_images()
 
     def _say(self, fixed: bool) -> None:
-        review = self.review
+        review, search = self.review, self._requested
         count, place = len(review.places), review.present
         self._note_place(place is not None)
-        if place is not None:
+        if place is not None and search is not None:
             path = QPainterPath()
             path.addEllipse(QPointF(*place.point), _RING, _RING)
             self._marks.show(path)
-            self.strip.show_message(f"{review.number} of {count}: {self._named(place.reason)}")
+            self.strip.show_places(self._named(place.reason), f"{review.number} of {count}")
+            self._ask_remedy(place, search)
             return
         self._marks.clear()
-        ignored = f" {review.ignored} ignored." if review.ignored else ""
+        self._drop_remedy()
+        ignored = len(self._found) - count
+        and_ignored = f" {ignored} ignored." if ignored else ""
         if count:
             done = "Fixed. " if fixed else ""
-            self.strip.show_message(f"{done}{counted(count, 'flagged place')} left to check.")
+            self.strip.show_places(f"{done}{counted(count, 'flagged place')} left to check.")
         elif fixed:
-            self.strip.show_message(f"Fixed. That was the last flagged place.{ignored}")
+            self.strip.show_places(f"Fixed. That was the last flagged place.{and_ignored}")
         else:
-            self.strip.show_message(f"No more flagged places.{ignored}" if ignored else "No flagged places.")
+            self.strip.show_places(f"No more flagged places.{and_ignored}" if ignored else "No flagged places.")
 
-    def _named(self, reason: str) -> str:
-        """Return the reason, with the names of blocks instead of their numbers."""
+    def _named(self, text: str) -> str:
+        """Return a text with the names of blocks instead of their numbers."""
         infos = self._workspace.session.infos
 
         def name(found: re.Match[str]) -> str:
             info = infos.get(int(found[1]))
             return found[0] if info is None else info.name
 
-        return re.sub(r"Block (\d+)", name, reason)
+        return re.sub(r"Block (\d+)", name, text)
 
 
 def _find(question: _Request) -> Sequence[Place]:
@@ -324,6 +356,19 @@ def _find(question: _Request) -> Sequence[Place]:
     strength = find_edges(question.frame, question.extraction).strength
     propagated = propagated_places(question.labels, question.to_check)
     return [*propagated, *find_places(question.frame, question.labels, strength, question.error)]
+
+
+def _find_remedy(question: _RemedyRequest) -> Remedy | None:
+    """Find the remedy for a place; called in a worker thread."""
+    search = question.search
+    return find_remedy(
+        question.place,
+        search.frame,
+        search.labels,
+        find_edges(search.frame, search.extraction).strength,
+        locked=question.locked,
+        first_new=question.new,
+    )
 
 
 def _region_around(place: Place, shape: tuple[int, int]) -> Box:

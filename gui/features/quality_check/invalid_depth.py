@@ -61,7 +61,7 @@ class InvalidDepthFeature(Feature):
                 ),
             )
         )
-        self.strip = ReviewStrip([], [actions["mark_suggested"], actions["ignore_suggested"]])
+        self.strip = ReviewStrip([actions["mark_suggested"], actions["ignore_suggested"]])
         context.centre.add_strip(self.strip)
         self._marks = PlaceMarks(views)
         self._found: Mask | None = None

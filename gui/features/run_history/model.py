@@ -109,8 +109,9 @@ def missing_parts(kept: StoredRun) -> str:
 
 
 def best_of(runs: Sequence[StoredRun], error: str) -> list[StoredRun]:
-    """Return the runs with the smallest error of a kind, of those that have filled about as many pixels as any, and for
-    hold-out errors were tested like most; none if fewer than two are comparable."""
+    """Return the runs with the smallest error of a kind, several if it is the same in the digits that are shown, of
+    those that have filled about as many pixels as any, and for hold-out errors were tested like most; none if fewer
+    than two are comparable, or if all of these are equal."""
     most = max((kept.recovered for kept in runs), default=0)
     values = [(kept, getattr(kept, error)) for kept in runs if kept.recovered >= COMPARABLE * most]
     evaluated = [(kept, value) for kept, value in values if value is not None and math.isfinite(value)]
@@ -118,8 +119,9 @@ def best_of(runs: Sequence[StoredRun], error: str) -> list[StoredRun]:
         tests = [kept.hold_out_test for kept, _ in evaluated]
         usual = max(reversed(tests), key=tests.count)
         evaluated = [(kept, value) for kept, value in evaluated if kept.hold_out_test == usual]
-    smallest = min((value for _, value in evaluated), default=math.nan)
-    return [kept for kept, value in evaluated if value == smallest] if len(evaluated) > 1 else []
+    smallest = millimetres(min((value for _, value in evaluated), default=math.nan))
+    best = [kept for kept, value in evaluated if millimetres(value) == smallest]
+    return best if len(best) < len(evaluated) else []
 
 
 SORT_ROLE = Qt.ItemDataRole.UserRole
@@ -144,7 +146,10 @@ EDITABLE = (Column.NAME, Column.NOTE)
 ERROR_COLUMNS = (Column.GROUND_TRUTH, Column.HOLD_OUT, Column.EXPECTED)
 """In the order of `ERRORS`."""
 
-_BEST = "Bold with a star: best of the runs that have filled about as many pixels."
+_BEST = (
+    "Bold with a star: best of the runs that have filled about as many pixels, or equal to it as shown. The panel "
+    "Accuracy compares runs on the same pixels."
+)
 HEADERS = {
     Column.COMPARED: ("", f"Compare: show the run beside the current result (max. {MAX_COMPARED}). Click the tick."),
     Column.COLOUR: ("", "Colour of the run in curves and profiles."),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import pyqtgraph as pg
@@ -23,7 +23,7 @@ _CLICK_DISTANCE = 40
 
 
 class ErrorCurve(pg.PlotWidget):
-    """Plot with a point per tested value; the best point and the current value are marked.
+    """Plot with a point per tested value; the best points and the current value are marked.
 
     Signals
     -------
@@ -55,7 +55,7 @@ class ErrorCurve(pg.PlotWidget):
         self.setAccessibleName("Error against the value")
         self.setToolTip("Error of every tested value. Click a point to apply its value.")
         self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
-        self.set_points([], [], None)
+        self.set_points([], [], ())
         self._style()
 
     def set_scale(self, name: str, values: Sequence[float], logarithmic: bool) -> None:
@@ -76,8 +76,8 @@ class ErrorCurve(pg.PlotWidget):
         if shown:
             self.present.setValue(place)
 
-    def set_points(self, places: Sequence[int], errors: Sequence[float], best: int | None) -> None:
-        """Set the errors [m] of some of the values, NaN = none, and the best of them."""
+    def set_points(self, places: Sequence[int], errors: Sequence[float], best: Collection[int]) -> None:
+        """Set the errors [m] of some of the values, NaN = none, and the best of them: several if these are equal."""
         known = dict(sorted(zip(places, errors, strict=True)))
         across = np.array([self._places[place] for place in known], float)
         above = 1000 * np.array(list(known.values()), float)
@@ -85,7 +85,7 @@ class ErrorCurve(pg.PlotWidget):
         if np.isfinite(above).any():
             # do not magnify negligible differences
             self.getViewBox().setLimits(minYRange=_MIN_RANGE * float(np.nanmax(above)))
-        self.best.setData(pos=[(self._places[best], 1000 * known[best])] if best in known else [])
+        self.best.setData(pos=[(self._places[place], 1000 * known[place]) for place in sorted(best) if place in known])
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         super().mouseReleaseEvent(event)
@@ -183,7 +183,7 @@ class ErrorGrid(QWidget):
         self._names = ("", "")
         self._values: tuple[Sequence[float], Sequence[float]] = ((), ())
         self._errors: Mapping[int, float] = {}
-        self._best: int | None = None
+        self._best: Collection[int] = ()
         self._present: int | None = None
         self._table = error_table()
         self.setMouseTracking(True)
@@ -194,7 +194,7 @@ class ErrorGrid(QWidget):
     def set_scale(self, names: tuple[str, str], values: tuple[Sequence[float], Sequence[float]]) -> None:
         """Set the parameters' names, and their values in rising order."""
         self._names, self._values = names, values
-        self._errors, self._best, self._present = {}, None, None
+        self._errors, self._best, self._present = {}, (), None
         self.update()
 
     def set_present(self, number: int | None) -> None:
@@ -203,8 +203,8 @@ class ErrorGrid(QWidget):
             self._present = number
             self.update()
 
-    def set_errors(self, errors: Mapping[int, float], best: int | None) -> None:
-        """Set the errors [m] of the tested pairs, and the best of them."""
+    def set_errors(self, errors: Mapping[int, float], best: Collection[int]) -> None:
+        """Set the errors [m] of the tested pairs, and the best of them: several if these are equal."""
         self._errors, self._best = errors, best
         self.update()
 
@@ -227,14 +227,14 @@ class ErrorGrid(QWidget):
         self._paint_labels(painter, colours)
         for number in range(len(self._values[0]) * len(self._values[1])):
             self._paint_cell(painter, number, colours)
-        for marked, colour, style in (
-            (self._present, colours.text, Qt.PenStyle.DashLine),
-            (self._best, colours.good, Qt.PenStyle.SolidLine),
-        ):
-            if marked is not None:
-                painter.setPen(QPen(colour, _RING, style))
-                painter.setBrush(Qt.BrushStyle.NoBrush)
-                painter.drawRect(self.cell(marked).adjusted(1, 1, -1, -1))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for number in self._best:
+            painter.setPen(QPen(colours.good, _RING))
+            painter.drawRect(self.cell(number).adjusted(1, 1, -1, -1))
+        if self._present is not None:
+            inside = 1 + _RING * (self._present in self._best)
+            painter.setPen(QPen(colours.text, _RING, Qt.PenStyle.DashLine))
+            painter.drawRect(self.cell(self._present).adjusted(inside, inside, -inside, -inside))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         number = self._at(event.position())

@@ -42,7 +42,8 @@ class Tile(QAbstractButton):
         self.caption = caption
         self._size = size
         self.error_text = "…"
-        self.best = self.present = False
+        self.best = ""
+        self.present = False
         self._values: NDArray[np.float32] | None = None
         self._image = QImage()
         self.setCursor(Qt.CursorShape.PointingHandCursor)
@@ -61,8 +62,8 @@ class Tile(QAbstractButton):
             self._image = rgb_image(scale.table[to_indices(values, scale.low, scale.high)][..., :3])
         self.update()
 
-    def set_marks(self, error_text: str, best: bool, present: bool) -> None:
-        """Set the error, whether it is the best, and whether it is the current value."""
+    def set_marks(self, error_text: str, best: str, present: bool) -> None:
+        """Set the error, "best" or "equal" if it is one of the best, and whether it is the current value."""
         if (error_text, best, present) != (self.error_text, self.best, self.present):
             self.error_text, self.best, self.present = error_text, best, present
             self._describe()
@@ -81,7 +82,7 @@ class Tile(QAbstractButton):
             where.moveCenter(room.center())
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(where, self._image)
-        marks = [mark for mark, on in (("best", self.best), ("current", self.present)) if on]
+        marks = [mark for mark in (self.best, "current" * self.present) if mark]
         mark = f" ({', '.join(marks)})" if marks else ""
         colour = colours.good if self.best else colours.text
         for text, tone, row in ((self.caption, colours.text, 0), (self.error_text + mark, colour, 1)):
@@ -108,7 +109,7 @@ class Tile(QAbstractButton):
         self.update()
 
     def _describe(self) -> None:
-        marks = [mark for mark, on in (("best", self.best), ("current", self.present)) if on]
+        marks = [mark for mark in (self.best, "current" * self.present) if mark]
         text = ", ".join([self.caption, self.error_text, *marks])
         self.setAccessibleName(text)
         self.setToolTip(f"{text}. Click to apply.")

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSize
 
+from ilf._runtime.formatting import counted
 from ilf.data.blocks import Box
 from ilf.data.declarations import Value
 from ilf.data.parameters import Parameters
 from ilf.drawing.colours import robust_depth_levels, robust_difference_level
 from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult
+from ilf.evaluation.ties import Ties
 
 from ...state.session import Session
 from ...views.colours import depth_table, difference_table
 from .multiples import Scale, small
 
 Picture = NDArray[np.float32]
+
+_LISTED = 5
+"""Maximum number of equal values that are listed."""
 
 _MARGIN = 0.1
 """Margin around a single swept block, as a share of its sides."""
@@ -47,7 +52,7 @@ class SweepState:
         self.is_over_all = False
         """Whether all errors are over the same pixels: those filled by every point."""
         self._numbers = {tuple(point.items()): number for number, point in enumerate(sweep.points)}
-        self._best: int | None = None
+        self._ties: Ties | None = None
         self._depths: dict[int, Picture] = {}
         self._differences: dict[int, Picture] = {}
         frame = session.frame
@@ -72,11 +77,26 @@ class SweepState:
 
     @property
     def best(self) -> int | None:
-        """The point with the smallest error among those that fill enough; None if there is none."""
+        """The point with the smallest error among those that fill enough, or that with the current values if these
+        cannot be told apart; None if there is none."""
         if self.is_over_all:
-            return self._best
+            if self._ties is None:
+                return None
+            return self.present if self.present in self._ties.equal else self._ties.best
         known = {number: error for number, error in self.errors.items() if math.isfinite(error)}
         return min(known, key=known.__getitem__) if known else None
+
+    @property
+    def ties(self) -> Ties | None:
+        """The points that cannot be told from the best, once all are there; None if there is only one."""
+        return self._ties if self._ties else None
+
+    @property
+    def marked(self) -> frozenset[int]:
+        """The best point, with those that cannot be told from it."""
+        if self.ties is not None:
+            return self.ties.equal
+        return frozenset() if self.best is None else frozenset({self.best})
 
     def values(self, number: int) -> dict[str, Value]:
         """Name -> value of a point."""
@@ -86,6 +106,14 @@ class SweepState:
         """Text of the values of a point."""
         labels = {name: declaration.label for name, declaration in Parameters.declarations().items()}
         return ", ".join(f"{labels[name]} {value:g}" for name, value in self.values(number).items())
+
+    def text_of_several(self, numbers: Collection[int]) -> str:
+        """Text of the values of several points: all of one parameter up to a few, otherwise their number."""
+        if len(numbers) > _LISTED or len(self.sweep.values) > 1:
+            return f"{len(numbers)} of {counted(len(self.sweep.points), 'point')}"
+        (name,) = self.sweep.values
+        texts = [f"{self.values(number)[name]:g}" for number in sorted(numbers)]
+        return f"{Parameters.declarations()[name].label} {', '.join(texts[:-1])} and {texts[-1]}"
 
     @property
     def present_values(self) -> dict[str, Value]:
@@ -108,13 +136,10 @@ class SweepState:
             self._differences[number] = 1000 * (depth - self._reference)
 
     def finish(self, result: SweepResult) -> None:
-        """Set the final errors, over the same pixels. If no point is better, the current values are the best."""
+        """Set the final errors, over the same pixels."""
         for point in result.points:
             self.errors[self._number(point)] = point.whole.rmse
-        self._best = None if result.best is None else self._number(result.best)
-        present, best = self.present, self._best
-        if present is not None and best is not None and self.coverage[present] >= self.coverage[best]:
-            self._best = present if self.errors[present] <= self.errors[best] else best
+        self._ties = result.ties
         self.is_over_all = True
 
     def _number(self, point: SweepPoint) -> int:

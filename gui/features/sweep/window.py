@@ -226,8 +226,8 @@ class SweepWindow(QDialog):
         self._found = None
         self._outcomes.setCurrentIndex(0)
         self.multiples.set_captions([])
-        self.curve.set_points([], [], None)
-        self.grid.set_errors({}, None)
+        self.curve.set_points([], [], ())
+        self.grid.set_errors({}, ())
         self.describe()
         self.apply_button.setEnabled(False)
 
@@ -247,9 +247,9 @@ class SweepWindow(QDialog):
         self.multiples.set_pictures(pictures, scale)
         self.bar.set_scale(scale if pictures else None, "mm" if differences else "m")
         if self._plots.currentWidget() is self.grid:
-            self.grid.set_errors(dict(found.errors), found.best)
+            self.grid.set_errors(dict(found.errors), found.marked)
         else:
-            self.curve.set_points(list(found.errors), list(found.errors.values()), found.best)
+            self.curve.set_points(list(found.errors), list(found.errors.values()), found.marked)
         self._show_marks()
         if found.errors:
             self.state.show_message(self._outcome())
@@ -265,7 +265,8 @@ class SweepWindow(QDialog):
             error = _millimetres(found.errors.get(number))
             coverage = found.coverage.get(number, 1.0)
             text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
-            tile.set_marks(text, number == found.best, number == present)
+            mark = "best" if found.ties is None else "equal"
+            tile.set_marks(text, mark * (number in found.marked), number == present)
         self.apply_button.setEnabled(found.best is not None and found.best != present)
 
     def _outcome(self) -> str:
@@ -275,11 +276,14 @@ class SweepWindow(QDialog):
             return "Nothing could be evaluated." if found is not None and found.errors else ""
         where = found.session.info(found.label).name if found.label else "all blocks"
         over = "over the pixels that all values filled" if found.is_over_all else "so far"
-        text = f"{found.session.name}, {where}: best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
-        if found.present in found.errors and found.present != best:
-            now = _millimetres(found.errors[found.present])
-            text += f" (current: {now}{', nearly equal' * (now == _millimetres(found.errors[best]))})"
-        return f"{text}, {over}."
+        if found.ties is not None:
+            text = f"{found.text_of_several(found.ties.equal)} are equal within {millimetres(found.ties.within)} mm"
+            text += ", the current value among them" * (found.present in found.ties.equal)
+        else:
+            text = f"best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
+        if found.present in found.errors and found.present not in found.marked:
+            text += f" (current: {_millimetres(found.errors[found.present])})"
+        return f"{found.session.name}, {where}: {text}, {over}."
 
     def _apply_best(self) -> None:
         if self._found is not None and self._found.best is not None:

@@ -24,7 +24,7 @@ a wrong border."""
 _KNOWN_WEIGHT = 0.03
 """Weight of a known pixel near an error, relative to a pixel to be filled."""
 
-_BESIDE = 2
+BESIDE = 2
 """Distance [px] from a jump at which the depth on its sides is read, since pixels right beside it may be mixed; also
 the distance up to which an edge belongs to a border."""
 
@@ -42,7 +42,7 @@ _WEIGHT_WITHOUT_EDGE = 0.3
 
 def find_multiple_surfaces(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
     """Find depth jumps inside blocks, and blocks with two surfaces separated only by missing depth."""
-    jumps, hidden = _jumps(inputs), _hidden(inputs, strength)
+    jumps, hidden = find_steps(inputs, strength)
     step = np.maximum(jumps, hidden)
     numbers = number_groups(step > 0, inputs.labels)
     if not numbers.any():
@@ -51,6 +51,12 @@ def find_multiple_surfaces(inputs: CheckInput, strength: NDArray[np.float32]) ->
         seen = jumps[group.rows, group.columns]
         kind = "jump" if np.count_nonzero(seen) * 2 > seen.size else "surfaces"
         yield Place(kind, group.box, (group.label,), group.point, group.harm, _step_reason(inputs, group, kind, step))
+
+
+def find_steps(inputs: CheckInput, strength: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Heights [m] of the jumps in known depth inside blocks, and distances [m] of surfaces that meet in missing depth
+    inside a block; float64 (H, W), 0 elsewhere."""
+    return _jumps(inputs), _hidden(inputs, strength)
 
 
 def _harm(inputs: CheckInput, numbers: NDArray[np.int32], step: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -81,12 +87,12 @@ def _jumps(inputs: CheckInput) -> NDArray[np.float64]:
     for side, (dy, dx) in enumerate(((0, 1), (1, 0))):
         rows, columns = np.nonzero(inner[side])
         one = (
-            np.clip(rows - _BESIDE * dy, 0, height - 1),
-            np.clip(columns - _BESIDE * dx, 0, width - 1),
+            np.clip(rows - BESIDE * dy, 0, height - 1),
+            np.clip(columns - BESIDE * dx, 0, width - 1),
         )
         other = (
-            np.clip(rows + (1 + _BESIDE) * dy, 0, height - 1),
-            np.clip(columns + (1 + _BESIDE) * dx, 0, width - 1),
+            np.clip(rows + (1 + BESIDE) * dy, 0, height - 1),
+            np.clip(columns + (1 + BESIDE) * dx, 0, width - 1),
         )
         step = np.abs(inputs.depth[one].astype(np.float64) - inputs.depth[other])
         found[rows, columns] = np.maximum(found[rows, columns], step)
@@ -172,7 +178,7 @@ def _stretches(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
     """At the pixels of weak borders: possible displacement [px], distance [m] between their blocks, and the lower and
     the higher label of these; 0 elsewhere."""
-    square = np.ones((2 * _BESIDE + 1,) * 2, np.uint8)
+    square = np.ones((2 * BESIDE + 1,) * 2, np.uint8)
     under = cv2.dilate(strength, square)
     weak = (under < _WEAK) & ~inputs.relief.near
     edges = (strength >= _STRONG).astype(np.uint8)

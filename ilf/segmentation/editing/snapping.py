@@ -60,10 +60,15 @@ class Snapper:
     frame : RGBDFrame
     strength : ndarray of float32, shape (H, W)
         Edge strength in [0, 1].
+
+    Attributes
+    ----------
+    evidence : ndarray of float32, shape (H, W)
+        Evidence for a border at every pixel, about 1 where it is certain.
     """
 
     def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32]) -> None:
-        self._evidence = _evidence(default_relief(frame), _gradient(frame.rgb), strength)
+        self.evidence = _evidence(default_relief(frame), _gradient(frame.rgb), strength)
 
     def snap(self, points: Points, leash: float) -> list[tuple[float, float]]:
         """Move a line to the strongest evidence within a leash.
@@ -92,7 +97,7 @@ class Snapper:
         reach = int(leash / _STEP)
         moves = _STEP * np.arange(-reach, reach + 1)
         x, y = np.moveaxis(line[:, None] + moves[:, None] * across[:, None], -1, 0)
-        evidence = map_coordinates(self._evidence, (y - 0.5, x - 0.5), order=1, mode="constant")
+        evidence = map_coordinates(self.evidence, (y - 0.5, x - 0.5), order=1, mode="constant")
         chosen = moves[_cheapest(_AWAY * np.abs(moves) - evidence)]
         snapped = line + gaussian_filter1d(chosen, 1.0, mode="nearest")[:, None] * across
         return [(float(x), float(y)) for x, y in snapped]
@@ -205,7 +210,7 @@ class Similar:
 def _like(frame: RGBDFrame, row: int, column: int) -> NDArray[np.bool_]:
     """Pixels with about the colour and depth of a pixel; where depth is missing, only colour counts."""
     around = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
-    lab = _lab(frame.rgb)
+    lab = smooth_lab(frame.rgb)
     start = np.median(lab[around].reshape(-1, 3), axis=0)
     like = _within(lab, start - _COLOUR, start + _COLOUR)
     near = frame.depth[around]
@@ -222,7 +227,8 @@ def _within(values: NDArray[Any], low: NDArray[np.float64], high: NDArray[np.flo
 
 
 @once_per_image
-def _lab(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def smooth_lab(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """A colour image in 8-bit Lab, slightly blurred, uint8 (H, W, 3); cached with it."""
     return np.asarray(cv2.cvtColor(cv2.GaussianBlur(rgb, (0, 0), 1.0), cv2.COLOR_RGB2Lab), np.uint8)
 
 

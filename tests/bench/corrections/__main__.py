@@ -1,9 +1,10 @@
-"""`python -m tests.bench.corrections --with brush`: effort and effect of twelve corrections.
+"""`python -m tests.bench.corrections --with brush`: effort and effect of twelve corrections, or of twelve others.
 
 Each is done on the extracted blocks of its frame, in the real window, without a display. The table has clicks, strokes
 and keys; wrong pixels before and after, in the region of the correction; the number of pixels outside it whose block
 changed; and the error against the ground truth over the hidden pixels of the region [mm], before, after, and with the
-exact target, after a run of the blocks in the region. Zooming to the region is not counted.
+exact target, after a run of the blocks in the region. Zooming to the region is not counted. `--with strokes` and
+`--with all` do the second twelve: by one stroke each, or also by Smart select and Refine edge.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -30,17 +32,32 @@ from ilf.lab.bench.patterns import Task
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between, redrawn
 
-from . import brush, tools
+from . import brush, second, tools
 from .driver import Driver
 from .hand import Action
 from .scenes import frames_folder, load_scene, their_network
-from .targets import Correction, Labels, Scene, read_corrections, target_map, wrong_pixels
+from .targets import (
+    CORRECTIONS_FILE,
+    SECOND_FILE,
+    Correction,
+    Labels,
+    Scene,
+    read_corrections,
+    target_map,
+    wrong_pixels,
+)
 
 _HEAD = (
-    f"{'frame':15}{'correction':24}{'clicks':>6}{'strokes':>8}{'keys':>5}{'wrong pixels':>15}{'outside':>9}"
-    f"{'hidden':>8}{'unfilled':>14}{'error [mm]':>19}{'exact':>8}"
+    f"{'frame':15}{'correction':24}{'clicks':>6}{'strokes':>8}{'keys':>5}{'wasted':>7}{'wrong pixels':>15}"
+    f"{'outside':>9}{'hidden':>8}{'unfilled':>14}{'error [mm]':>19}{'exact':>8}"
 )
-WAYS: Mapping[str, Mapping[str, Sequence[Action]]] = {"brush": brush.ACTIONS, "tools": tools.ACTIONS}
+WAYS: Mapping[str, tuple[Path, Mapping[str, Sequence[Action]]]] = {
+    "brush": (CORRECTIONS_FILE, brush.ACTIONS),
+    "tools": (CORRECTIONS_FILE, tools.ACTIONS),
+    "strokes": (SECOND_FILE, second.STROKES),
+    "all": (SECOND_FILE, second.ALL),
+}
+"""For each way of correcting, the corrections and the actions by their names."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +69,7 @@ class Outcome:
     clicks: int
     strokes: int
     keys: int
+    wasted: int
     wrong_before: int
     wrong_after: int
     outside: int
@@ -105,19 +123,22 @@ def main() -> int:
 
 
 def _walk(driver: Driver, folder: Path, way: str, part: str, hand: int) -> Iterator[Outcome]:
-    scenes, corrections = read_corrections()
+    file, actions = WAYS[way]
+    scenes, corrections = read_corrections(file)
     frames: dict[str, tuple[Task, Run]] = {}
     for correction in corrections:
         if part not in correction.name:
             continue
         if correction.frame not in frames:
-            frames[correction.frame] = _open(scenes[correction.frame], folder)
-        yield _correct(driver, *frames[correction.frame], correction, WAYS[way][correction.name], hand)
+            frames[correction.frame] = _open(
+                scenes[correction.frame], folder, nullcontext if file == SECOND_FILE else their_network
+            )
+        yield _correct(driver, *frames[correction.frame], correction, actions[correction.name], hand)
 
 
-def _open(scene: Scene, folder: Path) -> tuple[Task, Run]:
+def _open(scene: Scene, folder: Path, network: Callable[[], AbstractContextManager[None]]) -> tuple[Task, Run]:
     task = load_scene(scene, folder)
-    with their_network():
+    with network():
         run = Run.of(task.frame)
     found = hashlib.sha256(run.blocks.astype("<i4").tobytes()).hexdigest()
     if not found.startswith(scene.labels):
@@ -148,6 +169,7 @@ def _correct(
         count.clicks,
         count.strokes,
         count.keys,
+        count.wasted,
         int(wrong_pixels(before, target, correction).sum()),
         int(wrong_pixels(after, target, correction).sum()),
         int(elsewhere.sum()),
@@ -183,7 +205,7 @@ def _error(depth: NDArray[np.float32], ground_truth: NDArray[np.float32], where:
 
 def _row(one: Outcome) -> str:
     return (
-        f"{one.frame:15}{one.name:24}{one.clicks:6}{one.strokes:8}{one.keys:5}"
+        f"{one.frame:15}{one.name:24}{one.clicks:6}{one.strokes:8}{one.keys:5}{one.wasted:7}"
         f"{one.wrong_before:7} ->{one.wrong_after:5}{one.outside:9}"
         f"{one.hidden:8}{one.unfilled_before:6} ->{one.unfilled_after:5}"
         f"{one.error_before:9.1f} ->{one.error_after:7.1f}{one.error_exact:8.1f}"
@@ -191,17 +213,18 @@ def _row(one: Outcome) -> str:
 
 
 def _totals(outcomes: Sequence[Outcome]) -> dict[str, float]:
-    counts = ("clicks", "strokes", "keys", "wrong_before", "wrong_after", "outside")
+    counts = ("clicks", "strokes", "keys", "wasted", "wrong_before", "wrong_after", "outside")
     sums = {name: sum(getattr(one, name) for one in outcomes) for name in counts}
     errors = ("error_before", "error_after", "error_exact")
     return sums | {name: float(np.nanmean([getattr(one, name) for one in outcomes])) for name in errors}
 
 
 def _last_line(number: int, total: Mapping[str, float]) -> str:
+    inputs = f"{total['clicks']} clicks, {total['strokes']} strokes, {total['keys']} keys, {total['wasted']} in vain"
     return (
-        f"{number} corrections: {total['clicks']} clicks, {total['strokes']} strokes, {total['keys']} keys; "
-        f"wrong pixels {total['wrong_before']} -> {total['wrong_after']}, {total['outside']} outside; mean error "
-        f"{total['error_before']:.1f} -> {total['error_after']:.1f} mm, exact {total['error_exact']:.1f} mm"
+        f"{number} corrections: {inputs}; wrong pixels {total['wrong_before']} -> {total['wrong_after']}, "
+        f"{total['outside']} outside; mean error {total['error_before']:.1f} -> {total['error_after']:.1f} mm, "
+        f"exact {total['error_exact']:.1f} mm"
     )
 
 

@@ -16,7 +16,7 @@ from gui.state.session import Session
 from gui.work.frame_runs import RunState
 from ilf.run.run import Run
 
-from .hand import Action, Brush, Click, Command, Key, Stroke, Use, by_hand
+from .hand import Action, Brush, Click, Command, Key, Stroke, Use, Wasted, by_hand
 from .targets import Correction, Point
 
 _MARGIN = 12
@@ -34,6 +34,8 @@ class Count:
     clicks: int = 0
     strokes: int = 0
     keys: int = 0
+    wasted: int = 0
+    """Inputs of all kinds that were in vain."""
 
 
 class Driver:
@@ -73,6 +75,7 @@ class Driver:
         for number, action in enumerate(actions):
             self._do(action, count, f"{name}:{number}")
             self._settle()
+            self._wait(lambda: not self.window.editor.working, "The tool did not come to a result")
         self._wait(lambda: self.window.runs.state is RunState.IDLE, "The blocks were not solved")
         return count
 
@@ -92,8 +95,10 @@ class Driver:
             case Command(command):
                 self._command(command, count)
             case Key(key):
-                QTest.keySequence(self.window, QKeySequence(key))
+                QTest.keySequence(QApplication.focusWidget() or self.window, QKeySequence(key))
                 count.keys += 1
+            case Wasted(inputs):
+                count.wasted += inputs
 
     def _command(self, name: str, count: Count) -> None:
         keys = self.window.actions_[name].shortcut()
@@ -112,7 +117,7 @@ class Driver:
 
     def _click(self, action: Click) -> None:
         button = Qt.MouseButton.RightButton if action.right else _LEFT
-        modifiers = _modifiers(action.ctrl, action.shift)
+        modifiers = _modifiers(action.ctrl, action.shift, action.alt)
         where = self._viewport, button, modifiers, self._place((action.x, action.y))
         QTest.mouseClick(*where)
         if action.double:  # events of a mouse: press, release, double click, release

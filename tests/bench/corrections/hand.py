@@ -43,6 +43,7 @@ class Click:
     y: float
     ctrl: bool = False
     shift: bool = False
+    alt: bool = False
     double: bool = False
     right: bool = False
 
@@ -71,7 +72,20 @@ class Key:
     name: str
 
 
-Action = Use | Brush | Click | Stroke | Command | Key
+@dataclass(frozen=True)
+class Wasted:
+    """The last inputs were in vain.
+
+    Attributes
+    ----------
+    inputs : int
+        Their number: clicks, strokes and keys.
+    """
+
+    inputs: int
+
+
+Action = Use | Brush | Click | Stroke | Command | Key | Wasted
 
 
 def stroke(*path: Point) -> Stroke:

@@ -16,6 +16,8 @@ Point = tuple[float, float]
 """(x, y) in image coordinates: pixel (row r, column c) covers x in [c, c + 1), y in [r, r + 1)."""
 
 CORRECTIONS_FILE = Path(__file__).with_name("corrections.json")
+SECOND_FILE = Path(__file__).with_name("second.json")
+"""Twelve other corrections, on frames that were not used before."""
 
 
 @dataclass(frozen=True)

@@ -33,10 +33,33 @@ _TRIES = 300
 
 @dataclass(frozen=True, eq=False)
 class Fault:
-    """One fault: its kind, and the pixels where a flagged place counts as found."""
+    """One fault: its kind, the pixels where a flagged place counts as found, and the blocks before and after it."""
 
     kind: str
     zone: Mask
+    before: Labels
+    after: Labels
+
+    def overlap(self, spoilt: Labels, blocks: Labels) -> float:
+        """Mean IoU of blocks with those that the fault has changed, as they were before it; NaN if nothing of it is
+        left.
+
+        Parameters
+        ----------
+        spoilt : ndarray of int32, shape (H, W)
+            The label map with this and other faults, which do not count.
+        blocks : ndarray of int32, shape (H, W)
+            The blocks to evaluate: for each block before the fault, the one with the largest IoU.
+        """
+        changed = (self.before != self.after) & (spoilt == self.after)
+        right = np.where(changed, self.before, spoilt)
+        there = {*self.before[changed].tolist(), *self.after[changed].tolist()} & set(np.unique(right).tolist()) - {0}
+        return float(np.mean([_best_iou(right == label, blocks) for label in there])) if there else float("nan")
+
+
+def _best_iou(block: Mask, blocks: Labels) -> float:
+    shared = np.bincount(blocks[block], minlength=int(blocks.max()) + 1)
+    return float(np.max(shared / (np.count_nonzero(block) + np.bincount(blocks.ravel()) - shared + 1e-9)))
 
 
 def with_holes(ground_truth: RGBDFrame, rng: np.random.Generator, areas: int = 25, shadow: int = 8) -> RGBDFrame:
@@ -96,8 +119,8 @@ def make_faults(
             after, harmed = tried
             zone = widened(harmed, ZONE)
             if np.count_nonzero(missing & harmed) >= MIN_AFFECTED and not (zone & taken).any():
+                faults.append(Fault(kind, zone, spoilt, after))
                 spoilt, taken = after, taken | zone
-                faults.append(Fault(kind, zone))
                 break
     return spoilt, faults
 

@@ -1,4 +1,4 @@
-"""Quality checks on one frame with deliberate faults: which of the flagged places are at a fault."""
+"""Quality checks on one frame with deliberate faults: which flagged places are at a fault, and what remedies mend."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ilf import BlockParameters, edge_strength, extract_blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.pixel_grids import different_labels, long_lines, mark
 from ilf.evaluation.quality.places import Place
 from ilf.evaluation.quality.ranking import find_places
+from ilf.evaluation.quality.remedies import find_remedy
 from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
 
 from .faults import KINDS, Fault, Labels, Mask, make_faults, widened, with_holes
@@ -33,13 +35,29 @@ class Finding:
     before: bool
 
 
+@dataclass(frozen=True)
+class Mending:
+    """The remedy for the first place at a fault: its kind, "" for none, and the IoU of the blocks without the fault
+    with those before and after the remedy."""
+
+    remedy: str
+    before: float
+    after: float
+
+    @property
+    def mends(self) -> bool:
+        """Whether the remedy brings the blocks back: it halves what the IoU lacks."""
+        return 1 - self.after <= 0.5 * (1 - self.before)
+
+
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A frame with faults, and its flagged places in order."""
+    """A frame with faults, its flagged places in order, and the remedies for the faults that were found."""
 
     name: str
     faults: list[Fault]
     found: list[Finding]
+    mended: dict[int, Mending]
 
     def hits(self, top: int) -> set[int]:
         """Faults found by the first places."""
@@ -53,12 +71,21 @@ def try_frame(ground_truth: RGBDFrame, faults: int, seed: int) -> Trial:
     kinds = [KINDS[number % len(KINDS)] for number in rng.permutation(faults)]
     labels, made = make_faults(extract_blocks(ground_truth, _FINE), ground_truth.depth, ~frame.known, kinds, rng)
     there = _true_jumps(ground_truth, labels)
-    found = []
-    for place in find_places(frame, labels, edge_strength(frame)):
+    found, mended, strength = list[Finding](), dict[int, Mending](), edge_strength(frame)
+    for place in find_places(frame, labels, strength):
         column, row = (int(value) for value in place.point)
         about = next((number for number, fault in enumerate(made) if fault.zone[row, column]), None)
+        if about is not None and about not in mended and made[about].overlap(labels, labels) < 1:
+            mended[about] = _mend(made[about], place, frame, labels, strength)
         found.append(Finding(place, about, about is None and bool(there[row, column])))
-    return Trial(ground_truth.name, made, found)
+    return Trial(ground_truth.name, made, found, mended)
+
+
+def _mend(fault: Fault, place: Place, frame: RGBDFrame, labels: Labels, strength: NDArray[np.float32]) -> Mending:
+    remedy, after = find_remedy(place, frame, labels, strength), labels.copy()
+    if remedy is not None and remedy.patch is not None:
+        remedy.patch.apply(after)
+    return Mending("" if remedy is None else remedy.kind, fault.overlap(labels, labels), fault.overlap(labels, after))
 
 
 def _true_jumps(ground_truth: RGBDFrame, labels: Labels) -> Mask:

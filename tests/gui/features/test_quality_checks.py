@@ -1,8 +1,8 @@
-"""The order in which suspicious places are gone through."""
+"""The order in which flagged places are shown."""
 
 from __future__ import annotations
 
-from gui.features.quality_check.feature import Review
+from gui.features.quality_check.review import Review
 from ilf.evaluation.quality.places import Place
 
 
@@ -31,7 +31,7 @@ def test_round_and_round_both_ways():
 
 def test_nothing_to_go_to():
     review = reviewed()
-    assert review.step(1) is review.step(-1) is review.leave() is None
+    assert review.step(1) is review.step(-1) is None
 
 
 def test_after_a_mended_place_comes_the_next_worse_one():
@@ -61,16 +61,3 @@ def test_another_kind_or_block_at_the_same_spot_is_another_place():
     review = reviewed(FIRST)
     review.step(1)
     assert review.take([place(100, 9, kind="island")])
-
-
-def test_left_places_stay_left():
-    review = reviewed(FIRST, SECOND, THIRD)
-    review.step(1)
-    assert review.leave() is SECOND
-    assert (review.number, len(review.places), review.ignored) == (1, 2, 1)
-    review.take([place(104, 8), SECOND, THIRD])
-    assert review.places == [SECOND, THIRD]
-    review.step(1)
-    assert review.leave() is SECOND  # the last one was left: round to the first
-    assert review.leave() is None
-    assert review.ignored == 3

@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
+import ilf
 from gui.features.sweep.charts import ErrorCurve, ErrorGrid
 from gui.features.sweep.multiples import Multiples, Scale
 from gui.features.sweep.options import CriterionBox, RangeBox
 from gui.features.sweep.state import SweepState
+from gui.state.session import Session
 from gui.views.colours import depth_table
 from gui.widgets.work_row import WorkRow
 from ilf.data.parameters import PRESETS
 from ilf.errors import ParameterError
 from ilf.evaluation.hold_out import HoldOutTest
-from ilf.evaluation.sweep import Sweep
+from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
 
 
 def test_a_range_box_offers_what_matters_and_proposes_a_range_around_the_present_value(qtbot):
@@ -60,7 +62,7 @@ def test_a_click_on_the_curve_takes_the_nearest_value(qtbot):
     curve.show()
     qtbot.waitExposed(curve)
     curve.set_scale("Smoothness", [0.1, 1.0, 10.0], logarithmic=True)
-    curve.set_points([2, 0], [0.03, 0.01], best=0)
+    curve.set_points([2, 0], [0.03, 0.01], best=[0])
     curve.set_present(1.0)
     qtbot.wait(1)
     assert curve.curve.getData()[1].tolist() == [10.0, 30.0]
@@ -80,7 +82,7 @@ def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtb
     qtbot.addWidget(grid)
     grid.resize(400, 300)
     grid.set_scale(("one", "two"), ([1.0, 2.0, 3.0], [10.0, 20.0]))
-    grid.set_errors({0: 0.01, 5: 0.02}, best=0)
+    grid.set_errors({0: 0.01, 5: 0.02}, best=[0])
     grid.set_present(5)
     grid.show()
     qtbot.waitExposed(grid)
@@ -108,7 +110,7 @@ def test_pictures_share_one_scale_and_say_what_they_are(qtbot):
     low, high = np.full((60, 80), 1.0, np.float32), np.full((60, 80), 2.0, np.float32)
     multiples.set_pictures({0: low, 2: high}, scale)
     one, none, other = multiples.tiles
-    one.set_marks("5 mm", best=True, present=False)
+    one.set_marks("5 mm", best="best", present=False)
     assert one.accessibleName() == "0.1, 5 mm, best"
     colours = [tile.grab().toImage().pixelColor(tile.width() // 2, 60).name() for tile in (one, none, other)]
     assert len(set(colours)) == 3
@@ -147,3 +149,19 @@ def test_progress_tells_share_and_time_and_is_ended_once(qtbot):
     assert not row.cancel_button.isEnabled()
     row.end()
     assert row.isHidden()
+
+
+def test_equal_points_of_a_sweep_are_ties_and_the_current_value_is_kept() -> None:
+    columns = np.indices((60, 80))[1]
+    truth = (1.5 + 0.01 * columns).astype(np.float32)
+    depth = np.where((columns > 30) & (columns < 50), np.nan, truth)
+    frame = ilf.RGBDFrame(np.zeros((60, 80, 3), np.uint8), depth, ground_truth=truth)
+    session = Session.of(ilf.Run(frame, np.ones((60, 80), np.int32)), None, "plane")
+    sweep = Sweep(session.run(session.common), {"max_iterations": (50, 60, session.common.max_iterations)})
+    state = SweepState(session, sweep, 0)
+    assert (state.best, state.ties, state.marked) == (None, None, frozenset())
+    state.finish(run_sweep(sweep, on_step=lambda step: state.add(step) if isinstance(step, SweepPoint) else None))
+    assert state.ties is not None
+    assert state.marked == {0, 1, 2}
+    assert state.best == state.present == 2
+    assert state.text_of_several(state.ties.equal) == f"Max. iterations 50, 60 and {session.common.max_iterations}"

@@ -24,7 +24,7 @@ _keys = st.sampled_from(["", "", "", "s", "c", "a"])
 _gesture = st.fixed_dictionaries(
     {
         "tool": st.sampled_from(TOOL_NAMES),
-        "how": st.sampled_from(["drag", "drag", "clicks", "clicks", "double click", "given up", "left"]),
+        "how": st.sampled_from(["drag", "drag", "adjusted", "clicks", "clicks", "double click", "given up", "left"]),
         "points": st.lists(_point, min_size=2, max_size=5),
         "keys": _keys,
         "chosen": st.integers(0, 4),
@@ -43,8 +43,11 @@ def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
     host.select([gesture["chosen"]] if gesture["chosen"] in host.session.counts() else [])
     hand, points, keys, how = Hand(tool, host), gesture["points"], gesture["keys"], gesture["how"]
     hand.hover(points[0], keys)
-    if how in ("drag", "given up", "left"):
-        hand.drag(points, keys, release=how == "drag")
+    if how in ("drag", "adjusted", "given up", "left"):
+        hand.drag(points, keys, release=how in ("drag", "adjusted"))
+        if how == "adjusted":
+            hand.drag([points[0], points[-1]])
+            hand.click(points[-1], "a")
     else:
         for point in points:
             hand.click(point, keys)
@@ -101,7 +104,7 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
         for tool in tools.values():
             tool.cancel(host)
         assert host.session.proposal is None
-        if stack.index() > before:  # what was undone before is gone
+        if stack.index() > before or gesture["how"] == "adjusted":  # what was undone before is gone
             seen = {index: state for index, state in seen.items() if index <= before}
         elif gesture["how"] in ("given up", "left"):
             _compare(host, seen[before])

@@ -267,14 +267,18 @@ def test_better_is_green_and_worse_is_red(line: EditSummaryLine) -> None:
     def tones() -> list[str]:
         return [part[:7] for part in line.label.text().split("color:")[1:]]
 
-    line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50))
+    line.show_message("Edit", EditSummary(3, None, None, (0.2, 0.3), 50, (0.05, 0.04), margin=0.05))
     better, worse = tones()
     assert better != worse
-    line.show_message("Edit", EditSummary(3, None, (0.05, 0.0501), (0.2, 0.1), 50))
-    same, good = tones()
-    assert (good, same in (better, worse)) == (better, False)
+    assert "equal" not in line.label.text()
+    # neither within the margin, nor by the expected error, nor by pixels that are filled
+    line.show_message("Edit", EditSummary(3, (500, 900), (0.05, 0.01), (0.2, 0.1), 50, (0.05, 0.0501), margin=0.15))
+    assert not {better, worse} & set(tones())
     assert "200 → " in line.label.text()
-    assert "50.0 → " in line.label.text()
+    assert "(equal within 150 mm)" in line.label.text()
+    line.show_message("Edit", EditSummary(3, None, None, (0.2, 0.1), 50))
+    assert not {better, worse} & set(tones()), "of an unknown margin"
+    assert "equal" not in line.label.text()
 
 
 def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
@@ -293,7 +297,7 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
     line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
     words = line.label.text()
     assert "RMSE against ground truth 100 → " in words
-    assert words.index("ground truth") < words.index("expected error") < words.index("hold-out")
+    assert words.index("ground truth") < words.index("hold-out") < words.index("expected error")
 
 
 def test_looking_at_the_state_before_is_said(line: EditSummaryLine) -> None:
@@ -318,6 +322,6 @@ def test_pixels_that_are_filled_no_longer_are_said(line: EditSummaryLine) -> Non
     fewer = line.label.text()
     assert "filled 2,500 → " in fewer
     line.show_message("Edit", EditSummary(3, (2500, 2600)))
-    assert line.label.text().split("color:")[1][:7] != fewer.split("color:")[1][:7]
+    assert line.label.text().split("color:")[1][:7] == fewer.split("color:")[1][:7], "neither better nor worse"
     line.show_message("Edit", EditSummary(3, (2500, 2500)))
     assert "filled" not in line.label.text()

@@ -34,6 +34,8 @@ def test_a_border_that_is_put_right_lowers_the_error_on_hidden_depth(moved: tupl
     assert effect.expected is None, "nothing has been completed"
     assert effect.held_out is not None
     assert effect.held_out[1] < 0.3 * effect.held_out[0]
+    assert effect.held_out_differs
+    assert 0 < effect.margin < effect.held_out[0] - effect.held_out[1]
     assert 20 < effect.hidden <= 48 * 16
     assert summarise_edit(before, after, patch) == effect, "always the same pixels are hidden"
     back = summarise_edit(after, before, patch)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import ilf
 from ilf.errors import InputError
-from ilf.segmentation import selection
+from ilf.segmentation.region_tree import region_tree
 
 HEIGHT, WIDTH = 96, 128
 OBJECT = np.zeros((HEIGHT, WIDTH), bool)
@@ -56,13 +56,34 @@ def test_a_further_point_inside_adds_its_region() -> None:
     assert share(ilf.select_region(FRAME, [(10, 10), (65, 50)]), np.ones_like(OBJECT)) > 0.9
 
 
+def test_a_stroke_selects_what_is_under_it_and_one_outside_takes_it_away() -> None:
+    across = [(x, 50.0) for x in range(20, 70, 5)]
+    everything = ilf.select_region(FRAME, [across])
+    assert everything[50, 20:66].all()
+    assert share(ilf.select_region(FRAME, [across], [[(65, 40), (80, 60)]]), ~OBJECT) > 0.8
+    assert np.array_equal(ilf.select_region(FRAME, [[(65, 50)]]), ilf.select_region(FRAME, [(65, 50)]))
+
+
+def test_points_change_a_selection_to_start_with() -> None:
+    start = np.zeros((HEIGHT, WIDTH), bool)
+    start[:, 40:] = True
+    taken = ilf.select_region(FRAME, [], [(65, 50)], start=start)
+    assert not taken[30:70, 42:90].any()
+    assert taken[:, 100:].all()
+    assert not taken[:, :36].any()
+    added = ilf.select_region(FRAME, [(65, 50)], start=taken)
+    assert added[30:70, 42:90].all()
+    assert np.array_equal(added[:, 100:], start[:, 100:])
+    assert np.array_equal(ilf.select_region(FRAME, [], start=start), start)
+
+
 @settings(deadline=None, max_examples=40)
 @given(st.lists(POINTS, min_size=1, max_size=4), st.lists(POINTS, max_size=3), st.integers(-3, 3))
 def test_points_inside_are_selected_and_points_outside_are_not(
     inside: list[tuple[float, float]], outside: list[tuple[float, float]], steps: int
 ) -> None:
     mask = ilf.select_region(FRAME, inside, outside, steps=steps)
-    pieces = selection._hierarchy(FRAME).pieces
+    pieces = region_tree(FRAME).pieces
     wanted = {pieces[int(y), int(x)] for x, y in inside}
     assert mask.dtype == bool
     assert mask.shape == FRAME.shape
@@ -79,16 +100,16 @@ def test_steps_go_from_part_to_object(point: tuple[float, float]) -> None:
 
 
 def test_a_hierarchy_divides_the_frame_and_every_node_is_its_two_parts() -> None:
-    tree = selection._hierarchy(FRAME)
+    tree = region_tree(FRAME)
     count = tree.order.size
     assert sorted(tree.order.tolist()) == list(range(count)) == np.unique(tree.pieces).tolist()
     assert tree.pixels[-1] == FRAME.depth.size
     assert (tree.parents[:-1] > np.arange(2 * count - 2)).all()
     for node in range(count, 2 * count - 1):
-        parts = [set(tree.pieces_of(part).tolist()) for part in np.flatnonzero(tree.parents == node)]
+        parts = [set(np.flatnonzero(mask)) for mask in tree.masks(np.flatnonzero(tree.parents == node).tolist())]
         assert len(parts) == 2
         assert not parts[0] & parts[1]
-        assert parts[0] | parts[1] == set(tree.pieces_of(node).tolist())
+        assert parts[0] | parts[1] == set(np.flatnonzero(tree.masks([node])[0]))
 
 
 def test_where_depth_is_missing_colour_decides() -> None:
@@ -106,11 +127,17 @@ def test_where_depth_is_missing_colour_decides() -> None:
         ([(3, 3)], [(3, -1)], None),
         ([(3, 3)], [], (200, 0, 300, 20)),
         ([(float("nan"), 3)], [], None),
+        ([[(3, 3)], []], [], None),
     ],
 )
 def test_impossible_points_are_refused(inside: list, outside: list, box: tuple | None) -> None:
     with pytest.raises(InputError):
         ilf.select_region(FRAME, inside, outside, box)
+
+
+def test_a_start_of_another_shape_is_refused() -> None:
+    with pytest.raises(InputError, match="shape"):
+        ilf.select_region(FRAME, [(3, 3)], start=np.zeros((4, 4), bool))
 
 
 def test_every_point_inside_may_have_its_own_steps() -> None:

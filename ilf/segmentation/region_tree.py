@@ -1,0 +1,211 @@
+"""Tree of the regions of a frame: small pieces along its edges, merged pair by pair by edges and depth."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.cancellation import check_cancelled
+from ..data.frame import RGBDFrame
+from ..data.frame_cache import once_per_frame
+from ..data.parameters import BlockParameters
+from ..data.pixel_grids import sides
+from .edges.frame_edges import find_edges
+from .edges.relief import filled_depth
+from .flooding import flood
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RegionTree:
+    """Binary tree of regions: nodes 0 to n - 1 are the pieces, each later node is two earlier ones together.
+
+    Attributes
+    ----------
+    pieces : ndarray of int32, shape (H, W)
+        The piece of every pixel.
+    parents : ndarray of int64, shape (2 n - 1,)
+        The node that contains a node; -1 for the last.
+    order : ndarray of int64, shape (n,)
+        Pieces in an order in which those of every node are neighbours.
+    first, stop : ndarray of int64, shape (2 n - 1,)
+        Where the pieces of a node begin and end in this order.
+    pixels : ndarray of float64, shape (2 n - 1,)
+    ends : ndarray of int64, shape (B, 2)
+        The two pieces at every border.
+    borders : ndarray of float32, shape (B, 3)
+        Length of every border [pairs of pixels], the sum of the edges along it, and how many of its pairs are weak.
+    colour : ndarray of float32, shape (n, 3)
+        Mean colour of the pieces [CIELAB].
+    depth : ndarray of float32, shape (n,)
+        Mean logarithm of their depth [m]; where it is missing, that of the nearest known depth.
+    """
+
+    pieces: NDArray[np.int32]
+    parents: NDArray[np.int64]
+    order: NDArray[np.int64]
+    first: NDArray[np.int64]
+    stop: NDArray[np.int64]
+    pixels: Array
+    ends: NDArray[np.int64]
+    borders: NDArray[np.float32]
+    colour: NDArray[np.float32]
+    depth: NDArray[np.float32]
+
+    def above(self, piece: int) -> list[int]:
+        """The nodes that contain a piece, from itself to the whole frame."""
+        nodes = [piece]
+        while self.parents[nodes[-1]] >= 0:
+            nodes.append(int(self.parents[nodes[-1]]))
+        return nodes
+
+    def masks(self, nodes: list[int]) -> NDArray[np.bool_]:
+        """The pieces of nodes, bool (K, n)."""
+        found = np.zeros((len(nodes), self.order.size), bool)
+        for mask, node in zip(found, nodes, strict=True):
+            mask[self.order[self.first[node] : self.stop[node]]] = True
+        return found
+
+
+@once_per_frame
+def region_tree(frame: RGBDFrame) -> RegionTree:
+    """The tree of a frame, cached with it."""
+    edges = find_edges(frame, BlockParameters()).strength
+    change = _change_of_colour(frame.rgb)
+    pieces = _pieces(edges + np.float32(_FAINT) * change / (change + np.float32(_HALF_FAINT)))
+    check_cancelled()
+    sizes = np.bincount(pieces.ravel()).astype(np.float64)
+    lab = cv2.cvtColor(frame.rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)
+    *colour, depth = (
+        np.bincount(pieces.ravel(), values.ravel()).astype(np.float64)
+        for values in (*cv2.split(lab), np.log(filled_depth(frame.depth)[0]))
+    )
+    ends, borders = _borders(pieces, edges)
+    check_cancelled()
+    parents, pixels = _merge(ends, borders, sizes, depth)
+    check_cancelled()
+    means = (np.stack([*colour, depth], axis=1) / sizes[:, None]).astype(np.float32)
+    return RegionTree(
+        pieces, parents, *_in_order(parents, sizes.size), pixels, ends, borders, means[:, :3], means[:, 3]
+    )
+
+
+# The pieces of a frame: small regions that follow its edges.
+
+_PIECES = 2500
+"""Approximate number of pieces."""
+
+_FAINT, _HALF_FAINT = 0.5, 10.0
+"""Height of the strongest change of colour beside the edges, and the change [CIELAB per px] of half this height."""
+
+
+def _pieces(landscape: NDArray[np.float32]) -> NDArray[np.int32]:
+    """Pieces 0, 1, ..., int32 (H, W): a watershed from the lowest pixel of every square of a grid."""
+    height, width = landscape.shape
+    side = max(round(math.sqrt(landscape.size / _PIECES)), 2)
+    rows, columns = -(-height // side), -(-width // side)
+    padded = np.pad(landscape, ((0, rows * side - height), (0, columns * side - width)), constant_values=np.inf)
+    squares = padded.reshape(rows, side, columns, side).swapaxes(1, 2).reshape(rows * columns, -1)
+    down, right = np.divmod(squares.argmin(axis=1), side)
+    square = np.arange(rows * columns)
+    markers = np.zeros(landscape.shape, np.int32)
+    markers[square // columns * side + down, square % columns * side + right] = 1 + square
+    return np.asarray(flood(landscape, markers, np.ones(landscape.shape, bool)) - 1, np.int32)
+
+
+def _change_of_colour(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Change of colour [CIELAB per px], float32 (H, W)."""
+    blurred = cv2.GaussianBlur(rgb, (0, 0), 1.0).astype(np.float32) / np.float32(255)
+    lab = cv2.cvtColor(blurred, cv2.COLOR_RGB2LAB)
+    across, down = (cv2.Sobel(lab, cv2.CV_32F, *way, ksize=3, scale=1 / 8) for way in ((1, 0), (0, 1)))
+    return np.asarray(np.sqrt((across * across + down * down).sum(axis=2)), np.float32)
+
+
+# The tree: pieces merge in order of the edges between them, until one region is left.
+
+_DEPTH_WEIGHT, _MAX_DEPTH_STEP = 1.0, 0.5
+"""Weight of the difference of the mean log depth of two regions, and the value at which it is clipped; edges have the
+weight 1."""
+
+_SIZE_EXPONENT = 0.3
+"""Exponent of the smaller region's share of the frame in the cost of a border: small regions merge first."""
+
+_WEAK = 0.25
+"""Edge strength below which a border is weak."""
+
+
+def _borders(pieces: NDArray[np.int32], edges: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """`ends` and `borders` of a tree."""
+    count = int(pieces.max()) + 1
+    keys, strengths = [], []
+    for (one, other), (edge, beyond) in zip(sides(pieces), sides(edges), strict=True):
+        parted = one != other
+        both = np.sort(np.stack([one[parted], other[parted]], axis=1).astype(np.int64), axis=1)
+        keys.append(both @ [count, 1])
+        strengths.append(np.maximum(edge, beyond)[parted])
+    pairs, owner = np.unique(np.concatenate(keys), return_inverse=True)
+    strength = np.concatenate(strengths)
+    sums = [np.bincount(owner, values) for values in (np.ones(owner.size), strength, strength < _WEAK)]
+    return np.stack(np.divmod(pairs, count), axis=1), np.stack(sums, axis=1).astype(np.float32)
+
+
+def _merge(
+    ends: NDArray[np.int64], borders: NDArray[np.float32], sizes: Array, depths: Array
+) -> tuple[NDArray[np.int64], Array]:
+    """`parents` and `pixels` of a tree: neighbours merge in order of the cost of their border.
+
+    Sizes and sums of log depth are those of the pieces.
+    """
+    count, whole = sizes.size, float(sizes.sum())
+    pixels, depth, parents = sizes.tolist(), depths.tolist(), [-1] * (2 * count - 1)
+    near: list[dict[int, tuple[float, float]]] = [{} for _ in range(count)]
+    for (one, other), (length, edge) in zip(ends.tolist(), borders[:, :2].tolist(), strict=True):
+        near[one][other] = near[other][one] = length, edge
+
+    def cost(one: int, other: int) -> float:
+        length, edge = near[one][other]
+        step = abs(depth[one] / pixels[one] - depth[other] / pixels[other])
+        size = (min(pixels[one], pixels[other]) / whole) ** _SIZE_EXPONENT
+        return float((edge / length + _DEPTH_WEIGHT * min(step, _MAX_DEPTH_STEP)) * size)
+
+    heap = [(cost(one, other), one, other) for one, other in ends.tolist()]
+    heapq.heapify(heap)
+    while heap:
+        _, one, other = heapq.heappop(heap)
+        if parents[one] >= 0 or parents[other] >= 0:
+            continue
+        new = len(pixels)
+        parents[one] = parents[other] = new
+        pixels.append(pixels[one] + pixels[other])
+        depth.append(depth[one] + depth[other])
+        del near[one][other], near[other][one]
+        joined, fewer = sorted((near[one], near[other]), key=len, reverse=True)
+        for beyond, (length, edge) in fewer.items():
+            before = joined.get(beyond, (0.0, 0.0))
+            joined[beyond] = length + before[0], edge + before[1]
+        near.append(joined)
+        for beyond, border in joined.items():
+            near[beyond].pop(one, None)
+            near[beyond].pop(other, None)
+            near[beyond][new] = border
+            heapq.heappush(heap, (cost(beyond, new), beyond, new))
+    return np.array(parents), np.array(pixels)
+
+
+def _in_order(parents: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """`order`, `first` and `stop` of a tree."""
+    above = parents.tolist()
+    leaves = [1] * count + [0] * (count - 1)
+    for node in range(len(above) - 1):
+        leaves[above[node]] += leaves[node]
+    first, used = [0] * len(above), [0] * len(above)
+    for node in range(len(above) - 2, -1, -1):
+        first[node] = first[above[node]] + used[above[node]]
+        used[above[node]] += leaves[node]
+    return np.argsort(first[:count]), np.array(first), np.array(first) + np.array(leaves)
