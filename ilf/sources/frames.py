@@ -211,6 +211,8 @@ def load_frame(
         for text in reported:
             warn_of_reading(text)
     chosen = options.checked().or_else(stated)
+    if frame is not None and chosen.pose is not None:
+        loaded = replace(loaded, pose=stated_pose(chosen.pose))
     confidence_map = sensor_confidence if chosen.confidence is None else chosen.confidence
     loaded = _with_min_confidence(loaded, confidence_map, chosen.min_confidence)
     if chosen.guide is not None:

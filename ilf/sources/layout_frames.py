@@ -25,6 +25,16 @@ _LEVELS_ABOVE = 3
 """Number of folders above the opened one in which a layout's other files are looked for."""
 
 
+_OPTIONS = {
+    "truth": "ground_truth",
+    "confidence": "confidence",
+    "K": "intrinsics",
+    "depth_K": "depth_intrinsics",
+    "pose": "pose",
+}
+"""Key of a layout's further files -> the reading option that they give."""
+
+
 class _Frame(NamedTuple):
     """Paths of colour and depth relative to the opened folder, and the text of each placeholder."""
 
@@ -49,6 +59,9 @@ class LayoutFrames:
         self._trajectories: dict[str, Trajectory] = {}
         self._shared: dict[tuple[str, str], str | None] = {}
         self.unmatched = Pairs([], 0, 0)
+        """Numbers of colour and depth files without the other, after `sources`."""
+        self.not_found: tuple[str, ...] = ()
+        """Keys of the layout of whose files none was found, after `sources`."""
 
     def sources(self, given: ReadingOptions = AS_STATED) -> list[FrameSource]:
         """The frames, in natural order of their colour files; empty if there are none.
@@ -63,7 +76,7 @@ class LayoutFrames:
         frames = self._frames()
         poses = self._poses(frames)
         root = self._folders.root
-        return [
+        sources = [
             FrameSource(
                 os.path.join(root, frame.rgb),
                 os.path.join(root, frame.depth),
@@ -71,6 +84,12 @@ class LayoutFrames:
             )
             for frame, pose in zip(frames, poses, strict=True)
         ]
+        self.not_found = tuple(
+            f"{key}={text}"
+            for key, option in _OPTIONS.items()
+            if (text := getattr(self._layout, key)) and not any(getattr(one.options, option) for one in sources)
+        )
+        return sources
 
     @property
     def has_frames(self) -> bool:

@@ -235,8 +235,11 @@ def _times(sources: Sequence[FrameSource]) -> tuple[float, ...]:
     return times if len(times) == len(sources) else ()
 
 
-def _by_layout(folders: Folders, given: ReadingOptions, layouts: Iterable[Layout]) -> Listing | None:
-    """The frames by the first of these layouts that has any; the others that have some are named in a note."""
+def _by_layout(
+    folders: Folders, given: ReadingOptions, layouts: Iterable[Layout], *, is_given: bool = False
+) -> Listing | None:
+    """The frames by the first of these layouts that has any; the others that have some are named in a note, and so are
+    missing files of a layout that the user gave."""
     found: Listing | None = None
     others = []
     for layout in layouts:
@@ -245,6 +248,8 @@ def _by_layout(folders: Folders, given: ReadingOptions, layouts: Iterable[Layout
             others += [layout.text] if listed.has_frames else []
         elif sources := listed.sources(given):
             notes = [*([layout.note] if layout.note else []), *_unmatched_notes(listed.unmatched, "of that name")]
+            if is_given and listed.not_found:
+                notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
             is_registered = layout.registered and not layout.depth_K
             found = Listing(tuple(sources), tuple(notes), _times(sources), is_registered, layout.text)
     if found is None or not others:
@@ -257,7 +262,7 @@ def _by_layout(folders: Folders, given: ReadingOptions, layouts: Iterable[Layout
 def _by_given_layout(root: Path, given: ReadingOptions, layouts: Sequence[Layout]) -> Listing:
     _content(root)  # reports a path that is no folder
     folders = Folders(str(root))
-    if found := _by_layout(folders, given, layouts):
+    if found := _by_layout(folders, given, layouts, is_given=True):
         return found
     fits = next(fitting(folders, all_layouts(), scenes(folders)), None)
     hint = nearest_layout(folders) if fits is None else f"It fits the layout {fits.text}: leave --layout out."

@@ -389,6 +389,9 @@ def test_a_layout_is_given_as_text(tmp_path: Path) -> None:
     assert not np.isnan(frame.depth).any()
     assert frame.intrinsics.fx == 60
     assert np.allclose(frame.pose, POSE)
+    assert source.notes == ()
+    told = ilf.open_source(tmp_path / "void_1500", layout=f"{text} truth=gt/*.png").notes
+    assert told == ("There is no file truth=gt/*.png: frames are read without.",)
     mine = ilf.open_source(tmp_path / "void_1500", layout=text, depth_units=512, intrinsics="50,50,1,1")
     assert (mine[0].inputs.depth_units, mine[0].intrinsics.fx) == (512, 50), "what the user states precedes the layout"
 
