@@ -18,7 +18,7 @@ _MAX_IN_A_NAME, _MAX_ALTERNATIVES = 4, 64
 """Maximum numbers of placeholders in a name and of alternatives of a pattern: more would take too long to match."""
 
 _ALTERNATIVES = re.compile(r"\{([^{}]*,[^{}]*)\}")
-_PLACEHOLDER = re.compile(r"\{(\w*)\}|(\*)")
+_PLACEHOLDER = re.compile(r"\{(\w*)\}|(\*)", re.ASCII)
 
 
 class Match(NamedTuple):

@@ -123,6 +123,8 @@ def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
             raise ParameterError("distance=ray needs K, and units instead of an encoding.")
         for text in (layout.rgb, layout.depth, *layout.needs, layout.truth, layout.confidence, layout.pose):
             check_pattern(text)
+        for text in (layout.K, layout.depth_K):
+            check_pattern(text.lstrip("/"))
         known = _checked_images(layout)
         others = layout.truth, layout.confidence, layout.K, layout.depth_K, layout.pose
         for text in (one for other in others for one in alternatives(other)):

@@ -161,14 +161,23 @@ def _transforms(content: FileContent) -> Trajectory:
     frames = data.get("frames") if isinstance(data, dict) else None
     if not isinstance(frames, list) or not frames:
         raise ValueError("it has no frames")
-    named = [(image_name(frame["file_path"]), frame) for frame in frames]
+    named = [(image_name(_file(frame["file_path"])), frame) for frame in frames]
     scale = data.get("depth_unit_scale_factor")
     return Trajectory(
         by_name={name: as_pose(frame["transform_matrix"]) for name, frame in named},
         cameras={name: named_camera(data | frame) for name, frame in named if "fl_x" in data | frame},
-        depth_files={os.path.normpath(frame["file_path"]): frame.get("depth_file_path") or "" for _, frame in named},
+        depth_files={
+            os.path.normpath(frame["file_path"]): _file(frame.get("depth_file_path") or "") for _, frame in named
+        },
         depth_units=None if scale is None else checked_units(1 / float(scale)),
     )
+
+
+def _file(path: Any) -> str:
+    """A path of a file in JSON, or ""; raises ValueError for anything else."""
+    if not isinstance(path, str) or os.path.basename(os.path.normpath(path or "none")) in {"", ".", ".."}:
+        raise ValueError(f"{path!r:.40} is not the path of a file")
+    return path
 
 
 def image_name(path: str) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from ilf.batch.pictures import read_preview
 from ilf.batch.workers import scheduler_address
 from ilf.io.frame_additions import load_ground_truth
+from ilf.io.images import read_colour
 from ilf.io.labels import read_labels, read_mask
 from ilf.lab.experiments.files import read_result
 from ilf.run.preset_files import read_preset
@@ -86,7 +87,7 @@ _ALL = (
     Format("depth-colmap", "depth.bin", recording_seeds.depth_colmap, of_bytes, readers.depth),
     Format("depth-hdf5", "depth.hdf5", seeds.depth_hdf5, of_bytes, readers.depth),
     Format("depth-pcd", "depth.pcd", seeds.depth_pcd, of_bytes, readers.depth),
-    Format("colour-pcd", "depth.pcd", seeds.depth_pcd, of_bytes, readers.colour),
+    Format("colour-pcd", "depth.pcd", seeds.depth_pcd, of_bytes, read_colour),
     Format("depth-pclzf", "depth.pclzf", seeds.depth_pclzf, of_bytes, readers.depth),
     Format("layout", "layout.toml", seeds.layout, of_text, readers.layout),
     Format("transforms", "transforms/transforms.json", seeds.transforms, of_json, readers.folder_around),
