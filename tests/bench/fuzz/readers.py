@@ -70,6 +70,11 @@ def guide(path: Path) -> None:
     load_guide(path, SHAPE)
 
 
+def layout(path: Path) -> None:
+    """A layout of a stranger, on a folder with frames."""
+    list_frames(path.parent, layout=path)
+
+
 def intrinsics(path: Path) -> None:
     intrinsics_from(path, SHAPE)
 
