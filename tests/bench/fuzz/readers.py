@@ -38,7 +38,8 @@ from ilf.sources.frame_source import FrameSource
 from ilf.sources.frames import load_frame
 from ilf.sources.listing import list_frames
 from ilf.sources.nyu import NyuLabelled
-from ilf.sources.opening import close_all, stamp_of
+from ilf.sources.opening import close_all
+from ilf.sources.pairing import stamp_of
 from ilf.sources.poses import camera_pose
 from ilf.sources.source import open_source
 
