@@ -271,7 +271,7 @@ class RosBag(Recording):
         camera, note = self._camera(topics)
         found = self._pairs(camera).index(max_gap, self.path)
         before = "" if topics is None else f"{'+'.join(topics)}/"
-        cut = f"{self.path} has no end: its recording was cut off. It is read up to its last whole chunk."
+        cut = f"{self.path} has no end: its recording was cut off. It is read up to its last whole record."
         notes = (*([cut] if self._is_cut else []), *([note] if note else []), *found.notes)
         return RecordingIndex(tuple(before + key for key in found.keys), found.times, notes)
 

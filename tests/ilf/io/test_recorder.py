@@ -110,7 +110,7 @@ def test_a_file_that_was_cut_while_a_frame_was_written_is_read_up_to_it(tmp_path
     end = len(after) + cut if cut < 0 else len(before) - 50 + cut
     path.write_bytes(after[:end] + before[end:])
     source = ilf.open_source(path)
-    assert source.notes[0] == f"{path} has no end: its recording was cut off. It is read up to its last whole chunk."
+    assert source.notes[0] == f"{path} has no end: its recording was cut off. It is read up to its last whole record."
     assert len(source) == (3 if -50 <= cut < 0 else 2)
     assert all(np.array_equal(frame.depth, METRES, equal_nan=True) for frame in source)
 
