@@ -34,3 +34,4 @@ from .segmentation.selection import select_region as select_region
 from .sources.frames import load_frame as load_frame
 from .sources.source import Source as Source
 from .sources.source import open_source as open_source
+from .stream.stream import Stream as Stream

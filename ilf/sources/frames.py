@@ -493,6 +493,8 @@ def write_frame(folder: str | os.PathLike[str], frame: RGBDFrame) -> tuple[Path,
         "depth_units_per_m": 1.0,
         "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
     }
+    if frame.pose is not None:
+        meta["pose"] = frame.pose.tolist()
     paths = new_frame_files(root)
     try:
         root.mkdir(parents=True, exist_ok=True)
