@@ -226,8 +226,8 @@ def required_known_pixels(pixels: ArrayLike, parameters: Parameters, density: fl
 def block_depth(
     frame: RGBDFrame, block: Block, surface: NDArray[np.float64], parameters: Parameters
 ) -> NDArray[np.float32]:
-    """Raw depth with P_i inserted where it is positive: in the defective area, or in the whole block; outside the depth
-    camera's view only if enabled in the parameters.
+    """Raw depth with P_i inserted where it is positive: in the defective area, where the frame itself has measured
+    nothing, or in the whole block; outside the depth camera's view only if enabled in the parameters.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def block_depth(
     raw = frame.depth[block.box][block.mask]
     replace = surface > 0
     if parameters.mode == "fill":
-        replace &= np.isnan(raw)
+        replace &= ~frame.own[block.box][block.mask]
     left = frame.unfilled_mask(parameters.outside_view)
     if left is not None:
         replace &= ~left[block.box][block.mask]

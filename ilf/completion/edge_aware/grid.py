@@ -119,11 +119,11 @@ class Level(NamedTuple):
 class Grid:
     """A level of the pyramid over the window.
 
-    `counts` and `totals` are the number and sum of the known depth minus the trend, in which depth by hand counts with
-    its weight; `inside` is the number of the
-    block's pixels in every cell; `edges` is the largest edge strength there, `creases` the largest probability of a
-    crease, or None if unknown. `held_out` contains counts and totals of the held-out depth, or None; `carried` weights
-    and totals of depth carried from another frame, or None; `cut_links` the links cut by a drawn border, or None.
+    `counts` and `totals` are the number and sum of the known depth minus the trend, in which depth of neighbours and by
+    hand counts with its weight; `inside` is the number of the block's pixels in every cell; `edges` is the largest edge
+    strength there, `creases` the largest probability of a crease, or None if unknown. `held_out` contains counts and
+    totals of the held-out depth, or None; `carried` weights and totals of depth carried from another frame, or None;
+    `cut_links` the links cut by a drawn border, or None.
     """
 
     cell: int
@@ -144,7 +144,7 @@ class Grid:
 
     @cached_property
     def samples(self) -> float:
-        """Number of pixels with known depth, and the weights of those with depth by hand."""
+        """Number of pixels with known depth or depth by hand, each with its weight."""
         return float(self.counts.sum(dtype=np.float64))
 
     @property
@@ -235,7 +235,7 @@ class Pixels:
         mask = np.zeros(tuple(side.stop - side.start for side in around), bool)
         mask[within(block.box, around)] = block.mask
         inside = mask[within(window, around)]
-        among = inside & np.isnan(frame.depth[window]) if changing else inside
+        among = inside & ~frame.own[window] if changing else inside
         places = np.flatnonzero(among)
         seen = np.flatnonzero(pixels_in_window(block, window))[among[inside]]
         return cls(levels, places, seen, trend.ravel()[places], frame, block)

@@ -95,13 +95,22 @@ class Denoising:
     explained: bool
 
     @classmethod
-    def of(cls, depth: Array, trend: Array, noise: Noise, parameters: Parameters, explained: bool) -> Denoising:
-        """From depth [m], NaN = missing, and a trend [m], which explains it or does not."""
+    def of(
+        cls,
+        depth: Array,
+        trend: Array,
+        noise: Noise,
+        parameters: Parameters,
+        explained: bool,
+        weights: Array | None,
+    ) -> Denoising:
+        """From depth [m], NaN = missing, a trend [m], which explains it or does not, and the weights of the depth."""
         known = np.isfinite(depth)
+        deviation = noise.deviation(np.where(known, depth, trend))
         return cls(
             known=known,
             samples=np.where(known, depth - trend, np.float32(0)),
-            deviation=noise.deviation(np.where(known, depth, trend)),
+            deviation=deviation if weights is None else np.asarray(deviation / np.sqrt(weights), np.float32),
             grain=noise.grain,
             bending=parameters.bending_weight,
             smoothness=parameters.smoothness,
@@ -274,7 +283,9 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             trend = view.guided(trend, guide)
         self._denoising = None
         if found is not None:
-            self._denoising = Denoising.of(view.raw[view.place], trend, found, parameters, follows and measured_only)
+            self._denoising = Denoising.of(
+                view.raw[view.place], trend, found, parameters, follows and measured_only, view.weights
+            )
         self._least = parameters.s_criteria
         self._finest_steps = _FINEST_STEPS if self._denoising is None else _BEFORE_ROUNDS
         self._continues = view.is_carried
@@ -285,7 +296,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
         self._finest = finest = view.grid(np.ascontiguousarray(trend), edges, parameters)
         # of samples of weight w: w times the square, as their total is w times their depth
-        self._known_squares = inner(finest.totals, finest.totals if measured_only else finest.start)
+        self._known_squares = inner(finest.totals, finest.start)
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
         grids = [finest]
         while len(grids) <= _HALVINGS or grids[-1].counts.size > _DIRECT_CELLS:

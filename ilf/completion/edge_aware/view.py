@@ -14,6 +14,7 @@ from ...data.blocks import Block, Box, union, within
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
+from ...data.neighbours import WEIGHT
 from ...data.parameters import Parameters
 from ...data.results import hold_out_mask
 from ...segmentation.edges.frame_edges import FrameEdges
@@ -286,6 +287,9 @@ class View:
         self.depth = np.where(trusted, self._measured, np.float32(np.nan))
         """Depth [m] in that box, without flying and held-out pixels; to be denoised, without swapped ones."""
         self.depth[self.place][self._held_out] = np.nan
+        added = frame.from_neighbours
+        self.weights = None if added is None else np.where(added[self.window], np.float32(WEIGHT), np.float32(1))
+        """Weights of the known depth in the window; None for 1."""
         self._by_hand: tuple[Array, float] | None = None
         """Depth by hand [m] in that box, NaN for none, and its weight. Edges fade towards measured depth only."""
         if by_hand is not None:
@@ -351,6 +355,8 @@ class View:
     def grid(self, trend: Array, found: FrameEdges, parameters: Parameters) -> Grid:
         """The finest grid."""
         counts, totals = _samples(self.depth[self.place] - trend)
+        if self.weights is not None:
+            counts, totals = counts * self.weights, totals * self.weights
         if self._by_hand is not None:
             stated, weight = self._by_hand[0][self.place], np.float32(self._by_hand[1])
             added = np.isfinite(stated)
@@ -393,7 +399,7 @@ class View:
 def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
     """The window of the surface: all that may change, with some known depth around."""
     rows, columns = block.box
-    wanted = block.mask & np.isnan(frame.depth[block.box]) if mode == "fill" else block.mask
+    wanted = block.mask & ~frame.own[block.box] if mode == "fill" else block.mask
     if not wanted.any():
         wanted = block.mask
     found = []
