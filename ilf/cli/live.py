@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
+from importlib.metadata import entry_points
 
 from .._runtime.children import child_command
+from ..errors import InputError
 from ..sources.realsense import connected_realsense
 from .usage import Parser
 
@@ -38,4 +40,8 @@ def run(arguments: argparse.Namespace) -> None:
         connected_realsense()
     played = ["--realsense"] if arguments.realsense else ["--live", arguments.source]
     rate = [] if arguments.rate is None else ["--rate", str(arguments.rate)]
-    sys.exit(subprocess.call([*child_command("gui.__main__"), *played, *rate]))
+    # the package of the window has another name once it is installed
+    window = next(iter(entry_points(name="ilf-gui")), None)
+    if window is None:
+        raise InputError("The window's command ilf-gui is not installed. Reinstall ilf-studio.")
+    sys.exit(subprocess.call([*child_command(window.module), *played, *rate]))
