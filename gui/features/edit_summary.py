@@ -277,7 +277,7 @@ class EditSummaryPresenter(QObject):
         before = self._present
         self._forget()
         self._edited, self._before = True, before
-        self._line.show_message(title, note=f"{grouped(count)} px" if count else "none")
+        self._line.show_message(title, note=f"{grouped(count)} px in all" if count else "none left")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
