@@ -30,6 +30,7 @@ from ..features.guide import GuideFeature
 from ..features.history import HistoryFeature
 from ..features.inspect.feature import InspectFeature
 from ..features.layouts.feature import LayoutsFeature
+from ..features.live import LiveFeature
 from ..features.menus import ToolBar, fill_menu_bar
 from ..features.palette.palette import PaletteFeature
 from ..features.presets import PresetsFeature
@@ -100,6 +101,7 @@ _FURTHER: tuple[type[Feature], ...] = (
     ReportFeature,
     BatchFeature,
     ExportAllFeature,
+    LiveFeature,
     LayoutsFeature,
     ShortcutsFeature,
     PaletteFeature,
