@@ -194,7 +194,7 @@ def _plain(depth: Depth | None) -> Layer | None:
 
 
 EVERYWHERE: Box = slice(None), slice(None)
-NO_RESULT = "No result yet"
+NO_RESULT = "No result yet: run the blocks (F5)"
 NO_GUIDE = "This frame has no guide"
 
 
