@@ -124,6 +124,7 @@ def _facts(frame: RGBDFrame) -> list[Any]:
         files = inputs.rgb, inputs.depth, inputs.ground_truth
         facts += [None if file is None else file.sha256 for file in files]
         facts += [inputs.depth_units, inputs.encoding, inputs.invalid]
+        facts += [] if inputs.depth_intrinsics is None else [inputs.depth_intrinsics]
     if frame.neighbours is not None:
         facts += [one.sha256 for one in frame.neighbours.neighbours]
     return facts

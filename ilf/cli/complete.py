@@ -164,6 +164,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
                 "frame",
                 "max_gap",
                 "topics",
+                "layout",
                 "neighbours",
                 "neighbour_step",
                 "preset",

@@ -59,7 +59,8 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
 
 
 def add_pairing(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments for pairing colour and depth: largest time difference and topics; see `pairing_options`."""
+    """Add the arguments for pairing colour and depth: largest time difference, topics and layout; see
+    `pairing_options`."""
     parser.add_argument(
         "--max-gap",
         type=float,
@@ -74,12 +75,18 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
         help="image topics of ROS recordings with several cameras (default: aligned depth and its colour; `ilf info` "
         "lists them)",
     )
+    parser.add_argument(
+        "--layout",
+        metavar="LAYOUT",
+        help="how the files of a folder are named and read: 'rgb=image/*.png depth=depth/*.png units=1000 K=K.txt', "
+        "the name of a layout, or a TOML file (default: recognised; `ilf info --layouts` lists them)",
+    )
 
 
 def pairing_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the values of `add_pairing` as arguments of `Source.of`."""
     max_gap = MAX_TIME_GAP_S if arguments.max_gap is None else float(arguments.max_gap)
-    return {"max_gap": max_gap, "topics": arguments.topics}
+    return {"max_gap": max_gap, "topics": arguments.topics, "layout": arguments.layout}
 
 
 def _topics(text: str) -> tuple[str, str]:
@@ -274,8 +281,10 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder, not {len(inputs)} paths.")
-    if arguments.max_gap is not None or arguments.topics is not None:
-        raise UsageError("--max-gap and --topics apply to frames of a folder or a recording: select one with --frame.")
+    if any(value is not None for value in (arguments.max_gap, arguments.topics, arguments.layout)):
+        raise UsageError(
+            "--max-gap, --topics and --layout apply to frames of a folder or a recording: select one with --frame."
+        )
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
     return FrameSource(rgb, depth, options=reading_options(arguments))
 

@@ -12,12 +12,12 @@ from .._runtime.formatting import counted
 from ..data.frame import RGBDFrame
 from ..errors import Cancelled, IlfError, InputError
 from ..io.rosbags import ENCODINGS_OF_ROS
+from ..sources.pairing import stamp_of
 from ..sources.source import Source
 from ..stream.recording import MCAP, StreamRecorder
 from ..stream.stream import Stream
 from .output import advance, unit_bar, warn
 from .parsing import add_pairing, add_preset, add_reading, preset_from, source_from
-from .rosbag import stamp_of
 from .usage import Parser, add_progress, count
 
 

@@ -90,7 +90,8 @@ class FrameInputs:
     `encoding` is the name of the depth encoding if it is not given by units per metre; `depth_units` are then those of
     the decoded depth. `invalid` is the depth file's value that marks missing depth, if there is one besides zero.
     `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256 of the
-    bytes in it that contain the frame's colour and depth.
+    bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a depth file of
+    another size than colour, by which its depth was registered.
     """
 
     rgb: InputFile
@@ -101,6 +102,7 @@ class FrameInputs:
     encoding: str | None = None
     invalid: float | None = None
     frame: str | None = None
+    depth_intrinsics: tuple[float, float, float, float] | None = field(default=None, metadata={"optional": True})
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,6 +275,9 @@ class RGBDFrame:
             **({} if self.inputs.encoding is None else {"encoding": self.inputs.encoding}),
             **({} if self.inputs.invalid is None else {"invalid": self.inputs.invalid}),
             **(
+                {} if self.inputs.depth_intrinsics is None else {"depth_intrinsics": list(self.inputs.depth_intrinsics)}
+            ),
+            **(
                 {}
                 if ground_truth is None
                 else {"ground_truth": ground_truth.path, "ground_truth_units": ground_truth.units}
@@ -422,7 +427,7 @@ def check_same_size(rgb: NDArray[np.generic], depth: NDArray[np.generic]) -> Non
     if rgb.shape[:2] != depth.shape:
         raise InputError(
             f"Colour is {_size(rgb)} but depth is {_size(depth)}. Both must have the same pixels: register and resize "
-            "one to the other first."
+            "one to the other first; files are registered if the intrinsics of both are given (--depth-intrinsics)."
         )
 
 

@@ -302,6 +302,7 @@ def _recorded_frame(
         encoding=inputs.depth_units if inputs.encoding is None else inputs.encoding,
         invalid=inputs.invalid,
         intrinsics=inputs.intrinsics,
+        depth_intrinsics=inputs.depth_intrinsics,
         name=record.name,
         beside=False,
         warn=False,

@@ -85,8 +85,10 @@ class Source:
     notes : tuple of str
         Notes for the user, a sentence each.
     is_registered : bool
-        Whether colour and depth have the same pixels. Where they do not, recordings are registered on reading; image
-        files are read as they are.
+        Whether colour and depth have the same pixels. Where they do not, recordings are registered on reading, and so
+        are image files whose depth intrinsics are known; others are read as they are.
+    layout : str
+        What the source was recognised as: a layout, a kind of recording, or the way in which its files are matched.
     """
 
     def __init__(self, path: Path, listing: Listing) -> None:
@@ -96,6 +98,7 @@ class Source:
         self.timestamps = listing.times or None
         self.notes = listing.notes
         self.is_registered = listing.is_registered
+        self.layout = listing.layout
 
     @classmethod
     def of(
@@ -105,9 +108,10 @@ class Source:
         *,
         max_gap: float = MAX_TIME_GAP_S,
         topics: Topics | None = None,
+        layout: str | os.PathLike[str] | None = None,
     ) -> Self:
         """Open a source as `open_source`, with the reading options as one object."""
-        return cls(Path(path).absolute(), list_frames(path, options, max_gap=max_gap, topics=topics))
+        return cls(Path(path).absolute(), list_frames(path, options, max_gap=max_gap, topics=topics, layout=layout))
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -166,7 +170,11 @@ class Source:
             If there is no such frame, or the file with its calibration cannot be read.
         """
         source = self.frame_source(key)
-        camera = intrinsics_from(source.options.intrinsics)
+        camera, depth_camera = (
+            intrinsics_from(given) for given in (source.options.intrinsics, source.options.depth_intrinsics)
+        )
+        if depth_camera is not None and source.frame is None:
+            return Calibration(camera, depth_camera, np.eye(4))
         if source.frame is not None and (camera is None or not self.is_registered):
             with opened(source.rgb) as recording:
                 return Calibration.of(recording.cameras(source.frame))
@@ -229,7 +237,7 @@ class Source:
                 return frame
             return with_neighbours(frame, *self.around(key, neighbours * neighbour_step), step=neighbour_step)
         pair = source.load_pair(warn=True)
-        if self.is_registered or source.frame is not None:
+        if self.is_registered or source.frame is not None or pair.colour_camera != pair.depth_camera:
             return pair
         return replace(pair, notes=(*pair.notes, _ONE_CAMERA_NOTE))
 
@@ -241,14 +249,18 @@ def open_source(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    depth_intrinsics: IntrinsicsSpec | None = None,
     min_confidence: float | None = None,
     max_gap: float = MAX_TIME_GAP_S,
     topics: Topics | None = None,
+    layout: str | os.PathLike[str] | None = None,
 ) -> Source:
     """Open a folder of frames, a data set or a recording.
 
     Paired folders and files, matched by name, number or time; a folder per frame; sequences of TUM, Bonn and ICL-NUIM;
-    scenes of BOP; frames of SUN RGB-D; sequences of 7-Scenes; raw folders of NYU Depth. Recordings of ROS 1 (.bag) and
+    scenes of BOP; frames of SUN RGB-D; raw folders of NYU Depth; data sets whose layout is in a table, which TOML files
+    extend: 7-Scenes, ScanNet, KITTI, VOID, Matterport3D, Hypersim, DREDS, DIODE, TransCG, ClearGrasp, Replica, folders
+    of nerfstudio, COLMAP and Open3D. Recordings of ROS 1 (.bag) and
     ROS 2 (a folder, .db3, .mcap), of Azure Kinect and Femto (.mkv) and of RealSense cameras (.bag, .db3); captures of
     Record3D (.r3d), Stray Scanner and ARKitScenes; ScanNet (.sens); the labelled file of NYU Depth (.mat); folders of
     raw pairs with a calibration.json.
@@ -257,8 +269,8 @@ def open_source(
     ----------
     path : path-like
         See `ilf.io.list_frames`.
-    depth_units, encoding, invalid, intrinsics, min_confidence : optional
-        How the depth of all frames is read, its camera, and its minimum confidence, as for `ilf.load_frame`. None uses
+    depth_units, encoding, invalid, intrinsics, depth_intrinsics, min_confidence : optional
+        How the depth of all frames is read, its cameras, and its minimum confidence, as for `ilf.load_frame`. None uses
         the options of the source's layout.
     max_gap : float
         Maximum time difference [s] of colour and depth of one frame, where they are matched by time. Each image is used
@@ -266,13 +278,16 @@ def open_source(
     topics : tuple of str, optional
         Topics of colour and depth, in a ROS recording with several cameras. None selects the most suitable ones,
         aligned depth first, and reports them in `notes`.
+    layout : str or path-like, optional
+        How the files of a folder are named and read: a text such as "rgb=color/*.jpg depth=depth/*.png units=1000", the
+        name of a layout of the table, or a TOML file; see `ilf.sources.layout.Layout`. None recognises the layout.
 
     Raises
     ------
     InputError
         If there is no such folder, or it contains no frames.
     FormatError
-        If its lists or calibrations are damaged.
+        If its lists, its calibrations or the layout are damaged.
     ParameterError
         If both units and an encoding are given, the minimum confidence is not a number, `max_gap` is not a duration, or
         `topics` are given for a source without topics.
@@ -295,8 +310,9 @@ def open_source(
         invalid=invalid,
         min_confidence=min_confidence,
         intrinsics=intrinsics,
+        depth_intrinsics=depth_intrinsics,
     )
-    return Source.of(path, options, max_gap=max_gap, topics=topics)
+    return Source.of(path, options, max_gap=max_gap, topics=topics, layout=layout)
 
 
 def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource]:
