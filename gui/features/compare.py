@@ -315,13 +315,14 @@ class CompareFeature(Feature):
                 *results,
                 *compared,
                 *(workspace.blocks.invalid_mask_changed, workspace.blocks.guide_changed),
-                *(workspace.blocks.selection_changed, views.shownChanged),
+                *(workspace.blocks.neighbours_changed, workspace.blocks.selection_changed, views.shownChanged),
             ),
             (workspace.runs.results_added,),
         )
         views.layoutChanged.connect(self._follow_layout)
         edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
-        for changed in (workspace.frames.session_changed, workspace.blocks.guide_changed, *edits):
+        inputs = workspace.frames.session_changed, workspace.blocks.guide_changed, workspace.blocks.neighbours_changed
+        for changed in (*inputs, *edits):
             changed.connect(lambda *_: actions["blink"].setChecked(False))  # an edit must show its effect on the result
 
     def _commands(self) -> Sequence[Command]:

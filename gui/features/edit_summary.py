@@ -226,6 +226,7 @@ class EditSummaryPresenter(QObject):
         workspace.frames.session_changed.connect(self._forget)
         workspace.blocks.replaced.connect(self._forget)
         workspace.blocks.guide_changed.connect(self._forget)
+        workspace.blocks.neighbours_changed.connect(self._forget)
         workspace.blocks.invalid_mask_changed.connect(self._take_invalid_mask)
         workspace.by_hand.changed.connect(self._take_by_hand)
         workspace.blocks.ground_truth_changed.connect(self._ask_again)
@@ -265,7 +266,7 @@ class EditSummaryPresenter(QObject):
     def _take_invalid_mask(self) -> None:
         """Handle a change of the invalid mask, which affects all blocks."""
         frame = self._workspace.session.frame
-        self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known)))
+        self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.own)))
 
     def _take_by_hand(self, change: HandDepthChange) -> None:
         """Handle a change of depth by hand."""
@@ -343,7 +344,10 @@ class EditSummaryFeature(Feature):
         views = context.feature(ViewsFeature).presenter
         self.presenter = EditSummaryPresenter(workspace, runs, views, self.line, actions["live"])
         edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
-        for changed in (workspace.frames.session_changed, *edits, workspace.by_hand.changed):
+        for changed in (
+            *(workspace.frames.session_changed, *edits),
+            *(workspace.by_hand.changed, workspace.blocks.neighbours_changed),
+        ):
             # an edit shows the current state again
             changed.connect(lambda *_: actions["show_before_edit"].setChecked(False))
         runs.resolved.connect(self._tell_resolved)

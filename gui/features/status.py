@@ -194,6 +194,9 @@ class ReadoutPresenter(QObject):
         outside = session.frame.outside_view
         if outside is not None and outside[y, x]:
             given = "outside the depth camera's view"
+        added = session.frame.from_neighbours
+        if added is not None and added[y, x]:
+            given = f"from neighbours {_metres(depth_in)}"
         by_hand = float("nan") if session.by_hand is None else float(session.by_hand.depth[y, x])
         if session.frame.missing[y, x] and np.isfinite(by_hand):
             given = f"by hand {_metres(by_hand)}"

@@ -96,6 +96,7 @@ class QualityCheckFeature(Feature):
         for changed in (
             workspace.blocks.labels_changed,
             workspace.blocks.invalid_mask_changed,
+            workspace.blocks.neighbours_changed,
             workspace.runs.error_changed,
         ):
             changed.connect(lambda *_: self._ask_again())
