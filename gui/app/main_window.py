@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt
+from PySide6.QtCore import QEvent, QSignalBlocker
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QTabWidget
 
@@ -25,16 +25,19 @@ from ..features.export_all import ExportAllFeature
 from ..features.extraction.feature import ExtractionFeature
 from ..features.filter.feature import FilterFeature
 from ..features.frame_list.feature import FramesFeature
+from ..features.frame_list.film_strip import FilmStripFeature
 from ..features.guide import GuideFeature
 from ..features.history import HistoryFeature
 from ..features.inspect.feature import InspectFeature
 from ..features.layouts.feature import LayoutsFeature
+from ..features.live import LiveFeature
 from ..features.menus import ToolBar, fill_menu_bar
 from ..features.palette.palette import PaletteFeature
 from ..features.presets import PresetsFeature
 from ..features.project.autosave import AutosaveFeature
 from ..features.project.feature import ProjectFeature
 from ..features.project.recent import RecentFeature
+from ..features.project.start_page import StartPageFeature
 from ..features.propagation.feature import PropagationFeature
 from ..features.quality_check.feature import QualityCheckFeature
 from ..features.quality_check.invalid_depth import InvalidDepthFeature
@@ -53,7 +56,7 @@ from ..tools.editor import Editor
 from ..views.centre import Centre
 from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
-from ..widgets.docks import Docks
+from ..widgets.docks import Docks, PanelGroup
 from ..widgets.notices import LogPanel, Notes, Toasts
 from ..work.loading import FrameLoader
 from ..work.refresh import Refresh
@@ -82,6 +85,7 @@ _STANDARD: tuple[type[Feature], ...] = (
     FramesFeature,
 )
 _FURTHER: tuple[type[Feature], ...] = (
+    FilmStripFeature,
     ProjectFeature,
     RunHistoryFeature,
     PropagationFeature,
@@ -93,9 +97,11 @@ _FURTHER: tuple[type[Feature], ...] = (
     CompareFeature,
     ColourRangeFeature,
     RecentFeature,
+    StartPageFeature,
     ReportFeature,
     BatchFeature,
     ExportAllFeature,
+    LiveFeature,
     LayoutsFeature,
     ShortcutsFeature,
     PaletteFeature,
@@ -143,6 +149,7 @@ class MainWindow(QMainWindow):
         self.centre = Centre(self.views, self.cloud)
         self.setCentralWidget(self.centre)
         self.log, self.toasts = LogPanel(), Toasts(self, (self.views, self.cloud))
+        self.views.pressed.connect(self.toasts.give_way)
         self.notes = Notes(self, self.toasts, self.log)
         self.drops = FileDrops(self)
         self.editor = Editor(self.workspace, self.views, self)
@@ -167,21 +174,19 @@ class MainWindow(QMainWindow):
         self.features, self.feature = self.context.features, self.context.feature
 
     def _add_panels(self) -> None:
-        """Add the standard panels: in one column at the side, so that the images have the full height of the window."""
-        feature, side = self.feature, Qt.DockWidgetArea.RightDockWidgetArea
+        """Add the standard panels."""
+        feature = self.feature
         parameters = QTabWidget()
         parameters.setDocumentMode(True)
         parameters.addTab(feature(FilterFeature).panel, "Filter")
         parameters.addTab(feature(ExtractionFeature).panel, "Extraction")
         add = self.panels.add
-        add("Frames", feature(FramesFeature).panel, side, "ph.image", 1.8)
-        add("Blocks", feature(BlocksFeature).table, side, "ph.stack", 2.2, is_open=True)
-        add("Parameters", parameters, side, "ph.sliders-horizontal", 3.2, is_open=True)
-        add("Convergence", feature(CurvesFeature).panel, side, "ph.chart-line", 2.6)
-        add("History", feature(HistoryFeature).panel, side, "ph.clock-counter-clockwise", 1.8)
-        add("Log", self.log, Qt.DockWidgetArea.BottomDockWidgetArea, "ph.list-dashes")
-        self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
-        self.setCorner(Qt.Corner.BottomRightCorner, side)
+        add("Blocks", feature(BlocksFeature).table, PanelGroup.WORK, "ph.stack", is_open=True)
+        add("Frames", feature(FramesFeature).panel, PanelGroup.WORK, "ph.image")
+        add("History", feature(HistoryFeature).panel, PanelGroup.WORK, "ph.clock-counter-clockwise")
+        add("Log", self.log, PanelGroup.WORK, "ph.list-dashes")
+        add("Parameters", parameters, PanelGroup.SETTINGS, "ph.sliders-horizontal", is_open=True)
+        add("Convergence", feature(CurvesFeature).panel, PanelGroup.INSPECTION, "ph.chart-line")
 
     def _add_menus(self) -> None:
         self.tool_bar = ToolBar(self.actions_, self.feature(ToolsFeature).options, self)

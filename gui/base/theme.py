@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QIcon, QPalette
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QToolTip
 
 THEMES = ("system", "light", "dark")
 _CHOICE = "ilf_theme"
@@ -28,6 +29,21 @@ _DARK = {
     "accent": "#4aa3f0",
     "button": "#2e3238",
 }
+
+
+_STYLE_SHEET = """
+    QToolTip { padding: 3px; }
+    QToolBar { border: none; spacing: 2px; padding: 2px; }
+    QDockWidget::title { padding: 3px 8px; }
+    QMainWindow::separator { background: rgba(128, 128, 128, 80); width: 1px; height: 1px; }
+    QStatusBar::item { border: none; }
+    QCheckBox::indicator:unchecked, QGroupBox::indicator:unchecked,
+    QListView::indicator:unchecked, QTableView::indicator:unchecked, QTreeView::indicator:unchecked {
+        border: 1px solid #7f8792; border-radius: 2px; background: transparent;
+    }
+    QHeaderView::section { background: transparent; border: none; padding: 3px 5px; }
+"""
+"""For both themes, without their colours: another style sheet makes Qt polish every widget again, which takes long."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +71,17 @@ def apply_theme(app: QApplication, name: str = "system") -> None:
     """Set the application's palette to "light", "dark" or, for "system", that of the system."""
     if name not in THEMES:
         raise ValueError(f"theme must be one of {', '.join(THEMES)}, not {name!r}")
+    if app.styleSheet() != _STYLE_SHEET:
+        app.setAttribute(Qt.ApplicationAttribute.AA_UseStyleSheetPropagationInWidgetStyles)
+        app.setStyle("Fusion")
+        app.setStyleSheet(_STYLE_SHEET)
     app.setProperty(_CHOICE, name)
-    app.setStyle("Fusion")
-    dark = name == "dark" or (name == "system" and _system_is_dark(app))
-    app.setPalette(_palette(_DARK if dark else _LIGHT))
-    app.setStyleSheet(_style_sheet(_DARK if dark else _LIGHT))
+    tones = _DARK if name == "dark" or (name == "system" and _system_is_dark(app)) else _LIGHT
+    palette = _palette(tones)
+    app.setPalette(palette)
+    QToolTip.setPalette(palette)
+    palette.setColor(QPalette.ColorRole.ButtonText, QColor(tones["muted"]))
+    app.setPalette(palette, "QHeaderView")  # type: ignore[arg-type]
 
 
 def follow_system(app: QApplication) -> None:
@@ -97,7 +119,7 @@ def icon(name: str, palette: QPalette) -> QIcon:
     """Return an icon of the Phosphor set ("ph.play") in the palette's colours."""
     import qtawesome
 
-    muted = colours(palette).muted
+    muted = QColor((_DARK if is_dark(palette) else _LIGHT)["muted"])
     muted.setAlpha(110)
     return qtawesome.icon(
         name,
@@ -108,8 +130,6 @@ def icon(name: str, palette: QPalette) -> QIcon:
 
 
 def _system_is_dark(app: QApplication) -> bool:
-    from PySide6.QtCore import Qt
-
     return app.styleHints().colorScheme() == Qt.ColorScheme.Dark
 
 
@@ -143,19 +163,3 @@ def _palette(tones: dict[str, str]) -> QPalette:
     ):
         palette.setColor(QPalette.ColorGroup.Disabled, role, faint)
     return palette
-
-
-def _style_sheet(tones: dict[str, str]) -> str:
-    text, base, window, border, muted = (tones[name] for name in ("text", "base", "window", "border", "muted"))
-    return f"""
-        QToolTip {{ color: {text}; background: {base}; border: 1px solid {border}; padding: 3px; }}
-        QToolBar {{ border: none; spacing: 2px; padding: 3px; }}
-        QDockWidget::title {{ padding: 3px 8px; background: {window}; }}
-        QMainWindow::separator {{ background: {border}; width: 1px; height: 1px; }}
-        QStatusBar::item {{ border: none; }}
-        QCheckBox::indicator:unchecked, QGroupBox::indicator:unchecked,
-        QListView::indicator:unchecked, QTableView::indicator:unchecked, QTreeView::indicator:unchecked {{
-            border: 1px solid {muted}; border-radius: 2px; background: {base};
-        }}
-        QHeaderView::section {{ background: {window}; color: {muted}; border: none; padding: 3px 5px; }}
-    """

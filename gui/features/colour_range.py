@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
@@ -13,7 +15,9 @@ from ..base import theme
 from ..base.commands import Command
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
 from ..widgets.basics import PlainLabel
+from ..widgets.docks import PanelGroup
 from .context import Context, Feature
+from .views import ViewsFeature
 
 # A histogram with the two limits of the colour range, which can be dragged.
 
@@ -153,7 +157,7 @@ class RangePanel(QWidget):
     mapChosen = Signal(str)
     shown = Signal()
 
-    def __init__(self, lock: QAction) -> None:
+    def __init__(self, actions: Sequence[QAction]) -> None:
         super().__init__()
         self._kind = ""
         self.histogram = Histogram()
@@ -169,9 +173,6 @@ class RangePanel(QWidget):
         self.map = self._box({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
         self.map.setAccessibleName("Colour map of depth")
         self.map.activated.connect(lambda _: self.mapChosen.emit(self.map.currentData()))
-        lock_button = QToolButton()
-        lock_button.setAutoRaise(True)
-        lock_button.setDefaultAction(lock)
         self._nothing = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
         self._pages = QStackedWidget()
         self._pages.addWidget(self.histogram)
@@ -179,7 +180,10 @@ class RangePanel(QWidget):
         top, bottom = QHBoxLayout(), QHBoxLayout()
         top.addWidget(self.title, 1)
         top.addWidget(self.map)
-        top.addWidget(lock_button)
+        for action in actions:
+            button = QToolButton(autoRaise=True)
+            button.setDefaultAction(action)
+            top.addWidget(button)
         for widget in (self.mode, self.low, PlainLabel("\N{EN DASH}"), self.high):
             bottom.addWidget(widget)
         bottom.addStretch(1)
@@ -273,6 +277,28 @@ class RangePanel(QWidget):
 
 
 _TITLE = "Range"
+_ROBUST = 1, 99
+"""Percentiles of the values at the ends of a range that is set from them."""
+
+
+def range_of(values: NDArray[np.floating], kind: str) -> Levels | None:
+    """Return the ends of a colour range for values (NaN is ignored), symmetric around 0 for differences; None if all
+    are equal.
+
+    Examples
+    --------
+    >>> range_of(np.array([1.0, 2.0, np.nan, 3.0]), "depth")
+    (1.02, 2.98)
+    >>> range_of(np.array([-1.0, -1.0]), "signed")
+    (-1.0, 1.0)
+    """
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return None
+    if kind == "signed":
+        known = np.concatenate((np.abs(known), -np.abs(known)))
+    low, high = (round(float(level), 9) for level in np.percentile(known, _ROBUST))
+    return (low, high) if low < high else None
 
 
 class ColourRangeFeature(Feature):
@@ -294,6 +320,15 @@ class ColourRangeFeature(Feature):
                     handler=lambda: context.panels.reveal(_TITLE),
                 ),
                 Command(
+                    "fit_range",
+                    "Colour range from &selection or view",
+                    "ph.arrows-out-line-vertical",
+                    "Ctrl+Alt+G",
+                    "Set the colour range to the values of the selected blocks, or of the visible part of the view",
+                    handler=self.fit,
+                    why_off=lambda: "" if self._has_range else "Not available now.",
+                ),
+                Command(
                     "lock_range",
                     "Loc&k colour range",
                     "ph.lock",
@@ -306,8 +341,9 @@ class ColourRangeFeature(Feature):
             )
         )
         self._lock = actions["lock_range"]
-        self.panel = RangePanel(self._lock)
-        context.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.chart-bar", 1.8)
+        self.panel = RangePanel([actions["fit_range"], self._lock])
+        context.feature(ViewsFeature).bar.add_button(actions["fit_range"])
+        context.panels.add(_TITLE, self.panel, PanelGroup.INSPECTION, "ph.chart-bar")
         changed = workspace.frames.session_changed, workspace.runs.results_changed, workspace.runs.error_changed
         shown = (
             views.rangeChanged,
@@ -339,6 +375,21 @@ class ColourRangeFeature(Feature):
             self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, views.ranges.of(kind))
         else:
             self.panel.show_placeholder(cell.strip.title, "Click a view of depth, a difference or an error")
+
+    def fit(self) -> None:
+        """Set the range of the active view to the values of the selected blocks, or of its visible part."""
+        cell, session = self.context.views.ranged, self.context.workspace.session
+        kind, box = cell.painter.range_kind, cell.view.visible_box()
+        of_blocks = cell.painter.values(np.isin(session.labels, session.selected))
+        found = None if of_blocks is None else range_of(of_blocks, kind)
+        where = "the view" if found is None else "the selected blocks"
+        seen = cell.painter.values(box) if found is None else None
+        levels = range_of(seen, kind) if seen is not None else found
+        if levels is None:
+            self.context.notes.show_message(f"{cell.strip.title} has no different values in the view.")
+            return
+        self.context.views.ranges.set(kind, FIXED, levels, locked=False)
+        self.context.notes.show_briefly(f"Colour range of {where}: {levels[0]:.4g} to {levels[1]:.4g} {KINDS[kind]}.")
 
     def _set_mode(self, mode: str) -> None:
         cell = self.context.views.ranged

@@ -252,12 +252,7 @@ class CurvesFeature(Feature):
         add = context.refresh.add
         add("curves", self.presenter.show, (turned, blocks, *chosen, values, results, *shown_also), going_on)
         add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), going_on)
-        context.runs.state_changed.connect(self._open)
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
         return self.scrubbing.shutdown()
-
-    def _open(self) -> None:
-        if self.context.runs.state is RunState.RUNNING:
-            self.context.panels.offer("Convergence")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QResizeEvent, QTextDocument
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from ilf._runtime.formatting import grouped, millimetres
 from ilf.data.results import Completion
@@ -69,7 +69,8 @@ class EditSummaryLine(QWidget):
         super().__init__(parent)
         self.label = QLabel()
         self.label.setTextFormat(Qt.TextFormat.RichText)
-        self.label.setMinimumWidth(1)
+        self.label.setMinimumSize(1, self.label.fontMetrics().height())
+        self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         self.label.setToolTip(
             "Effect of the last edit, before and after; green is better and red is worse where it is certain. Ground "
             "truth, if the frame has one: root mean square error of the pixels filled in the edited blocks. Hold-out: "
@@ -106,6 +107,7 @@ class EditSummaryLine(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
+        self.label.setWordWrap(self.height() > 2 * self.fontMetrics().height())  # beside the film strip
         self._write()
 
     def _write(self) -> None:
@@ -119,7 +121,8 @@ class EditSummaryLine(QWidget):
             self.label.setText(f'<span style="color:{tone}"><b>Before the edit: {html.escape(text)}</b></span>')
             return
         words = self._words(_LONG, text, effect, note)
-        if effect is not None and _width(words, self.label) > self.contentsRect().width() - 2 * _MARGIN:
+        room = self.contentsRect().width() - 2 * _MARGIN
+        if effect is not None and _width(words, self.label) > (2 * room if self.label.wordWrap() else room):
             words = self._words(_SHORT, text, effect, note)
         self.label.setText(words)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QSettings, QSize
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QApplication, QMenu, QMenuBar, QSizePolicy, QToolBar, QWidget
 
@@ -33,7 +33,7 @@ _INSPECT = (
 )
 _GOING = "next_frame previous_frame next_untouched mark_done note_frame"
 _MENUS = {
-    "&File": "open open_folder open_recording open_sample open_run | new_project open_project save_project "
+    "&File": "open open_folder open_recording play_live open_sample open_run | new_project open_project save_project "
     "save_project_as | load_ground_truth remove_ground_truth | load_guide remove_guide | load_blocks "
     "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",
@@ -48,6 +48,8 @@ _MENUS = {
     "hold_out_test sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
 }
 
+_ICONS = QSize(20, 20)
+
 
 class ToolBar(QToolBar):
     """Tool bar with frequent commands and the options of the tool."""
@@ -56,6 +58,7 @@ class ToolBar(QToolBar):
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
+        self.setIconSize(_ICONS)
         _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
         self._options = self.addWidget(options)
         spring = QWidget()  # keeps the buttons to its right in place when the tool's options change
@@ -83,7 +86,7 @@ def fill_menu_bar(
         ),
     )
     view.addSeparator()
-    view.addAction(actions["toggle_panels"])
+    _fill(view, entries(actions, "toggle_panels film_strip"))
     view.addActions(list(toggles))
     view.addSeparator()
     _fill(view, entries(actions, "view_content reset_contents"))
@@ -96,7 +99,7 @@ def fill_menu_bar(
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
     view.addMenu(_depth_map_menu(views, view))
-    _fill(view, entries(actions, "show_range lock_range"))
+    _fill(view, entries(actions, "show_range fit_range lock_range"))
     view.addMenu(_theme_menu(view))
     bar.addMenu(experiments)
     _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
@@ -150,7 +153,7 @@ def _compare_menu(actions: Actions, views: LinkedViews, parent: QMenu) -> QMenu:
 
 
 def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
-    menu = QMenu("&Views", parent)
+    menu = QMenu("&View set", parent)
     actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
     menu.insertSeparator(actions[next(iter(CELLS))])
     for name, action in actions.items():

@@ -21,6 +21,7 @@ from .documents.feature import DocumentsFeature
 # The status bar: effect of a click, pixel under the cursor, progress.
 
 _PROGRESS = 200
+_MARGIN = 6
 
 
 class StatusBar(QStatusBar):
@@ -38,6 +39,9 @@ class StatusBar(QStatusBar):
         self.progress.setAccessibleName("Progress")
         self.progress.setTextVisible(True)
         self.progress.hide()
+        self.progress.setMaximumHeight(self.fontMetrics().height())
+        self.setSizeGripEnabled(False)
+        self.setContentsMargins(_MARGIN, 0, _MARGIN, 0)
         self.addWidget(self.hint, 1)
         self.addPermanentWidget(self.readout)
         self.addPermanentWidget(self.progress)

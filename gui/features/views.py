@@ -24,7 +24,6 @@ from ..views.view_menus import ViewBar
 from ..work.frame_runs import RunState
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
-from .menus import entries
 
 
 class ViewsPresenter(QObject):
@@ -247,8 +246,8 @@ class ViewsFeature(Feature):
                 ),
             )
         )
-        self.bar = ViewBar(views, entries(context.actions, "contours_only block_names show_missing | fit"))
-        context.centre.set_corner(self.bar)
+        shown = ("contours_only", "block_names", "show_missing", "fit")
+        self.bar = ViewBar(views, context.centre, [context.actions[name] for name in shown])
         turned, blocks, add = workspace.frames.session_changed, workspace.blocks.labels_changed, context.refresh.add
         by_hand = workspace.by_hand.changed
         add("picture", presenter.show_frame, (turned, workspace.blocks.invalid_mask_changed, by_hand))

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Set
 
-from PySide6.QtCore import QPoint, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QBrush, QPalette, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
+from PySide6.QtCore import QPoint, QRect, QSize, Signal
+from PySide6.QtGui import QAction, QBrush, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QMenu, QWidget
 
-from ..base import theme
 from ..base.theme import Colours
-from ..widgets.basics import PlainLabel
 from .analysis_painters import SpectrumPainter, StageModel, StagePainter
 from .colour_painters import ColourPainter, MaskPainter, StrengthPainter
 from .contents import (
@@ -214,10 +212,13 @@ class Cell(ViewCell):
         self._menu.popup(self.strip.menu_position() if place is None else place)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        """Apply the theme's colours."""
+        """Apply the theme's colours; `draw_again` draws the picture with them."""
         super().set_colours(colours, hatch)
         self._theme = colours, hatch
         self.painter.set_colours(colours, hatch)
+
+    def draw_again(self) -> None:
+        """Draw the picture, at once or when it becomes visible."""
         self._draw_if_visible()
 
     def _draw_if_visible(self) -> None:
@@ -328,35 +329,3 @@ class Sheet(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._place()
-
-
-# Placeholder while no frame is open.
-
-_HINT = (
-    "Drop a colour and a depth file, a folder of frames, a recording or a project here, or open one from the File "
-    "menu, which also has a sample"
-)
-
-
-class EmptyHint(QWidget):
-    """Placeholder shown while no frame is open."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._picture = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter)
-        self._text = PlainLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(24, 24, 24, 24)
-        layout.setSpacing(12)
-        layout.addStretch()
-        layout.addWidget(self._picture)
-        layout.addWidget(self._text)
-        layout.addStretch()
-
-    def set_colours(self, colours: theme.Colours) -> None:
-        """Apply the theme's colours."""
-        # a style sheet, because the application's replaces palettes of single widgets
-        self._text.setStyleSheet(f"color: {colours.muted.name()};")
-        palette = QPalette(self.palette())
-        palette.setColor(QPalette.ColorRole.WindowText, colours.muted)
-        self._picture.setPixmap(theme.icon("ph.image", palette).pixmap(QSize(48, 48)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QSplitter, QTabWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
 from .cloud.cloud_view import CloudView
 
@@ -11,14 +11,19 @@ _SHARES = 3, 2
 """Initial widths of the images and the cloud, side by side."""
 
 
-class Centre(QTabWidget):
-    """Tabs for the images, with strips below them, and for the cloud; or one tab with both side by side.
+class Centre(QStackedWidget):
+    """The images, with strips below them, and the cloud, one of them visible; or both side by side.
 
     Parameters
     ----------
     views : QWidget
         The images.
     cloud : CloudView
+
+    Attributes
+    ----------
+    tabs : QTabBar
+        Selects what is visible; the window shows it elsewhere.
 
     Signals
     -------
@@ -30,7 +35,6 @@ class Centre(QTabWidget):
 
     def __init__(self, views: QWidget, cloud: CloudView) -> None:
         super().__init__()
-        self.setDocumentMode(True)
         self._cloud = cloud
         self._split = QSplitter(Qt.Orientation.Horizontal)
         self._split.setChildrenCollapsible(False)
@@ -41,19 +45,30 @@ class Centre(QTabWidget):
         column.setSpacing(0)
         column.addWidget(self._split, 1)
         self._column = column
-        self.addTab(self.images, "Images")
-        self._add_cloud_tab()
-        self.currentChanged.connect(lambda _: self._take_focus())
-        self.currentChanged.connect(lambda _: self.turned.emit())
-
-    def set_corner(self, corner: QWidget) -> None:
-        """Show a widget beside the tabs, visible only with the images."""
-        self.setCornerWidget(corner)
-        self.currentChanged.connect(lambda _: corner.setVisible(not self.shows_cloud_alone))
+        self.tabs = QTabBar()
+        self.tabs.setDrawBase(False)
+        self.tabs.setExpanding(False)
+        self.tabs.setDocumentMode(True)
+        self.tabs.setAccessibleName("Images or point cloud")
+        self.addWidget(self.images)
+        self.tabs.addTab("Images")
+        self._add_cloud()
+        self.tabs.currentChanged.connect(self.setCurrentIndex)
+        self.currentChanged.connect(self._follow)
 
     def add_strip(self, strip: QWidget) -> None:
         """Add a strip below the images."""
         self._column.addWidget(strip)
+
+    def add_before(self, strip: QWidget, widget: QWidget) -> None:
+        """Add a widget at the left of a strip; it takes at most half of the row."""
+        row = QWidget()
+        self._column.replaceWidget(strip, row)
+        layout = QHBoxLayout(row)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(widget, 1)
+        layout.addWidget(strip, 1)
 
     @property
     def shows_cloud_alone(self) -> bool:
@@ -72,23 +87,26 @@ class Centre(QTabWidget):
     def set_side_by_side(self, on: bool) -> None:
         """Put the cloud beside the images, or back into its tab; it stays visible."""
         if on:
-            self.removeTab(self.indexOf(self._cloud))
+            self.show_images()
+            self.removeWidget(self._cloud)
+            self.tabs.removeTab(1)
             self._split.addWidget(self._cloud)
             for index, share in enumerate(_SHARES):
                 self._split.setStretchFactor(index, share)
             whole = max(self.width(), 1)
             self._split.setSizes([whole * share // sum(_SHARES) for share in _SHARES])
             self._cloud.show()
-            self.show_images()
         else:
-            self._add_cloud_tab()
+            self._add_cloud()
         self.turned.emit()
 
-    def _take_focus(self) -> None:
-        """Focus the cloud when it becomes visible, so that its keys work."""
+    def _follow(self, index: int) -> None:
+        self.tabs.setCurrentIndex(index)
         if self.shows_cloud_alone:
-            self._cloud.setFocus()
+            self._cloud.setFocus()  # so that its keys work
+        self.turned.emit()
 
-    def _add_cloud_tab(self) -> None:
-        index = self.addTab(self._cloud, "Point cloud")
-        self.setTabToolTip(index, "Depth as a 3D point cloud; the View menu puts it beside the images")
+    def _add_cloud(self) -> None:
+        self.addWidget(self._cloud)
+        index = self.tabs.addTab("Point cloud")
+        self.tabs.setTabToolTip(index, "Depth as a 3D point cloud; the View menu puts it beside the images")

@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
 
+from ilf.data.blocks import Box
 from ilf.drawing.blocks import marked_picture
 from ilf.drawing.colours import sample, to_indices
 
 from ..base.theme import Colours
 from .colours import strength_table
-from .painter import NO_RESULT, Depth, Mask, Material, Painter, number_at
+from .painter import EVERYWHERE, NO_RESULT, Depth, Mask, Material, Painter, number_at
 from .pixel_items import BlockOverlay
 from .view_cell import ViewCell
 
@@ -134,5 +135,5 @@ class StrengthPainter(Painter):
     def value_at(self, x: int, y: int) -> float | None:
         return number_at(self._drawn, x, y)
 
-    def values(self) -> NDArray[np.floating] | None:
-        return None if self._drawn is None else sample(self._drawn)
+    def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
+        return None if self._drawn is None else sample(self._drawn[where])

@@ -12,7 +12,19 @@ from ilf.drawing.colours import log_indices, robust_difference_level, robust_err
 from ..base.theme import Colours
 from .colours import Levels, difference_table, error_table
 from .contents import EARLIER, INTERPOLATED, RUNS, TITLES, capital, operands_of, short_title
-from .painter import NO_GUIDE, NO_RESULT, Depth, Layer, Mask, Material, Painter, levels_of, mark_table, number_at
+from .painter import (
+    EVERYWHERE,
+    NO_GUIDE,
+    NO_RESULT,
+    Depth,
+    Layer,
+    Mask,
+    Material,
+    Painter,
+    levels_of,
+    mark_table,
+    number_at,
+)
 from .pixel_items import changed_box, union
 from .scene_items import blend, hatch_brush
 from .view_cell import ViewCell
@@ -144,8 +156,8 @@ class DepthPainter(Painter):
     def value_at(self, x: int, y: int) -> float | None:
         return number_at(self._depth, x, y)
 
-    def values(self) -> NDArray[np.floating] | None:
-        return None if self._depth is None else sample(self._depth)
+    def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
+        return None if self._depth is None else sample(self._depth[where])
 
     def leave(self) -> None:
         self.cell.view.remove(self._extrapolations)
@@ -294,10 +306,10 @@ class DifferencePainter(Painter):
         first, second = (number_at(operand.depth, x, y, 1000.0) for operand in self._drawn)
         return None if first is None or second is None else first - second
 
-    def values(self) -> NDArray[np.floating] | None:
+    def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
         if self._drawn is None:
             return None
-        first, second = (sample(operand.depth) for operand in self._drawn)
+        first, second = (sample(operand.depth[where]) for operand in self._drawn)
         return (first - second) * _MM
 
     def leave(self) -> None:
@@ -382,8 +394,8 @@ class ExpectedErrorPainter(Painter):
     def value_at(self, x: int, y: int) -> float | None:
         return None if self._drawn is None else number_at(self._drawn[1], x, y, 1000.0)
 
-    def values(self) -> NDArray[np.floating] | None:
-        return None if self._drawn is None else sample(self._drawn[1]) * _MM
+    def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
+        return None if self._drawn is None else sample(self._drawn[1][where]) * _MM
 
     def leave(self) -> None:
         self.cell.view.remove(self._measured)

@@ -11,6 +11,7 @@ from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QResizeEvent, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem, QStyleOptionGraphicsItem, QWidget
 
+from ilf.data.blocks import Box
 from ilf.drawing.blocks import InnerPoint
 
 from ..base.theme import Colours
@@ -299,6 +300,12 @@ class ImageView(pg.GraphicsView):
         self.setBackground(colours.background)
         self.hatch.set_brush(hatch)
         self.viewport().update()
+
+    def visible_box(self) -> Box:
+        """Return the box (rows, columns) of the image that is visible."""
+        seen = self.viewportTransform().inverted()[0].mapRect(QRectF(self.viewport().rect()))
+        shown = (seen & QRectF(0, 0, self._frame.width(), self._frame.height())).toAlignedRect()
+        return slice(shown.top(), shown.bottom() + 1), slice(shown.left(), shown.right() + 1)
 
     def show_transform(self, transform: ViewTransform) -> None:
         """Apply the transform."""

@@ -36,11 +36,11 @@ CORRECT_VIEWS = (*_FIRST_THREE, "expected-error")
 
 LAYOUT_TEXTS = {
     "grid": "Four views",
-    "grid-difference": "Four, difference",
-    "grid-extraction": "Four, extraction",
+    "grid-difference": "Four with difference",
+    "grid-extraction": "Four with extraction",
     "row": "Four in a row",
-    COMPARE: "Compare two",
-    CORRECT: "Correct",
+    COMPARE: "Two compared",
+    CORRECT: "One large, three small",
     **{name: title for name, (title, _) in CELLS.items()},
 }
 """Names for `LinkedViews.set_layout`, and their texts in the window."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPoint, Qt, Signal
+from PySide6.QtCore import QEvent, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
@@ -16,7 +16,7 @@ from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base import theme
 from .analysis_painters import StageModel
-from .cells import Cell, EmptyHint, PainterFactory, Sheet
+from .cells import Cell, PainterFactory, Sheet
 from .colour_ranges import ColourRanges
 from .colours import FIXED
 from .image_view import ImageView, ViewTransform
@@ -67,6 +67,8 @@ class LinkedViews(QWidget):
         The visible contents changed: another layout, another content of a cell, or the views became visible again.
     rangeChanged()
         A colour range changed, or another cell is the one whose range is edited.
+    pressed()
+        A mouse button was pressed in a view.
     """
 
     cursorMoved = Signal(object)
@@ -74,6 +76,7 @@ class LinkedViews(QWidget):
     layoutChanged = Signal(str)
     shownChanged = Signal()
     rangeChanged = Signal()
+    pressed = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -96,13 +99,13 @@ class LinkedViews(QWidget):
         self.sides = SideComparison(self.material, self._views, self._content_of, self)
         self.sides.changed.connect(self._follow_sides)
 
-        self._hint = EmptyHint()
+        self._empty = QWidget()
         self._sheet = Sheet(self.cells)
         self._sheet.placed.connect(self._update_places)
         self._sheet.layoutChanged.connect(self.layoutChanged)
         self._sheet.layoutChanged.connect(self.shownChanged)
         self._pages = QStackedWidget()
-        self._pages.addWidget(self._hint)
+        self._pages.addWidget(self._empty)
         self._pages.addWidget(self._sheet)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -116,7 +119,20 @@ class LinkedViews(QWidget):
         self._navigation.contextMenuRequested.connect(self.contextMenuRequested)
         self._navigation.transformChanged.connect(self._show_transform)
         self._navigation.cursorShapeChanged.connect(self._set_cursor_shape)
+        self._old_pictures: list[Cell] = []
+        """Cells whose pictures have the colours of the last theme."""
+        self._draw_timer = QTimer(self, singleShot=True, interval=0)
+        self._draw_timer.timeout.connect(self._draw_next)
         self._apply_theme()
+
+    def set_empty_page(self, page: QWidget) -> None:
+        """Set the page that is shown while there is no frame."""
+        self._pages.insertWidget(0, page)
+        if self._pages.currentWidget() is self._empty:
+            self._pages.setCurrentWidget(page)
+        self._pages.removeWidget(self._empty)
+        self._empty.deleteLater()
+        self._empty = page
 
     # the frame and its result
 
@@ -159,10 +175,10 @@ class LinkedViews(QWidget):
         self._show_marks()
 
     def clear(self) -> None:
-        """Show no frame, only the hint on how to open one."""
+        """Show no frame, only the page for that."""
         self._navigation.set_frame(None)
         self._forget()
-        self._pages.setCurrentWidget(self._hint)
+        self._pages.setCurrentWidget(self._empty)
         self._changed(*_ALL)
 
     def _forget(self) -> None:
@@ -592,6 +608,7 @@ class LinkedViews(QWidget):
         """Handle the events of all views."""
         if event.type() == QEvent.Type.MouseButtonPress:
             self._activate(view)
+            self.pressed.emit()
         return self.sides.swipe.handle(view, event) or self._navigation.handle(view, event)
 
     def _name_of(self, view: ImageView) -> str:
@@ -617,11 +634,21 @@ class LinkedViews(QWidget):
     def _apply_theme(self) -> None:
         colours = theme.colours(self.palette())
         missing = missing_brush(colours)
-        self._hint.set_colours(colours)
         for cell in self.cells.values():
             cell.set_colours(colours, missing)
+            if not cell.isVisible():
+                cell.draw_again()  # when it becomes visible
+        self._old_pictures = [cell for cell in self.cells.values() if cell.isVisible()]
+        if self._old_pictures:
+            self._draw_timer.start()
         # a style sheet, because the application's replaces palettes of single widgets
         self._sheet.setStyleSheet(f"#sheet {{ background: {colours.grid.name()}; }}")
+
+    def _draw_next(self) -> None:
+        """Draw the picture of one cell with the theme's colours, the next one at the next turn of the event loop."""
+        self._old_pictures.pop(0).draw_again()
+        if self._old_pictures:
+            self._draw_timer.start()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
 
+from ilf.data.blocks import Box
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base.theme import Colours
@@ -172,7 +173,7 @@ class Material:
         """Resolve a content to the concrete one that it currently stands for."""
         if content in SIDES:
             return self.sides[SIDES.index(content)]
-        if content == EVALUATION:
+        if content in (EVALUATION, "error"):
             return "expected-error" if self.ground_truth is None else "error"
         if content == DIFFERENCE:
             return difference_of("result", self._other(("run-1", EARLIER, "ground_truth"), INTERPOLATED))
@@ -192,6 +193,7 @@ def _plain(depth: Depth | None) -> Layer | None:
     return None if depth is None else Layer(depth)
 
 
+EVERYWHERE: Box = slice(None), slice(None)
 NO_RESULT = "No result yet"
 NO_GUIDE = "This frame has no guide"
 
@@ -236,8 +238,11 @@ class Painter:
         """Value at a pixel, in the unit of the colour bar; None if there is none."""
         return None
 
-    def values(self) -> NDArray[np.floating] | None:
-        """Values shown, or a sample of them, in the unit of the colour bar, NaN = missing; None if there are none."""
+    def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
+        """Values shown in a box or a mask (H, W), or a sample of them, in the unit of the colour bar, NaN = missing.
+
+        None if there are none.
+        """
         return None
 
     def leave(self) -> None:

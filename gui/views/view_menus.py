@@ -1,15 +1,15 @@
-"""View controls beside the tab of the views: opacity of the blocks, and layout."""
+"""View controls in the first line of the window, and the menus of the compared depths."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QAction, QActionGroup, QResizeEvent
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QSlider, QToolButton, QWidget
 
 from ..base.commands import TEMPORARY
-from ..widgets.basics import PlainLabel
+from .centre import Centre
 from .contents import capital, short_title
 from .layouts import LAYOUT_TEXTS, LAYOUTS
 from .linked_views import LinkedViews
@@ -19,61 +19,68 @@ _SPACE = 6
 
 
 class ViewBar(QWidget):
-    """Opacity slider and layout box of the linked views, and buttons for actions.
+    """Tabs of the centre, opacity of the blocks, the views shown, and buttons for actions.
 
     Parameters
     ----------
     views : LinkedViews
-    actions : iterable of QAction or None
-        One button each; None for a space.
+    centre : Centre
+    actions : iterable of QAction
+        One button each.
     """
 
-    def __init__(self, views: LinkedViews, actions: Iterable[QAction | None]) -> None:
+    def __init__(self, views: LinkedViews, centre: Centre, actions: Iterable[QAction]) -> None:
         super().__init__()
         self.opacity = QSlider(Qt.Orientation.Horizontal)
         self.opacity.setRange(0, 100)
         self.opacity.setAccessibleName("Opacity of the blocks")
-        self.opacity.setFixedWidth(80)
+        self.opacity.setFixedWidth(70)
         self.opacity.setToolTip("Opacity of the blocks over the colour image")
         self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
         self.opacity.setValue(_OPACITY)
         self.layouts = QComboBox()
-        self.layouts.setAccessibleName("Views")
+        self.layouts.setAccessibleName("View set")
         for name, text in LAYOUT_TEXTS.items():
             self.layouts.addItem(text, name)
-        self.layouts.setToolTip("Layout of the views; double-click a title to enlarge a view or show it alone")
+        self.layouts.setToolTip("View set: the views shown; double-click a title to enlarge a view or show it alone")
+        self.layouts.setMaximumHeight(self.fontMetrics().height() + 6)
         self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
         views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
         layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 4, 1)
-        layout.setSpacing(4)
-        self._spare = (PlainLabel("Blocks"), self.opacity)
-        for widget in (*self._spare, self.layouts):
-            layout.addWidget(widget)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(_SPACE)
+        self._buttons = QWidget()
+        self._row = QHBoxLayout(self._buttons)
+        self._row.setContentsMargins(0, 0, 0, 0)
+        self._row.setSpacing(0)
+        self._parts = (centre.tabs, self.opacity, self.layouts, self._buttons)
+        for part in self._parts:
+            layout.addWidget(part)
+        self._spare = (self.opacity, self._buttons)
+        for part in self._parts[1:]:
+            centre.turned.connect(lambda part=part: part.setEnabled(not centre.shows_cloud_alone))
+
         for action in actions:
-            if action is None:
-                layout.addSpacing(_SPACE)
-                continue
-            button = QToolButton()
-            button.setAutoRaise(True)
-            button.setDefaultAction(action)
-            layout.addWidget(button)
-        layout.setSizeConstraint(QHBoxLayout.SizeConstraint.SetNoConstraint)
-        self._full = layout.sizeHint()
-        spare = sum(widget.sizeHint().width() + layout.spacing() for widget in self._spare)
-        self._least = self._full - QSize(spare, 0)
+            self.add_button(action)
+
+    def add_button(self, action: QAction) -> None:
+        """Add a button for an action."""
+        button = QToolButton()
+        button.setAutoRaise(True)
+        button.setDefaultAction(action)
+        self._row.addWidget(button)
 
     def sizeHint(self) -> QSize:
-        return self._full
+        shown = [part.sizeHint() for part in self._parts if not part.isHidden()]
+        return QSize(sum(size.width() + _SPACE for size in shown), max(size.height() for size in shown))
 
-    def minimumSizeHint(self) -> QSize:
-        return self._least
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        # a narrow window has no opacity slider
-        for widget in self._spare:
-            widget.setVisible(event.size().width() >= self._full.width())
+    def fit(self, room: int) -> None:
+        """Leave out the opacity, then the buttons, in a narrow window; menus and keys have the same."""
+        for part in self._spare:
+            part.show()
+        for part in self._spare:
+            part.setVisible(self.sizeHint().width() <= room)
+        self.updateGeometry()
 
 
 # The menus that select the two depths to compare.

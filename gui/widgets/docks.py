@@ -1,50 +1,54 @@
-"""The dock panels of the window: places, visibility and sizes; the size of the window on the screen."""
+"""The dock panels of the window, as groups of tabs at its right side; the size of the window on the screen."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from enum import Enum
 from typing import NamedTuple
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, QRect, QSettings, QSize, Qt
+from PySide6.QtCore import QByteArray, QObject, QRect, QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QPalette
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabWidget, QToolBar, QWidget
 
 from ..base import theme
 
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
 """Space for the window frame of the system."""
-_VERSION = 1
+_VERSION = 2
 """Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
 """Width of the panel column: share of the window, minimum and maximum [px]."""
-_BELOW = 110
-"""Height of panels below the images [px], times their relative height."""
-_MIN_HEIGHT = 100
-"""Minimum window height [px] per panel of a column, times its relative height; with less, panels share a place in
-tabs."""
-_MIN_AUTO_HEIGHT = 760
-"""Minimum height of a window [px] in which panels open automatically."""
+_MIN_HEIGHT = 60
+"""Height [px] to which a panel can shrink, so that the panels never enlarge the window."""
 
 _RAIL_ICON = 20
+
+
+class PanelGroup(Enum):
+    """Panels of one purpose, which share one place as tabs. From top to bottom; the value is the relative height."""
+
+    WORK = 2.2
+    SETTINGS = 3.2
+    INSPECTION = 2.6
 
 
 class _Panel(NamedTuple):
     dock: QDockWidget
     icon: str
-    height: float
+    group: PanelGroup
 
 
 class Docks(QObject):
-    """The panels around the centre of a window, and the icon bar at its side that shows and hides them.
+    """The panels at the right side of a window, and the icon bar that shows and hides them.
 
-    A panel that the user has hidden does not open automatically until the user shows it again.
+    No panel opens unless the user or a layout that the user has chosen opens it.
 
     Parameters
     ----------
     window : QMainWindow
     persistent : bool
-        Whether window size and hidden panels are restored from the last session and stored for the next.
+        Whether the window size is restored from the last session and stored for the next.
     """
 
     def __init__(self, window: QMainWindow, persistent: bool) -> None:
@@ -55,32 +59,29 @@ class Docks(QObject):
         self._panels: dict[str, _Panel] = {}
         self._open_by_default: list[str] = []
         self._last_open: list[str] = []
-        self._hidden_by_user: set[str] = set()
-        self._sized: set[str] = set()
+        self._sized: set[PanelGroup] = set()
         self._declared = QByteArray()
         self._requested: tuple[list[str] | None, bytes] = None, b""
         """Panels and layout that were requested before the window was shown."""
-        window.setDockOptions(QMainWindow.DockOption.AnimatedDocks | QMainWindow.DockOption.AllowTabbedDocks)
+        self._titles_timer = QTimer(self, singleShot=True, interval=0)  # tabs are made after a panel is shown
+        self._titles_timer.timeout.connect(self._show_titles)
+        window.setDockOptions(QMainWindow.DockOption.AllowTabbedDocks)
+        window.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
         self.rail = QToolBar("Panels", window)
         self.rail.setObjectName("Panels")
         self.rail.setMovable(False)
         self.rail.setIconSize(QSize(_RAIL_ICON, _RAIL_ICON))
+        self.rail.addSeparator()
+        self._ends = {group: self.rail.addSeparator() for group in PanelGroup}
+        """The actions of a group are before this one."""
+        self._ends[PanelGroup.INSPECTION].setVisible(False)
         window.addToolBar(Qt.ToolBarArea.RightToolBarArea, self.rail)
 
     def add_fold(self, fold: QAction) -> None:
-        """Add the action that hides all panels, before the panels are added."""
-        self.rail.addAction(fold)
-        self.rail.addSeparator()
+        """Add the action that hides all panels."""
+        self.rail.insertAction(self.rail.actions()[0], fold)
 
-    def add(
-        self,
-        title: str,
-        widget: QWidget,
-        area: Qt.DockWidgetArea,
-        icon: str,
-        height: float = 1.0,
-        is_open: bool = False,
-    ) -> None:
+    def add(self, title: str, widget: QWidget, group: PanelGroup, icon: str, is_open: bool = False) -> None:
         """Add a panel.
 
         Parameters
@@ -88,30 +89,33 @@ class Docks(QObject):
         title : str
         widget : QWidget
             Its content.
-        area : Qt.DockWidgetArea
-            Its default place.
+        group : PanelGroup
+            The panels that it shares its place with.
         icon : str
             Icon in the icon bar ("ph.stack").
-        height : float
-            Relative height: to other panels of its column; below the images, to the default height.
         is_open : bool
             Whether it is open at the first start.
         """
         dock = QDockWidget(title, self._window)
         dock.setObjectName(title)
+        widget.setMinimumHeight(_MIN_HEIGHT)
         dock.setWidget(widget)
-        dock.installEventFilter(self)
-        self._window.addDockWidget(area, dock)
-        self._panels[title] = _Panel(dock, icon, height)
+        others = self._members(group)
+        self._window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
+        if others:
+            self._window.tabifyDockWidget(others[-1], dock)
+        self._panels[title] = _Panel(dock, icon, group)
         if is_open:
             self._open_by_default.append(title)
         dock.setVisible(is_open)
         action = dock.toggleViewAction()
         action.setToolTip(f"Show or hide the panel {title}")
-        action.triggered.disconnect()  # the default handler shows the dock before it has its place
+        action.triggered.disconnect()  # the default handler shows the dock behind the other tabs
         action.triggered.connect(lambda on: self.reveal(title) if on else dock.close())
+        for changed in (action.toggled, dock.topLevelChanged):
+            changed.connect(lambda _: self._show_titles_soon())
         action.setIcon(theme.icon(icon, self._window.palette()))
-        self.rail.addAction(action)
+        self.rail.insertAction(self._ends[group], action)
 
     def toggles(self) -> list[QAction]:
         """Return the actions that show and hide the panels, in the order in which they were added."""
@@ -127,16 +131,10 @@ class Docks(QObject):
         """Titles of the open panels, including those behind other tabs."""
         return [title for title, panel in self._panels.items() if not panel.dock.isHidden()]
 
-    def offer(self, title: str) -> None:
-        """Show a panel automatically, unless the user has hidden it or all panels, or the window is too small."""
-        if title not in self._hidden_by_user and self.open and self._window.height() >= _MIN_AUTO_HEIGHT:
-            self._show([*self.open, title])
-
     def reveal(self, title: str) -> None:
-        """Show a panel on request of the user, in front of other tabs of its place."""
-        self._share_place(title)  # before it is shown: a column higher than the window would enlarge the window
+        """Show a panel on request of the user, in front of the other tabs of its place."""
         self._show([*self.open, title])
-        self._decide(title, True)
+        self._panels[title].dock.raise_()
 
     def toggle_all(self) -> None:
         """Hide all panels, or show those again that were hidden so."""
@@ -165,17 +163,15 @@ class Docks(QObject):
             self._requested = wanted, places
             self._show(wanted)
             return
-        if places and self._window.restoreState(QByteArray(places), _VERSION):
-            self._sized = set(wanted)
+        if not places or not self._window.restoreState(QByteArray(places), _VERSION):
+            self._window.restoreState(self._declared, _VERSION)
+            self._sized.clear()
             self._show(wanted)
+            for title in reversed(self.open):  # the first one of each group in front
+                self._panels[title].dock.raise_()
             return
-        self._window.restoreState(self._declared, _VERSION)
-        self._sized.clear()
+        self._sized = {self._panels[title].group for title in wanted if title in self._panels}
         self._show(wanted)
-
-    def allow_hidden(self) -> None:
-        """Let all panels open automatically again."""
-        self._hidden_by_user.clear()
 
     def size_window(self) -> None:
         """Restore the window's last size and place, or use the default ones, limited to the screen."""
@@ -193,87 +189,57 @@ class Docks(QObject):
         if self._arranged:
             return
         self._arranged = True
+        self._show_titles_soon()
         self._declared = self._window.saveState(_VERSION)
-        if self.persistent:
-            self._hidden_by_user = set(_titles(QSettings().value("panels/declined")))
         self.take(*self._requested)
 
     def remember(self) -> None:
-        """Store window size and hidden panels for the next session."""
+        """Store the window size for the next session, when the window closes."""
+        self._titles_timer.stop()
         if self.persistent:
             QSettings().setValue("window/geometry", self._window.saveGeometry())
-            QSettings().setValue("panels/declined", sorted(self._hidden_by_user))
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Note panels that the user hides by the button in their title."""
-        if event.type() == QEvent.Type.Close and isinstance(watched, QDockWidget):
-            self._decide(watched.objectName(), False)
-        return super().eventFilter(watched, event)
+    def _members(self, group: PanelGroup) -> list[QDockWidget]:
+        return [panel.dock for panel in self._panels.values() if panel.group is group]
 
-    def _decide(self, title: str, is_open: bool) -> None:
-        """Note that the user showed or hid a panel."""
-        if not is_open:
-            self._hidden_by_user.add(title)
-            return
-        self._hidden_by_user.discard(title)
-        self._share_place(title)
-        self._panels[title].dock.raise_()
-        self._size_new()
+    def _show_titles_soon(self) -> None:
+        if self._window.isVisible():  # closing the window hides its panels
+            self._titles_timer.start()
 
-    def _share_place(self, title: str) -> None:
-        """Tab a panel with the one above it in its column if the panels would be too low otherwise."""
-        dock, window = self._panels[title].dock, self._window
-        area = window.dockWidgetArea(dock)
-        if dock.isFloating() or area == Qt.DockWidgetArea.BottomDockWidgetArea or window.tabifiedDockWidgets(dock):
-            return
-        column = [
-            panel.dock
-            for panel in self._panels.values()
-            if (panel.dock is dock or not (panel.dock.isHidden() or panel.dock.isFloating()))
-            and window.dockWidgetArea(panel.dock) == area
-        ]
-        above = column[: column.index(dock)] if dock in column else []
-        heights: dict[QDockWidget, float] = {}
-        for one in column:
-            place = next((tab for tab in window.tabifiedDockWidgets(one) if tab in heights), one)
-            heights[place] = max(heights.get(place, 0.0), self._panels[one.objectName()].height)
-        if above and _MIN_HEIGHT * sum(heights.values()) > window.height():
-            window.tabifyDockWidget(above[-1], dock)
+    def _show_titles(self) -> None:
+        """Leave out the title of panels that have a tab with the same text."""
+        for dock, *_ in self._panels.values():
+            tabbed = any(not other.isHidden() for other in self._window.tabifiedDockWidgets(dock))
+            empty = dock.titleBarWidget()
+            if tabbed != (empty is not None):
+                dock.setTitleBarWidget(QWidget() if tabbed else None)  # type: ignore[arg-type]
+                if empty is not None:
+                    empty.deleteLater()
 
     def _show(self, titles: Iterable[str]) -> None:
         wanted = set(titles)
         for title, panel in self._panels.items():
             if panel.dock.isHidden() == (title in wanted):
                 panel.dock.setVisible(title in wanted)
-        self._size_new()
+        if self._arranged:
+            self._size_new()
 
     def _size_new(self) -> None:
-        """Set default sizes if panels are open for the first time in this layout; a column keeps its width."""
-        if self._arranged and not self._sized.issuperset(self.open):
-            self._set_sizes(self.open)
-
-    def _set_sizes(self, titles: list[str]) -> None:
-        before = self._sized.copy()
-        self._sized.update(titles)
-        docks = [self._panels[title].dock for title in titles]
-        share, least, most = _COLUMN
-        width = min(max(round(share * self._window.width()), least), most)
-        for area in (Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea):
-            column = [dock for dock in docks if self._window.dockWidgetArea(dock) == area and not dock.isFloating()]
-            heights = [round(100 * self._panels[dock.objectName()].height) for dock in column]
-            if before.isdisjoint(dock.objectName() for dock in column):
-                self._window.resizeDocks(column, [width] * len(column), Qt.Orientation.Horizontal)
-            self._window.resizeDocks(column, heights, Qt.Orientation.Vertical)
-        below = [dock for dock in docks if self._window.dockWidgetArea(dock) == Qt.DockWidgetArea.BottomDockWidgetArea]
-        heights = [round(_BELOW * self._panels[dock.objectName()].height) for dock in below]
-        self._window.resizeDocks(below, heights, Qt.Orientation.Vertical)
-
-
-def _titles(value: object) -> list[str]:
-    """Return a list of strings from settings, which store a single one as a string and none as nothing."""
-    if isinstance(value, str):
-        return [value]
-    return [str(title) for title in value] if isinstance(value, list) else []
+        """Set default sizes if a group is visible for the first time in this layout; a column keeps its width."""
+        shown: dict[PanelGroup, QDockWidget] = {}
+        for panel in self._panels.values():
+            if not panel.dock.isHidden() and not panel.dock.isFloating():
+                shown.setdefault(panel.group, panel.dock)
+        if self._sized.issuperset(shown):
+            return
+        docks = list(shown.values())
+        if self._sized.isdisjoint(shown):
+            share, least, most = _COLUMN
+            width = min(max(round(share * self._window.width()), least), most)
+            self._window.resizeDocks(docks, [width] * len(docks), Qt.Orientation.Horizontal)
+        heights = [round(100 * group.value) for group in shown]
+        self._window.resizeDocks(docks, heights, Qt.Orientation.Vertical)
+        self._sized.update(shown)
 
 
 def available_geometry(window: QWidget) -> QRect:

@@ -242,6 +242,12 @@ class Toasts(QObject):
         self.shown[-1].stay(milliseconds)
         self._place()
 
+    def give_way(self) -> None:
+        """Remove the notes without a command, which would cover what is worked on."""
+        for toast in list(self.shown):
+            if toast.action is None:
+                self._drop(toast)
+
     def clear(self) -> None:
         """Remove all notes."""
         for toast in list(self.shown):

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QEvent, QLocale, QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QLocale, QObject, QPoint, QSettings, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QCheckBox,
@@ -129,7 +129,8 @@ _RESET_SIZE = 18
 class ParameterForm(QScrollArea):
     """A form that edits one ParameterSet; editors and limits come from the declarations.
 
-    Parameters that have no effect with the current values of others are hidden.
+    Parameters that have no effect with the current values of others are hidden. At first the form shows the basic ones
+    and those that differ from the base values; the button at its end shows all. The choice is remembered.
 
     The editors only display the set: a value with more digits than an editor shows is preserved unless the user
     changes it.
@@ -168,9 +169,17 @@ class ParameterForm(QScrollArea):
         groups: dict[str, list[Declaration]] = {}
         for declaration in declarations.values():
             groups.setdefault(declaration.group, []).append(declaration)
+        self._headers: list[QToolButton] = []
         self._sections = {group: self._section(group, members) for group, members in groups.items()}
         for section in self._sections.values():
             column.addWidget(section)
+        self._key = f"parameters/all_{set_class.__name__}"
+        self.all_button = QToolButton(autoRaise=True)
+        self.all_button.setCheckable(True)
+        self.all_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.all_button.setChecked(QSettings().value(self._key, False, bool) is True)
+        self.all_button.toggled.connect(self._show_all)
+        column.addWidget(self.all_button)
         column.addStretch(1)
 
         self.setWidget(content)
@@ -236,6 +245,7 @@ class ParameterForm(QScrollArea):
             header.setArrowType(Qt.ArrowType.DownArrow if opened else Qt.ArrowType.RightArrow)
 
         header.toggled.connect(fold)
+        self._headers.append(header)
         column.addWidget(header)
         column.addWidget(body)
         return section
@@ -319,12 +329,27 @@ class ParameterForm(QScrollArea):
         row.reset.setToolTip(literal_text(f"Reset to {row.declaration.to_text(base)}"))
 
     def _update_visibility(self) -> None:
-        shown = {name for name in self._rows if self._parameters.has_effect(name)}
+        effective = {name for name in self._rows if self._parameters.has_effect(name)}
+        every = self.all_button.isChecked()
+        shown = {name for name in effective if every or self._rows[name].declaration.basic or self._differs(name)}
         for name, row in self._rows.items():
             row.widget.setVisible(name in shown)
+        for header in self._headers:
+            header.setVisible(every)
+            if not every:
+                header.setChecked(True)
+        self.all_button.setText("Only the main parameters" if every else f"All {len(effective)} parameters")
+        self.all_button.setArrowType(Qt.ArrowType.UpArrow if every else Qt.ArrowType.DownArrow)
         groups = {self._rows[name].declaration.group for name in shown}
         for group, section in self._sections.items():
             section.setVisible(group in groups)
+
+    def _differs(self, name: str) -> bool:
+        return bool(getattr(self._parameters, name) != getattr(self._base, name))
+
+    def _show_all(self, on: bool) -> None:
+        QSettings().setValue(self._key, on)
+        self._update_visibility()
 
     def _style(self) -> None:
         icon = theme.icon("ph.arrow-counter-clockwise", self.palette())

@@ -52,7 +52,7 @@ PlainName = Annotated[str, msgspec.Meta(pattern=r"\A(?!\.{1,2}\Z)[^/\\\0]+\Z")]
 _EXPECTED = re.compile(r"Expected (?P<wanted>.+?)(, got (?P<found>.+))?")
 
 
-def converted(value: object, kind: type[T], what: str, place: str = "") -> T:
+def converted(value: object, kind: type[T], what: str, place: str = "", *, strict: bool = True) -> T:
     """Convert a value of a JSON file to the type that declares it. Unknown keys are ignored.
 
     Parameters
@@ -61,11 +61,13 @@ def converted(value: object, kind: type[T], what: str, place: str = "") -> T:
         As parsed.
     kind : type
         Any type that msgspec supports; nothing in a bare `dict` or `list` is checked. Dataclasses need a value for
-        every field, even for those with a default, unless it is NaN; fields of a `msgspec.Struct` with a default are
-        optional.
+        every field, even for those with a default, unless it is NaN or their metadata say that they are optional;
+        fields of a `msgspec.Struct` with a default are optional.
     what : str
         What the value is, or contains it at `place`, for the message.
     place : str
+    strict : bool
+        False accepts numbers and truth values that are written as text.
 
     Raises
     ------
@@ -81,7 +83,7 @@ def converted(value: object, kind: type[T], what: str, place: str = "") -> T:
     ilf.errors.FormatError: '[...][1]' in the plan must be float, not str.
     """
     try:
-        made = msgspec.convert(value, kind, str_keys=True)
+        made = msgspec.convert(value, kind, strict=strict, str_keys=True)
         if kind not in (dict, list):
             _check_complete(value, made, place, what)
     except msgspec.ValidationError as error:
@@ -96,7 +98,8 @@ def _check_complete(value: object, made: object, place: str, what: str) -> None:
     parts: Iterable[tuple[str, object, object]] = ()
     if isinstance(value, dict) and dataclasses.is_dataclass(made):
         for field in dataclasses.fields(made):
-            if field.name not in value and field.default == field.default:
+            is_optional = field.default != field.default or field.metadata.get("optional", False)
+            if field.name not in value and not is_optional:
                 raise FormatError(f"The {what} has no {f'{place}.{field.name}'.lstrip('.')!r}.")
         names = [field.name for field in dataclasses.fields(made) if field.name in value]
         parts = ((f"{place}.{name}", value[name], getattr(made, name)) for name in names)

@@ -7,8 +7,9 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Generic, TypeVar
 
@@ -97,6 +98,16 @@ class _Switching:
 
 
 _switching = _Switching()
+
+
+@contextmanager
+def short_switches() -> Iterator[None]:
+    """Shorten the switch interval of the interpreter's lock, for work in a thread beside others that must not wait."""
+    _switching.begin()
+    try:
+        yield
+    finally:
+        _switching.end()
 
 
 class _WorkerPool(Generic[T]):

@@ -20,6 +20,7 @@ from ..run.options import RECORD_FILE
 from ..run.record import PROGRAM, array_sha256
 from ..sources.frame_source import FrameSource
 from ..sources.frames import META_NAME
+from ..sources.neighbours import with_neighbours
 from ..sources.reading_options import OPTIONS
 from .frames import BatchFrame
 from .settings import SCHEMA
@@ -34,8 +35,9 @@ class LoadedFrame:
     Attributes
     ----------
     frame : RGBDFrame
+        With the depth of its neighbours, unless they are those of a static camera.
     neighbours : tuple of RGBDFrame
-        The readable neighbours.
+        The readable neighbours of a static camera; else empty.
     content : str
         SHA-256 over the content of all files and how they were read.
     files : dict
@@ -53,6 +55,9 @@ def read_frame(frame: BatchFrame) -> LoadedFrame:
     """Read a frame and its neighbours; raises as `FrameSource.load` for the frame itself."""
     before = source_files(frame)  # stamps from before reading, so that changes meanwhile are noticed
     read = frame.source.load()
+    if frame.neighbour_step:
+        read = with_neighbours(read, frame.before, frame.after, step=frame.neighbour_step)
+        return LoadedFrame(read, (), _content_of([read]), {**file_stamps(_files_of(read)), **before})
     neighbours = [_read_or_none(source) for source in frame.neighbours]
     there = [neighbour for neighbour in neighbours if neighbour is not None]
     files = {**file_stamps(path for one in (read, *there) for path in _files_of(one)), **before}
@@ -119,6 +124,9 @@ def _facts(frame: RGBDFrame) -> list[Any]:
         files = inputs.rgb, inputs.depth, inputs.ground_truth
         facts += [None if file is None else file.sha256 for file in files]
         facts += [inputs.depth_units, inputs.encoding, inputs.invalid]
+        facts += [] if inputs.depth_intrinsics is None else [inputs.depth_intrinsics]
+    if frame.neighbours is not None:
+        facts += [one.sha256 for one in frame.neighbours.neighbours]
     return facts
 
 

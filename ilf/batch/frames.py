@@ -12,6 +12,7 @@ from pathlib import Path
 
 from ..errors import InputError, cause
 from ..sources.frame_source import FrameSource
+from ..sources.neighbours import around
 from ..sources.source import Source
 
 _MAX_NAME_LENGTH = 100
@@ -35,19 +36,32 @@ class BatchFrame:
         Timestamp [s]; None if unknown.
     folder : str
         Name of the folder of its results.
-    neighbours : tuple of FrameSource
-        Frames before and after it for the temporal median of a static camera; else empty.
+    before, after : tuple of FrameSource
+        Frames before it and after it, the nearest first, as far as they are used.
+    neighbour_step : int
+        Every so many of them gives its depth, as for `with_neighbours`; 0 if they are those of a static camera.
     """
 
     key: str
     source: FrameSource
     time: float | None
     folder: str
-    neighbours: tuple[FrameSource, ...] = ()
+    before: tuple[FrameSource, ...] = ()
+    after: tuple[FrameSource, ...] = ()
+    neighbour_step: int = 0
+
+    @property
+    def neighbours(self) -> tuple[FrameSource, ...]:
+        """The frames before and after it, in their order."""
+        return *reversed(self.before), *self.after
 
 
 def frames_of_sources(
-    sources: Sequence[Source], excluded_folder: str | os.PathLike[str] | None = None, *, reach: int = 0
+    sources: Sequence[Source],
+    excluded_folder: str | os.PathLike[str] | None = None,
+    *,
+    reach: int = 0,
+    neighbour_step: int = 0,
 ) -> list[BatchFrame]:
     """List all frames of sources, one source after the other.
 
@@ -59,7 +73,9 @@ def frames_of_sources(
     excluded_folder : path-like, optional
         Folder whose frames are left out: the batch's own results may be among its sources.
     reach : int
-        Number of frames of the same source before and after each frame that are its neighbours.
+        Number of frames of the same source before and after each frame that are used.
+    neighbour_step : int
+        As in `BatchFrame`.
 
     Raises
     ------
@@ -82,14 +98,17 @@ def frames_of_sources(
             own = [one for one in own if not _is_in(one[1], Path(excluded_folder).absolute())]
         files = [file.absolute() for _, file, _ in own]
         found += own
-        neighbours += [(*files[max(i - reach, 0) : i], *files[i + 1 : i + 1 + reach]) for i in range(len(own))]
+        neighbours += [around(files, place, reach) for place in range(len(own))]
     if not found:
         raise InputError(
             f"The only frames are in the output folder {excluded_folder}. Choose another output folder, or give "
             f"another "
             "source."
         )
-    return [replace(frame, neighbours=near) for frame, near in zip(named_frames(found), neighbours, strict=True)]
+    return [
+        replace(frame, before=before, after=after, neighbour_step=neighbour_step)
+        for frame, (before, after) in zip(named_frames(found), neighbours, strict=True)
+    ]
 
 
 def frames_of_files(sources: Sequence[FrameSource]) -> list[BatchFrame]:

@@ -45,6 +45,8 @@ class BatchSettings:
     steady : int
         For a static camera: number of frames before and after each that its temporal median includes
         (`temporal_median`). 0 for none.
+    neighbours, neighbour_step : int
+        Number of frames before and after each whose depth is added, and their distance (`with_neighbours`). 0 for none.
     """
 
     configuration: RunConfiguration = field(default_factory=RunConfiguration)
@@ -52,6 +54,8 @@ class BatchSettings:
     hidden: HoldOutTest | None = None
     invalid_mask: str | None = None
     steady: int = 0
+    neighbours: int = 0
+    neighbour_step: int = 1
 
     def facts(self) -> dict[str, Any]:
         """Return all settings as JSON values; files and networks are represented by SHA-256. Includes the version.
@@ -75,6 +79,7 @@ class BatchSettings:
                 "export": dataclasses.asdict(self.options),
                 "steady": self.steady,
                 "hidden": None if self.hidden is None else dataclasses.asdict(self.hidden),
+                **({"neighbours": [self.neighbours, self.neighbour_step]} if self.neighbours else {}),
             }
         )
 

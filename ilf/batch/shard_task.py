@@ -99,7 +99,7 @@ def sample_name(key: str) -> str:
     Examples
     --------
     >>> sample_name("rgb/0001"), sample_name("1305031102.175")
-    ('rgb__0001', '1305031102_175-c2a3f5a5')
+    ('rgb__0001', '1305031102_175-181dca9b')
     """
     name = folder_name(key)
     return name if "." not in name else with_hash(name.replace(".", "_"), key)
@@ -202,8 +202,11 @@ def _input_hashes(frame: RGBDFrame) -> dict[str, str | None]:
 
 
 def _colour_path(frame: RGBDFrame) -> str | None:
-    """Return the file of a frame's colour; None if no file contains that alone."""
-    return None if frame.inputs is None or frame.inputs.frame is not None else frame.inputs.rgb.path
+    """Return the file of a frame's colour; None if it is from a recording, or was changed by registration."""
+    inputs = frame.inputs
+    if inputs is None or inputs.frame is not None or inputs.depth_intrinsics is not None:
+        return None
+    return inputs.rgb.path
 
 
 def _geometry(task: ShardTask, frame: RGBDFrame) -> Mapping[str, Any]:

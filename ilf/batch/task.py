@@ -18,6 +18,7 @@ from .._runtime.staging import restore_interrupted
 from .._runtime.temporary_files import remove, remove_empty
 from ..completion.confidence.expected_error import error_summary, expected_error
 from ..data.frame import RGBDFrame
+from ..data.neighbours import median_of_known
 from ..data.results import Completion
 from ..errors import Cancelled, ExportError, IlfError, InputError, cause
 from ..evaluation.evaluation import Evaluation, evaluate_completion
@@ -80,7 +81,7 @@ def with_temporal_median(reading: LoadedFrame, folder: Path) -> tuple[RGBDFrame,
     """
     frame = reading.frame
     layers = _layers(frame, reading.neighbours)
-    depth = _median(layers)
+    depth = median_of_known(layers)
     ensure_folder((folder / DEPTH_FILE).parent)
     write_depth(folder / DEPTH_FILE, depth)
     inputs, files = frame.inputs, [DEPTH_FILE]
@@ -128,7 +129,7 @@ def temporal_median(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np
     >>> float(temporal_median(frames[1], [frames[0], frames[2]])[0, 0])
     2.0
     """
-    return _median(_layers(frame, others))
+    return median_of_known(_layers(frame, others))
 
 
 def _layers(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:
@@ -167,16 +168,6 @@ def _changed(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[n
     limit = np.clip(_NOISE_FACTOR * 1.4826 * np.median(difference), _MIN_DIFFERENCE, _MAX_DIFFERENCE)
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _MARGIN + 1, 2 * _MARGIN + 1))
     return cv2.dilate((difference > limit).astype(np.uint8), disk).astype(bool)
-
-
-def _median(depths: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Compute the median of the known depths, (N, H, W), along the first axis."""
-    ordered = np.sort(depths, axis=0)  # NaN comes last
-    known = np.count_nonzero(np.isfinite(depths), axis=0)
-    low, high = (
-        np.take_along_axis(ordered, place[None], axis=0)[0] for place in (np.maximum(known - 1, 0) // 2, known // 2)
-    )
-    return np.where(known % 2 == 1, low, (low + high) / 2).astype(np.float32)
 
 
 @dataclass(frozen=True)

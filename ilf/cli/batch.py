@@ -36,12 +36,14 @@ from .parsing import (
     add_block_parameters,
     add_borders,
     add_invalid_mask,
+    add_neighbours,
     add_pairing,
     add_parameters,
     add_preset,
     add_reading,
     add_seeds,
     add_strict,
+    checked_neighbours,
     pairing_options,
     preset_from,
     reading_options,
@@ -117,6 +119,7 @@ def add_arguments(parser: Parser) -> None:
         help="for a static camera: fuse the depth of N frames before and after each one where colour is unchanged "
         f"(default: {_STATIC_RADIUS} if N is left out)",
     )
+    add_neighbours(parser)
     beside = parser.add_argument_group("guides and ground truth: folders with one file per frame, named as the frame")
     beside.add_argument(
         "--guide",
@@ -244,12 +247,17 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
         _absolute(arguments.borders),
     )
     hidden = None if arguments.hold_out is None else HoldOutTest(arguments.hold_out, seeds_from(arguments))
+    neighbours, step = checked_neighbours(arguments)
+    if neighbours and arguments.static_camera:
+        raise UsageError("--static-camera already fuses the depth of frames around each one: leave out --neighbours.")
     return BatchSettings(
         configuration,
         export_options(arguments),
         hidden,
         _absolute(arguments.invalid_mask),
         steady=arguments.static_camera,
+        neighbours=neighbours,
+        neighbour_step=step,
     )
 
 
@@ -257,8 +265,14 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     sources = [Source.of(path, reading_options(arguments), **pairing_options(arguments)) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
+    neighbours, step = checked_neighbours(arguments)
     frames = slice_frames(
-        frames_of_sources(sources, arguments.out or arguments.shards, reach=arguments.static_camera),
+        frames_of_sources(
+            sources,
+            arguments.out or arguments.shards,
+            reach=neighbours * step or arguments.static_camera,
+            neighbour_step=step if neighbours else 0,
+        ),
         first=first,
         end=end,
         every=arguments.every,

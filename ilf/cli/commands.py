@@ -24,6 +24,8 @@ COMMANDS = {
     "evaluate": "evaluate a frame's completion against ground truth or hold-out",
     "report": "write one HTML page about frames: pictures, blocks, parameters, curves, errors, versions and hashes",
     "capture": "capture a frame with a RealSense camera",
+    "live": "play a recording at its rate in the window, completed as it plays",
+    "stream": "complete a recording frame after frame, as a robot would, into one MCAP file or a folder",
     "rosbag": "write completed depth as a ROS 2 recording",
     "bench": "compare presets and other methods on hold-out depth, or methods of making blocks",
     "experiments": "repeat the paper's experiments and compare the results with the paper",

@@ -34,6 +34,7 @@ from .parsing import (
     add_companions,
     add_frame,
     add_invalid_mask,
+    add_neighbours,
     add_parameters,
     add_preset,
     add_strict,
@@ -71,6 +72,7 @@ def add_arguments(parser: Parser) -> None:
     add_strict(parser, "complete nothing")
     add_invalid_mask(parser)
     add_companions(parser)
+    add_neighbours(parser)
     add_preset(parser)
     add_given_blocks(parser, "--blocks")
     add_borders(parser)
@@ -162,6 +164,9 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
                 "frame",
                 "max_gap",
                 "topics",
+                "layout",
+                "neighbours",
+                "neighbour_step",
                 "preset",
                 "blocks",
                 "borders",

@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +42,7 @@ from ..run.record_file import read_record
 from ..run.replaying import file_problems
 from ..sources.frame_source import FrameSource
 from ..sources.frames import META_NAME, FrameFiles, frame_folder, meta_beside
+from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
 from ..sources.reading_options import ReadingOptions
 from ..sources.shards import is_shards, read_shard_set
@@ -143,6 +145,9 @@ def record_facts(record: RunRecord) -> list[Fact]:
         origin = "" if record.guide.path is None else f", read from {record.guide.path}"
         entries = {"guide": {"file": record.guide.file, "path": record.guide.path}}
         facts.append(Fact("guide", f"in {record.guide.file}{origin}", entries))
+    if record.neighbours:
+        names = [neighbour.name for neighbour in record.neighbours]
+        facts.append(Fact("neighbours", ", ".join(names), {"neighbours": names}))
     if record.extrapolate:
         facts.append(Fact("extrapolated", "depth that was still missing after the run", {"extrapolated": True}))
     files = list(record.outputs or record.export.filenames())
@@ -168,6 +173,7 @@ def source_facts(source: Source) -> list[Fact]:
     count, keys = len(source), list(source.keys)
     facts = [
         Fact("source", f"{source.path}, {counted(count, 'frame')}", {"path": str(source.path), "frames": count}),
+        Fact("layout", source.layout, {"layout": source.layout}),
         Fact("keys", _some(source.keys), {"keys": keys}),
     ]
     times = source.timestamps
@@ -176,7 +182,9 @@ def source_facts(source: Source) -> list[Fact]:
         span = f"{start:.6f} to {end:.6f} s, {end - start:.3f} s in all" if len(times) > 1 else f"{start:.6f} s"
         facts.append(Fact("time", span, {"start_s": start, "end_s": end}))
     first, registered = source.calibration(keys[0]), source.is_registered
-    way = "registered on reading" if source.frame_source(keys[0]).frame is not None else "not registered on reading"
+    one = source.frame_source(keys[0])
+    is_on_reading = one.frame is not None or one.options.depth_intrinsics is not None
+    way = "registered on reading" if is_on_reading else "not registered on reading"
     return [
         *facts,
         Fact("colour camera", camera_text(first.colour), {"colour_camera": _camera_record(first.colour)}),
@@ -218,23 +226,27 @@ def add_arguments(parser: Parser) -> None:
     parser.epilog = (
         "The JSON document contains an object for the shards, the source, the frame and the run, if present. All have "
         "doubts (plausibility warnings) and problems (lists of sentences). shards: path, shards, finished, per_shard, "
-        "frames, completed, failed, keep, settings (hash). source: path, frames, keys, start_s, end_s, "
-        "colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, depth_width, "
-        "depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, intrinsics, "
-        "ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, encoding, "
-        "intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
-        "block_parameters, networks, invalid_mask, borders, depth_by_hand, guide, extrapolated, files, blocks (as in "
-        "`ilf complete --json`). Keys without a value are left out."
+        "frames, completed, failed, keep, settings (hash). source: path, frames, layout, keys, start_s, "
+        "end_s, colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, "
+        "depth_width, depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, "
+        "intrinsics, ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, "
+        "encoding, intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
+        "block_parameters, networks, invalid_mask, borders, depth_by_hand, guide, neighbours, extrapolated, files, "
+        "blocks (as in `ilf complete --json`). Keys without a value are left out."
     )
     parser.set_defaults(command=run)
     add_frame(parser)
     add_strict(parser, "fail")
     add_companions(parser)
+    parser.add_argument("--layouts", action="store_true", help="list the layouts of folders that are recognised")
     add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
+    if arguments.layouts:
+        _print_layouts(arguments.json)
+        return
     inputs = [Path(path) for path in arguments.inputs]
     if len(inputs) == 1 and inputs[0].suffix.lower() == SUFFIX:
         raise UsageError(f"{inputs[0]} is a project: use `ilf project info`.")
@@ -252,13 +264,26 @@ def run(arguments: argparse.Namespace) -> None:
     check_plausibility([doubt for section in sections for doubt in section.plausibility_warnings], arguments.strict)
 
 
+def _print_layouts(as_json: bool) -> None:
+    """Print the layouts, those of the user first."""
+    layouts = all_layouts()
+    if as_json:
+        print_json({"layouts": [msgspec.to_builtins(layout) for layout in layouts], "folder": str(layouts_folder())})
+        return
+    width = max(len(layout.name) for layout in layouts) + 2
+    for layout in layouts:
+        print(f"{layout.name:{width}}{layout.title}")
+    print(f"\nYour own: TOML files in {layouts_folder()}.")
+
+
 def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[Section]:
     """Make the sections of a frame or a source."""
     if arguments.frame is not None:
         return [_source_frame(frame_of_source(arguments), arguments)]
     if len(inputs) == 1 and is_shards(inputs[0]):
         return _shards_sections(inputs[0], arguments)
-    if len(inputs) == 1 and (is_recording(inputs[0]) or (os.path.isdir(inputs[0]) and _is_source(inputs[0]))):
+    is_source = arguments.layout is not None or (os.path.isdir(inputs[0]) and _is_source(inputs[0]))
+    if len(inputs) == 1 and (is_recording(inputs[0]) or is_source):
         return _source_sections(source_from(arguments), arguments)
     if len(inputs) == 1 and os.path.isdir(inputs[0]):
         return _folder_sections(inputs[0], arguments)
@@ -270,7 +295,7 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
     given = reading_options(arguments)
     depth = read_depth(read_file(inputs[1]), given.depth_encoding, None, given.invalid)
     facts = [
-        *_pair_facts(inputs[0], inputs[1], depth, given.intrinsics),
+        *_pair_facts(inputs[0], inputs[1], depth, given),
         *_ground_truth_facts(given, depth),
         *_guide_facts(given.guide, depth.metres),
     ]
@@ -366,7 +391,7 @@ def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
         ]
     facts = [
         Fact("name", files.name, {"name": files.name}),
-        *_pair_facts(files.rgb, files.depth, depth, options.intrinsics),
+        *_pair_facts(files.rgb, files.depth, depth, options),
         *ground_truth,
         *_guide_facts(options.guide, depth.metres),
         *_confidence_facts(options, depth.metres),
@@ -387,10 +412,14 @@ def _colour_facts(path: Path, rgb: NDArray[np.uint8], doubt: str) -> list[Fact]:
     return [Fact("colour", f"{path}, {width} x {height}", entries), *([Fact("warning", doubt)] if doubt else [])]
 
 
-def _pair_facts(colour: Path, path: Path, depth: DepthReading, camera: IntrinsicsSpec | None) -> list[Fact]:
+def _pair_facts(colour: Path, path: Path, depth: DepthReading, options: ReadingOptions) -> list[Fact]:
     """List the facts of colour and depth, and whether they match."""
     rgb, doubt = read_colour_with_warning(colour)
+    depth_camera = options.depth_intrinsics
+    camera = options.intrinsics if depth_camera is None else depth_camera
     facts = [*_colour_facts(colour, rgb, doubt), *_depth_facts(path, depth, camera)]
+    if depth_camera is not None and rgb.shape[:2] != depth.metres.shape:
+        return [*facts, Fact("registered", "on reading, by the intrinsics of both images")]
     try:
         check_same_size(rgb, depth.metres)
     except InputError as error:

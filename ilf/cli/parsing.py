@@ -17,6 +17,7 @@ from ..errors import InputError, ParameterError
 from ..io.labels import with_more_invalid
 from ..run.preset_files import UserPreset, find_preset
 from ..sources.frame_source import FrameSource
+from ..sources.neighbours import with_neighbours
 from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions
 from ..sources.source import Source
 from ..sources.times import MAX_TIME_GAP_S
@@ -58,7 +59,8 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
 
 
 def add_pairing(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments for pairing colour and depth: largest time difference and topics; see `pairing_options`."""
+    """Add the arguments for pairing colour and depth: largest time difference, topics and layout; see
+    `pairing_options`."""
     parser.add_argument(
         "--max-gap",
         type=float,
@@ -73,12 +75,18 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
         help="image topics of ROS recordings with several cameras (default: aligned depth and its colour; `ilf info` "
         "lists them)",
     )
+    parser.add_argument(
+        "--layout",
+        metavar="LAYOUT",
+        help="how the files of a folder are named and read: 'rgb=image/*.png depth=depth/*.png units=1000 K=K.txt', "
+        "the name of a layout, or a TOML file (default: recognised; `ilf info --layouts` lists them)",
+    )
 
 
 def pairing_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the values of `add_pairing` as arguments of `Source.of`."""
     max_gap = MAX_TIME_GAP_S if arguments.max_gap is None else float(arguments.max_gap)
-    return {"max_gap": max_gap, "topics": arguments.topics}
+    return {"max_gap": max_gap, "topics": arguments.topics, "layout": arguments.layout}
 
 
 def _topics(text: str) -> tuple[str, str]:
@@ -142,6 +150,30 @@ def add_invalid_mask(parser: argparse.ArgumentParser) -> None:
         help="mask of measured depth to treat as missing, because it is wrong: behind glass, at flying pixels, by "
         "glare. A single-channel image of the frame's size, non-zero where depth is invalid",
     )
+
+
+def add_neighbours(parser: argparse._ActionsContainer) -> None:
+    """Add the arguments of the neighbours whose depth is added; see `ilf.with_neighbours`."""
+    parser.add_argument(
+        "--neighbours",
+        type=count,
+        metavar="N",
+        help="also use the depth that N frames before and N after have measured, where a frame has none. Needs "
+        "intrinsics, and poses or the package open3d (extra cloud). The pixels are marked in from_neighbours.png",
+    )
+    parser.add_argument(
+        "--neighbour-step",
+        type=count,
+        metavar="M",
+        help="with --neighbours: use every M-th frame before and after (default: 1)",
+    )
+
+
+def checked_neighbours(arguments: argparse.Namespace) -> tuple[int, int]:
+    """Return the values of `add_neighbours`, 0 and 1 if not given; raises UsageError for a step without neighbours."""
+    if arguments.neighbours is None and arguments.neighbour_step is not None:
+        raise UsageError("--neighbour-step applies to --neighbours: add it.")
+    return arguments.neighbours or 0, arguments.neighbour_step or 1
 
 
 def add_borders(parser: argparse.ArgumentParser) -> None:
@@ -230,18 +262,29 @@ def source_from(arguments: argparse.Namespace) -> Source:
     return source
 
 
-def frame_of_source(arguments: argparse.Namespace) -> FrameSource:
-    """Return the frame that --frame selects."""
-    found = source_from(arguments).frame_source(arguments.frame)
+def frame_of_source(arguments: argparse.Namespace, source: Source | None = None) -> FrameSource:
+    """Return the frame that --frame selects, from a source if it is already open."""
+    found = (source or source_from(arguments)).frame_source(arguments.frame)
     return replace(found, options=reading_options(arguments).or_else(found.options))
+
+
+def _frame_with_neighbours(arguments: argparse.Namespace, count: int, step: int) -> RGBDFrame:
+    """Load the frame that --frame selects, with the depth of its neighbours."""
+    if arguments.frame is None:
+        raise UsageError("--neighbours applies to frames of a folder or a recording: select one with --frame.")
+    source = source_from(arguments)
+    frame = frame_of_source(arguments, source).load()
+    return with_neighbours(frame, *source.around(arguments.frame, count * step), step=step)
 
 
 def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder, not {len(inputs)} paths.")
-    if arguments.max_gap is not None or arguments.topics is not None:
-        raise UsageError("--max-gap and --topics apply to frames of a folder or a recording: select one with --frame.")
+    if any(value is not None for value in (arguments.max_gap, arguments.topics, arguments.layout)):
+        raise UsageError(
+            "--max-gap, --topics and --layout apply to frames of a folder or a recording: select one with --frame."
+        )
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
     return FrameSource(rgb, depth, options=reading_options(arguments))
 
@@ -249,7 +292,11 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     """Load the frame that the arguments name, with its invalid mask, ground truth and guide. Plausibility warnings are
     printed; with --strict they raise InputError."""
-    frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
+    neighbours, step = checked_neighbours(arguments) if "neighbours" in arguments else (0, 1)
+    if neighbours:
+        frame = _frame_with_neighbours(arguments, neighbours, step)
+    else:
+        frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
     check_plausibility(frame.plausibility_warnings, vars(arguments).get("strict", False))
     warn(frame.notes)
     return frame if arguments.invalid_mask is None else with_more_invalid(frame, arguments.invalid_mask)

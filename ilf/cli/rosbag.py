@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
-from ..data.frame import FrameInputs
 from ..errors import InputError
 from ..io.depth import depth_in_metres, read_depth_values
 from ..io.rosbags import (
@@ -28,34 +26,8 @@ from ..run.nerfstudio import result_folders
 from ..run.options import ERROR_FILES, RECORD_FILE
 from ..run.record_file import read_record
 from ..sources.frames import load_frame
-from ..sources.opening import opened
-from ..sources.pairing import time_of
+from ..sources.pairing import stamp_of
 from .usage import Parser
-
-# Timestamps of the frames of runs.
-
-_SECONDS = re.compile(r"(\d+)\.(\d{1,9})")
-
-
-def stamp_of(inputs: FrameInputs) -> int | None:
-    """Return the timestamp of a frame's colour [ns], from its key in a recording, the recording, or its file name; None
-    if unknown.
-
-    Raises
-    ------
-    InputError
-        If the recording has to be read for it and cannot be read.
-    """
-    if inputs.frame is None:
-        time = time_of(inputs.rgb.path)
-        return None if time is None else round(time * 1e9)
-    found = _SECONDS.fullmatch(inputs.frame.rpartition("/")[2])
-    if found is not None:
-        return int(found[1]) * 10**9 + int(found[2].ljust(9, "0"))
-    with opened(inputs.rgb.path) as recording:
-        taken = recording.frame(inputs.frame).time
-    return None if taken is None else round(taken * 1e9)
-
 
 _BEST_FIRST = ("npy", "tiff", "png")
 """Formats of depth files, the most precise first."""

@@ -108,11 +108,11 @@ def completion_report(finished: FinishedRun) -> str:
 
 
 COMPLETION_KEYS = (
-    "frame, width, height, preset, parameters, missing_before, missing_after, recovered, by_hand, outside_view "
-    "(pixels), blocks, iterations, seconds, errors (against ground truth; null without it), folder, files, warnings. "
-    "blocks: label, status, message, pixels, known, recovered, outside, by_hand, missing_share, iterations, stages, "
-    "sigma_i_m, errors. "
-    "errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error (share)"
+    "frame, width, height, preset, parameters, missing_before, missing_after, recovered, from_neighbours, by_hand, "
+    "outside_view (pixels), blocks, iterations, seconds, errors (against ground truth; null without it), folder, "
+    "files, warnings. blocks: label, status, message, pixels, known, recovered, outside, by_hand, missing_share, "
+    "iterations, stages, sigma_i_m, errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error "
+    "(share)"
 )
 """The keys of `completion_record`, for the help."""
 
@@ -131,6 +131,7 @@ def completion_record(finished: FinishedRun, warnings: Iterable[str]) -> dict[st
         "missing_before": int(np.count_nonzero(frame.missing)),
         "missing_after": int(np.count_nonzero(frame.missing & ~completion.filled)),
         "recovered": int(np.count_nonzero(frame.missing & completion.filled)),
+        "from_neighbours": int(np.count_nonzero(completion.from_neighbours)),
         "by_hand": int(np.count_nonzero(completion.by_hand)),
         "outside_view": int(outside),
         "blocks": [outcome_record(outcome, finished.by_block.get(outcome.label)) for outcome in outcomes],
@@ -237,10 +238,11 @@ def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) ->
     if missing == 0:
         return f"No pixel was missing. {outside}{effort}"
     recovered = int(np.count_nonzero(completion.filled & frame.missing))
-    by_hand = int(np.count_nonzero(completion.by_hand))
-    stated = f", {grouped(by_hand)} of them by hand" if by_hand else ""
+    parts = {"measured by neighbours": completion.from_neighbours, "by hand": completion.by_hand}
+    counts = {what: int(np.count_nonzero(pixels)) for what, pixels in parts.items()}
+    of_them = "".join(f", {grouped(count)} of them {what}" for what, count in counts.items() if count)
     return (
-        f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({recovered / missing:.1%}){stated}. "
+        f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({recovered / missing:.1%}){of_them}. "
         f"{outside}{effort}"
     )
 

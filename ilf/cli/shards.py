@@ -31,7 +31,7 @@ _SHUTDOWN_S = 30.0
 _MAX_LISTED = 5
 """Maximum number of failed frames and damaged files listed on the terminal; the tables list all frames."""
 
-_ONLY_FOLDERS = ("dask", "static_camera", "rerun_changed", "no_expected_error", "contact_sheet", "video")
+_ONLY_FOLDERS = ("dask", "static_camera", "neighbours", "rerun_changed", "no_expected_error", "contact_sheet", "video")
 """Flags of batches with a folder for each frame."""
 
 
@@ -178,8 +178,7 @@ def _request(arguments: argparse.Namespace) -> dict[str, Any]:
         "sources": [str(Path(path).absolute()) for path in arguments.sources],
         "frames": list(arguments.frames),
         "every": arguments.every,
-        "max_gap": pairing["max_gap"],
-        "topics": None if pairing["topics"] is None else list(pairing["topics"]),
+        "pairing": pairing | {"topics": None if pairing["topics"] is None else list(pairing["topics"])},
         "reading": reading_options(arguments).to_json(),
     }
 

@@ -49,6 +49,10 @@ class BlockTask:
         Depth by hand at the block's missing pixels, in the same order; None for none.
     notes : tuple of str
         Notes for the user on the frame.
+    found : FrameEdges or None
+        The filter's edges, if they are not to be found in the frame.
+    carried : ndarray of float32, shape (H, W), or None
+        Depth [m] expected from the previous frame of a sequence, NaN = none.
     """
 
     frame: RGBDFrame
@@ -58,6 +62,8 @@ class BlockTask:
     drawn: NDArray[np.bool_] | None = None
     by_hand: DepthByHand | None = None
     notes: tuple[str, ...] = ()
+    found: FrameEdges | None = None
+    carried: NDArray[np.float32] | None = None
 
     @property
     def raw(self) -> NDArray[np.float32]:
@@ -80,8 +86,10 @@ class BlockTask:
             result = BlockResult(block, self.raw, rejected, (), parameters, edges=edges, drawn=self.drawn)
             yield Progress(block.label, result=result)
             return
-        seen = edges_of(self.frame, parameters, self.extraction)
-        stepper = make_stepper(self.frame, block, parameters, self.extraction, self.drawn, self.by_hand, seen)
+        seen = self.found or edges_of(self.frame, parameters, self.extraction)
+        stepper = make_stepper(
+            self.frame, block, parameters, self.extraction, self.drawn, self.by_hand, seen, self.carried
+        )
         live[block.label] = stepper
         history: list[IterationRecord] = []
         ground_truth = self._hidden_truth()
@@ -218,8 +226,8 @@ def required_known_pixels(pixels: ArrayLike, parameters: Parameters, density: fl
 def block_depth(
     frame: RGBDFrame, block: Block, surface: NDArray[np.float64], parameters: Parameters
 ) -> NDArray[np.float32]:
-    """Raw depth with P_i inserted where it is positive: in the defective area, or in the whole block; outside the depth
-    camera's view only if enabled in the parameters.
+    """Raw depth with P_i inserted where it is positive: in the defective area, where the frame itself has measured
+    nothing, or in the whole block; outside the depth camera's view only if enabled in the parameters.
 
     Parameters
     ----------
@@ -238,7 +246,7 @@ def block_depth(
     raw = frame.depth[block.box][block.mask]
     replace = surface > 0
     if parameters.mode == "fill":
-        replace &= np.isnan(raw)
+        replace &= ~frame.own[block.box][block.mask]
     left = frame.unfilled_mask(parameters.outside_view)
     if left is not None:
         replace &= ~left[block.box][block.mask]

@@ -27,6 +27,7 @@ def make_stepper(
     drawn: NDArray[np.bool_] | None = None,
     by_hand: DepthByHand | None = None,
     edges: FrameEdges | None = None,
+    carried: NDArray[np.float32] | None = None,
 ) -> Stepper:
     """Make the stepper of a block.
 
@@ -47,11 +48,14 @@ def make_stepper(
         depth for the pass band.
     edges : FrameEdges, optional
         Result of `edges_for` with these parameters, if already computed.
+    carried : ndarray of float32, shape (H, W), optional
+        Depth [m] expected from the previous frame of a sequence, NaN = none: a start and a weak hint for the edge-aware
+        filter, ignored by the pass band.
     """
     edges = edges or edges_for(frame, parameters, extraction)
     if edges is None:
         return PassBandIteration(frame, block, parameters, by_hand)
-    return EdgeAwareIteration(frame, block, parameters, edges, drawn, by_hand)
+    return EdgeAwareIteration(frame, block, parameters, edges, drawn, by_hand, carried)
 
 
 def max_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:

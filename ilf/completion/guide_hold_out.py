@@ -50,9 +50,9 @@ class GuideHoldOut:
 def held_out_frames(frame: RGBDFrame) -> Iterator[RGBDFrame]:
     """The frame without known depth where its own gaps lie when they are turned, one frame for each way."""
     for turn in _TURNS:
-        hidden = frame.missing[turn] & frame.known
-        if _LEAST_HIDDEN * frame.known.sum() <= hidden.sum() < frame.known.sum():
-            depth = np.where(hidden, np.float32(np.nan), frame.depth)
+        hidden = frame.missing[turn] & frame.own
+        if _LEAST_HIDDEN * frame.own.sum() <= hidden.sum() < frame.own.sum():
+            depth = np.where(hidden, np.float32(np.nan), frame.own_depth)
             yield replace(frame, depth=depth, invalid_mask=None, ground_truth=None)
 
 
@@ -67,7 +67,7 @@ class HeldOutErrors:
     @classmethod
     def of(cls, frame: RGBDFrame, held_out: RGBDFrame, with_guide: Array, without: Array) -> HeldOutErrors:
         """From the frame, that without the hidden depth, and its completed depths [m]."""
-        there = frame.known & ~held_out.known & np.isfinite(with_guide) & np.isfinite(without)
+        there = frame.own & ~held_out.own & np.isfinite(with_guide) & np.isfinite(without)
         sums = []
         for depth in (with_guide, without):
             error = (depth - frame.depth)[there].astype(np.float64)

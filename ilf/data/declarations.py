@@ -54,6 +54,8 @@ class Declaration:
         Its origin: an equation or section of the paper, or the released code.
     scale : str
         "linear", or "log" for a slider with a logarithmic scale.
+    basic : bool
+        Whether it is among the few parameters that forms show first.
     when : tuple
         (name, value, ...) of another parameter, which must have one of these values for this one to have any effect;
         empty for always.
@@ -73,6 +75,7 @@ class Declaration:
     special: str = ""
     source: str = ""
     scale: str = "linear"
+    basic: bool = False
     when: tuple[str, *tuple[Value, ...]] | tuple[()] = ()
 
     @property

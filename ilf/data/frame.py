@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from .camera import CameraIntrinsics, as_camera, checked_transform
 from .guide import Guide, as_guide
+from .neighbours import NeighbourDepth, agrees
 from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
 from .pictures import html_row, plot_row
 
@@ -89,7 +90,8 @@ class FrameInputs:
     `encoding` is the name of the depth encoding if it is not given by units per metre; `depth_units` are then those of
     the decoded depth. `invalid` is the depth file's value that marks missing depth, if there is one besides zero.
     `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256 of the
-    bytes in it that contain the frame's colour and depth.
+    bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a depth file of
+    another size than colour, by which its depth was registered.
     """
 
     rgb: InputFile
@@ -100,6 +102,7 @@ class FrameInputs:
     encoding: str | None = None
     invalid: float | None = None
     frame: str | None = None
+    depth_intrinsics: tuple[float, float, float, float] | None = field(default=None, metadata={"optional": True})
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,11 +146,16 @@ class RGBDFrame:
         Camera-to-world transform of its points [m], shape (4, 4): x to the right, y down, z forward.
     plausibility_warnings : tuple of str
         Those of the notes that are plausibility warnings about how its files were read.
+    neighbours : NeighbourDepth, optional
+        Depth that other frames have measured (`ilf.with_neighbours`): known depth of less weight where the frame has
+        none of its own, except outside the view. It never counts as measured.
 
     Attributes
     ----------
     measured : ndarray of float32, shape (H, W)
-        Depth [m] as given, including invalid depth.
+        Depth [m] as given, including invalid depth, without that of neighbours.
+    from_neighbours : ndarray of bool, shape (H, W), or None
+        Pixels whose depth is that of neighbours; None without any.
 
     Raises
     ------
@@ -180,7 +188,9 @@ class RGBDFrame:
     outside_view: NDArray[np.bool_] | None = field(default=None, repr=False)
     pose: NDArray[np.float64] | None = field(default=None, repr=False)
     plausibility_warnings: tuple[str, ...] = field(default=(), repr=False)
+    neighbours: NeighbourDepth | None = field(default=None, repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
+    from_neighbours: NDArray[np.bool_] | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
@@ -199,6 +209,8 @@ class RGBDFrame:
             if np.isfinite(measured[outside]).any():
                 outside = _frozen(outside & np.isnan(measured))
             object.__setattr__(self, "outside_view", outside if outside.any() else None)
+        if self.neighbours is not None:
+            self._add_neighbours(self.neighbours)
         if self.intrinsics is not None:
             object.__setattr__(self, "intrinsics", as_camera(self.intrinsics, self.shape))
         if self.pose is not None:
@@ -208,6 +220,16 @@ class RGBDFrame:
         if self.guide is not None:
             object.__setattr__(self, "guide", as_guide(self.guide).resized_to(self.shape))
         check_depth_scale(self.depth, in_file=self.inputs is not None)
+
+    def _add_neighbours(self, neighbours: NeighbourDepth) -> None:
+        """Add the neighbours' depth where the frame has none of its own, unless it repeats invalid depth."""
+        if neighbours.layers.shape[1:] != self.shape:
+            raise InputError(f"The depth of neighbours has shape {neighbours.layers.shape[1:]}, not {self.shape}.")
+        depth = neighbours.fused(self.depth)
+        added = self.missing & np.isfinite(depth) & ~agrees(depth, self.measured)
+        if added.any():
+            object.__setattr__(self, "depth", _frozen(np.where(added, depth, self.depth)))
+            object.__setattr__(self, "from_neighbours", _frozen(added))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.summary()}>"
@@ -253,6 +275,9 @@ class RGBDFrame:
             **({} if self.inputs.encoding is None else {"encoding": self.inputs.encoding}),
             **({} if self.inputs.invalid is None else {"invalid": self.inputs.invalid}),
             **(
+                {} if self.inputs.depth_intrinsics is None else {"depth_intrinsics": list(self.inputs.depth_intrinsics)}
+            ),
+            **(
                 {}
                 if ground_truth is None
                 else {"ground_truth": ground_truth.path, "ground_truth_units": ground_truth.units}
@@ -279,6 +304,10 @@ class RGBDFrame:
             ground_truth=None if ground_truth is None else np.asarray(ground_truth),
             inputs=inputs,
         )
+
+    def with_neighbours(self, neighbours: NeighbourDepth | None) -> Self:
+        """Return the frame with depth of other neighbours, or of none."""
+        return replace(self, depth=self.measured, neighbours=neighbours)
 
     def with_guide(self, guide: ArrayLike | Guide | None) -> Self:
         """Return the frame with another guide, or with none."""
@@ -342,14 +371,26 @@ class RGBDFrame:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Pixels with depth, bool (H, W)."""
+        """Pixels with depth, measured or from neighbours, bool (H, W)."""
         return np.isfinite(self.depth)
 
     @property
+    def own(self) -> NDArray[np.bool_]:
+        """Pixels with depth that the frame itself has measured, without invalid depth, bool (H, W)."""
+        return self.known if self.from_neighbours is None else self.known & ~self.from_neighbours
+
+    @property
+    def own_depth(self) -> NDArray[np.float32]:
+        """Depth [m] that the frame itself has measured, without invalid depth, (H, W); NaN = missing."""
+        if self.from_neighbours is None:
+            return self.depth
+        return np.where(self.from_neighbours, np.float32(np.nan), self.depth)
+
+    @property
     def missing(self) -> NDArray[np.bool_]:
-        """Pixels without depth that the depth camera could see, bool (H, W): all without depth if its view is
-        unknown."""
-        return ~self.known if self.outside_view is None else ~(self.known | self.outside_view)
+        """Pixels without measured depth that the depth camera could see, bool (H, W): all without measured depth if its
+        view is unknown."""
+        return ~self.own if self.outside_view is None else ~(self.own | self.outside_view)
 
     def unfilled_mask(self, outside_view: bool = False) -> NDArray[np.bool_] | None:
         """Return the pixels, bool (H, W), that stay missing: those outside the depth camera's view, unless requested.
@@ -384,7 +425,7 @@ def check_same_size(rgb: NDArray[np.generic], depth: NDArray[np.generic]) -> Non
     if rgb.shape[:2] != depth.shape:
         raise InputError(
             f"Colour is {_size(rgb)} but depth is {_size(depth)}. Both must have the same pixels: register and resize "
-            "one to the other first."
+            "one to the other first; files are registered if the intrinsics of both are given (--depth-intrinsics)."
         )
 
 

@@ -25,11 +25,12 @@ class BlockParameters(ParameterSet):
 
     granularity: float = declare(
         0.5, "Granularity", "0: few large blocks, divided only by depth jumps and the strongest edges. 1: many small "
-        "blocks.", _BLOCKS, minimum=0.0, maximum=1.0, step=0.05, source="not in the paper",
+        "blocks.", _BLOCKS, minimum=0.0, maximum=1.0, step=0.05, source="not in the paper", basic=True,
     )  # fmt: skip
     min_size: float = declare(
         0.5, "Smallest block", "Regions below this share of the frame are merged with their neighbours.", _BLOCKS,
         unit="% of frame", minimum=0.0, maximum=50.0, step=0.1, scale="log", source="section 2; released code: 1.14 %",
+        basic=True,
     )  # fmt: skip
     min_known_share: float = declare(
         0.05, "Min. known fraction", "Regions with a smaller fraction of pixels with depth are merged with their "
@@ -45,7 +46,7 @@ class BlockParameters(ParameterSet):
         "hed", "Edge detector", "rgbd: a network that finds depth jumps from colour and known depth, also where depth "
         "is missing. hed: an edge network that finds the contours of objects in the colour image. canny: every strong "
         "colour gradient.", _EDGES, choices=("rgbd", "hed", "canny"),
-        source="section 2: HED and Canny; rgbd: not in the paper",
+        source="section 2: HED and Canny; rgbd: not in the paper", basic=True,
     )  # fmt: skip
     model: str = declare(
         BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _EDGES,
@@ -76,11 +77,11 @@ class BlockParameters(ParameterSet):
     )  # fmt: skip
     use_depth: bool = declare(
         True, "Use known depth", "Jumps of the known depth are boundaries, and neighbouring regions with continuous "
-        "depth are merged.", _EDGES, source="section 2: EBS takes colour and depth",
+        "depth are merged.", _EDGES, source="section 2: EBS takes colour and depth", basic=True,
     )  # fmt: skip
     depth_jump: float = declare(
         0.04, "Min. depth jump", "Minimum difference between neighbours that counts as a depth jump.", _EDGES,
-        unit="m", minimum=0.001, maximum=5.0, step=0.01, scale="log", when=_DEPTH,
+        unit="m", minimum=0.001, maximum=5.0, step=0.01, scale="log", when=_DEPTH, basic=True,
     )  # fmt: skip
     depth_jump_share: float = declare(
         0.04, "Min. relative jump", "The same, as a share of the depth itself; the larger of the two applies.",
@@ -92,7 +93,7 @@ class BlockParameters(ParameterSet):
     )  # fmt: skip
     dilation: int = declare(
         2, "Dilation", "Radius by which edges are dilated to close gaps in boundaries.", _BOUNDARIES,
-        unit="px", minimum=0, maximum=50, source="section 2",
+        unit="px", minimum=0, maximum=50, source="section 2", basic=True,
     )  # fmt: skip
     margin: int = declare(
         -1, "Margin", "Width of the frame's rim that belongs to no block. 'auto' detects the white border "
@@ -115,7 +116,7 @@ class Parameters(ParameterSet):
 
     mode: str = declare(
         "fill", "Mode", "fill: only missing pixels change. fill+denoise: the whole block gets the filtered depth.",
-        _OUTPUT, choices=("fill", "fill+denoise"), source="section 3; released code fills",
+        _OUTPUT, choices=("fill", "fill+denoise"), source="section 3; released code fills", basic=True,
     )  # fmt: skip
     filter: str = declare(
         "edge-aware", "Low-pass filter", "ideal: passes all frequencies up to a growing cut-off radius, and none "
@@ -126,6 +127,7 @@ class Parameters(ParameterSet):
     smoothness: float = declare(
         1.0, "Smoothness", "Stiffness of the surface: factor on the slope weight and the bending weight.", _SMOOTH,
         unit="x", minimum=0.001, maximum=1e6, step=0.1, source="not in the paper", scale="log", when=_EDGE_AWARE,
+        basic=True,
     )  # fmt: skip
     slope_weight: float = declare(
         0.03, "Slope weight", "Weight of squared differences between neighbours; a known pixel has weight 1. It keeps "
@@ -144,7 +146,7 @@ class Parameters(ParameterSet):
         0.0, "Noise", "Standard deviation of the known depth. 'auto' estimates it: for fill, in every block; for "
         "denoise, in the frame and by depth. More noise means less weight for single known pixels.", _SMOOTH,
         unit="m", scale="log", minimum=0.0, maximum=1.0, step=0.001, special="auto", source="not in the paper",
-        when=_EDGE_AWARE,
+        when=_EDGE_AWARE, basic=True,
     )  # fmt: skip
     jump_share: float = declare(
         0.005, "Relative jump threshold", "Bending, as a share of depth, above which the surface is cut, so that depth "
@@ -157,7 +159,7 @@ class Parameters(ParameterSet):
         "known depth, also where depth is missing. combined: an edge network that finds the contours of objects in the "
         "colour image. canny: every strong colour gradient. Jumps of the known depth are edges with all three.",
         _SOFT, choices=("rgbd", "combined", "canny"), when=_EDGE_AWARE,
-        source="section 2: HED and Canny; rgbd: not in the paper",
+        source="section 2: HED and Canny; rgbd: not in the paper", basic=True,
     )  # fmt: skip
     model: str = declare(
         BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _SOFT,
@@ -170,7 +172,7 @@ class Parameters(ParameterSet):
     edge_scale: float = declare(
         0.14, "Edge cut-off", "Edge strength at which smoothness falls to 37 %; a smaller value includes fainter "
         "edges.", _SOFT, minimum=0.01, maximum=10.0, step=0.01, source="not in the paper", scale="log",
-        when=_EDGE_AWARE,
+        when=_EDGE_AWARE, basic=True,
     )  # fmt: skip
     boundary_strength: float = declare(
         0.3, "Boundary strength", "Minimum edge strength of the block's own boundary.", _SOFT,
@@ -189,12 +191,12 @@ class Parameters(ParameterSet):
     trust_distance: float = declare(
         4.0, "Full edge weight above", "Distance to known depth above which edges have full weight; below, the weight "
         "is proportional to it: where samples are dense, the depth itself shows the jumps.", _SOFT,
-        unit="px", minimum=0.1, maximum=100.0, step=0.5, source="not in the paper", when=_EDGE_AWARE,
+        unit="px", minimum=0.1, maximum=100.0, step=0.5, scale="log", source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     correction: bool = declare(
         True, "Learned correction", "At the end, a network corrects completed depth from colour, known and completed "
         "depth, mainly which surface a hole lies on. Known depth stays, and so do the effects of your edits on a "
-        "block.", _OUTPUT, source="not in the paper", when=_EDGE_AWARE,
+        "block.", _OUTPUT, source="not in the paper", when=_EDGE_AWARE, basic=True,
     )  # fmt: skip
     centred: bool = declare(
         True, "Subtract mean depth", "Filter the deviation from the mean known depth, so that holes do not start at "
@@ -203,7 +205,7 @@ class Parameters(ParameterSet):
     schedule: str = declare(
         "staged", "Schedule", "staged: enlarge the pass band whenever the iteration is steady. "
         "linear: enlarge it slightly at every iteration.", _SCHEDULE,
-        choices=("staged", "linear"), source="staged: text; linear: released code", when=_IDEAL,
+        choices=("staged", "linear"), source="staged: text; linear: released code", when=_IDEAL, basic=True,
     )  # fmt: skip
     staged_start: float = declare(
         0.0, "Staged start", "First cut-off frequency of the staged schedule, in basebands (1 / longest length of "
@@ -214,16 +216,17 @@ class Parameters(ParameterSet):
     stage_step: float = declare(
         0.5, "Stage step", "Increase of the cut-off frequency per stage of the staged schedule.",
         _SCHEDULE, unit="basebands", scale="log", minimum=0.05, maximum=50.0, step=0.1,
-        source="section 3; value not given", when=("schedule", "staged"),
+        source="section 3; value not given", when=("schedule", "staged"), basic=True,
     )  # fmt: skip
     linear_start: float = declare(
         0.5, "Linear start", "First radius of the linear schedule, in cycles per side of the block.", _SCHEDULE,
         unit="cycles", scale="log", minimum=0.0, maximum=50.0, step=0.1, source="released code",
-        when=("schedule", "linear"),
+        when=("schedule", "linear"), basic=True,
     )  # fmt: skip
     shortest_wavelength: float = declare(
         15.0, "Shortest wavelength", "Final limit of the pass band: the shortest wavelength that it passes.",
         _SCHEDULE, unit="px", scale="log", minimum=2.0, maximum=2000.0, source="released code", when=_IDEAL,
+        basic=True,
     )  # fmt: skip
     padding: float = declare(
         2.0, "Padding", "Side of the zero-padded grid, as a multiple of the block's bounding box.", _SCHEDULE,
@@ -237,6 +240,7 @@ class Parameters(ParameterSet):
     stop_when_steady: bool = declare(
         True, "Stop when steady", "Stop as soon as the iteration is steady and the pass band has reached its last "
         "radius; otherwise always run all iterations.", _STOP, source="Eq. (1); released code: off", when=_IDEAL,
+        basic=True,
     )  # fmt: skip
     max_iterations: int = declare(
         1500, "Max. iterations", "Maximum number of iterations; the linear schedule reaches its last "
@@ -250,7 +254,7 @@ class Parameters(ParameterSet):
     rgb_iterations: int = declare(
         150, "Colour-weighted iterations", "Number of iterations in which the block's colour spectrum weights the "
         "filter; 0 turns it off.", _COLOUR, scale="log", minimum=0, maximum=100_000, step=10,
-        source="section 3: at most 150", when=_IDEAL,
+        source="section 3: at most 150", when=_IDEAL, basic=True,
     )  # fmt: skip
     rgb_dilation: int = declare(
         3, "Spectrum dilation", "Radius of the disk that dilates the colour spectrum.", _COLOUR,

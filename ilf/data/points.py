@@ -38,7 +38,8 @@ class PointCloud:
     normals : ndarray, optional
         float32 (N, 3), of length 1.
     scalars : mapping, optional
-        Name -> ndarray (N,): "expected_error" float32 [m], 0 where depth was measured; "filled" and "unsupported" bool;
+        Name -> ndarray (N,): "expected_error" float32 [m], 0 where depth was measured; "filled", "from_neighbours" and
+        "unsupported" bool;
         "block" int32, 0 = none. Others under any name of letters, digits and underscores; all are written as float32.
     image_shape : (int, int), optional
         Rows and columns of the image if each of its pixels has a point: an organised cloud, row by row.

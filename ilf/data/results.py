@@ -260,9 +260,9 @@ class Completion:
     def summary(self) -> str:
         """Return name and size of the frame, and the numbers of filled and still missing pixels, in one line."""
         height, width = self.depth.shape
-        masks = self.filled, self.by_hand, self.extrapolated, ~np.isfinite(self.depth)
-        filled, by_hand, extrapolated, left = (int(np.count_nonzero(mask)) for mask in masks)
-        counts = {"by hand": by_hand, "extrapolated": extrapolated}
+        masks = self.filled, self.from_neighbours, self.by_hand, self.extrapolated, ~np.isfinite(self.depth)
+        filled, from_neighbours, by_hand, extrapolated, left = (int(np.count_nonzero(mask)) for mask in masks)
+        counts = {"measured by neighbours": from_neighbours, "by hand": by_hand, "extrapolated": extrapolated}
         parts = ", ".join(f"{grouped(count)} {what}" for what, count in counts.items() if count)
         return (
             f"{self.frame.name!r}: {width} x {height} pixels, {counted(len(self.results), 'block')}, "
@@ -303,6 +303,12 @@ class Completion:
     def filled_by_blocks(self) -> NDArray[np.bool_]:
         """The filled pixels without the extrapolated ones, bool, shape (H, W)."""
         return self.filled & ~self.extrapolated
+
+    @property
+    def from_neighbours(self) -> NDArray[np.bool_]:
+        """The filled pixels that neighbours of the frame have measured, bool, shape (H, W)."""
+        added = self.frame.from_neighbours
+        return np.zeros(self.depth.shape, bool) if added is None else added
 
     @property
     def by_hand(self) -> NDArray[np.bool_]:
@@ -351,7 +357,7 @@ def compose(frame: RGBDFrame, results: Mapping[int, BlockResult], base: Completi
     for label, result in results.items():
         if former.get(label) is not result:
             depth[result.block.box][result.block.mask] = result.depth
-    filled = ~frame.known & np.isfinite(depth)
+    filled = ~frame.own & np.isfinite(depth)
     in_order = dict(sorted(results.items()))
     return Completion(frame, depth, filled, in_order, np.zeros_like(filled), notes_of(in_order))
 

@@ -91,7 +91,7 @@ def summarise_edit(
     if completed[0] is not None and completed[1] is not None:
         filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
     effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth((before, after), completed, touched))
-    hidden = _near(changed) & after.frame.known
+    hidden = _near(changed) & after.frame.own
     errors = _errors((before, after), hidden)
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))

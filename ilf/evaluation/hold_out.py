@@ -112,10 +112,18 @@ def _hidden_pixels(frame: RGBDFrame, pattern: str, seed: int) -> NDArray[np.bool
 @once_per_frame
 def _frame_without(frame: RGBDFrame, pattern: str, seed: int) -> RGBDFrame:
     """Cached, so that its edges are found once for all runs of it."""
-    depth = np.where(hidden_pixels(frame, pattern, seed), np.float32(np.nan), frame.depth)
+    depth = np.where(hidden_pixels(frame, pattern, seed), np.float32(np.nan), frame.own_depth)
     if not np.isfinite(depth).any():
         raise InputError("Too little depth is known: all of it would be hidden. Use a frame with more depth.")
-    return RGBDFrame(frame.rgb, depth, frame.intrinsics, frame.name, guide=frame.guide, outside_view=frame.outside_view)
+    return RGBDFrame(
+        frame.rgb,
+        depth,
+        frame.intrinsics,
+        frame.name,
+        guide=frame.guide,
+        outside_view=frame.outside_view,
+        neighbours=frame.neighbours,
+    )
 
 
 def generator(name: str, pattern: str, seed: int) -> np.random.Generator:

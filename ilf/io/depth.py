@@ -17,8 +17,20 @@ from .._runtime.files import FileContent, FileSource, read_file, write_bytes
 from .._runtime.formatting import as_float, counted
 from ..data.frame import DEPTH_LIMITS
 from ..errors import ExportError, FormatError, ParameterError
-from .float_images import COLMAP_SUFFIX, read_colmap, read_exr, read_npy, read_npz, read_pfm
+from .float_images import (
+    COLMAP_SUFFIX,
+    read_bin,
+    read_exr,
+    read_hdf5,
+    read_kinect_v2,
+    read_npy,
+    read_npz,
+    read_pfm,
+    without_channel,
+)
+from .heic import HEIC_SUFFIXES, read_heic_depth
 from .images import encode_image, read_image
+from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_depth, read_pclzf_depth
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 """Suffixes that `write_depth` supports."""
@@ -29,12 +41,18 @@ UINT16_MAX = 65535
 _DEPTH_ARRAYS = "depth", "depths"
 """Names of depth in an NPZ with several arrays."""
 
-_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
+DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
     ".npy": read_npy,
     ".npz": lambda file: read_npz(file, _DEPTH_ARRAYS),
     ".exr": read_exr,
     ".pfm": read_pfm,
-    COLMAP_SUFFIX: read_colmap,
+    COLMAP_SUFFIX: read_bin,
+    ".raw": read_kinect_v2,
+    ".hdf5": read_hdf5,
+    ".h5": read_hdf5,
+    PCD_SUFFIX: read_pcd_depth,
+    PCLZF_SUFFIX: read_pclzf_depth,
+    **dict.fromkeys(HEIC_SUFFIXES, read_heic_depth),
 }
 """Suffix -> reader of depth files that are not common image formats."""
 
@@ -45,7 +63,9 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
     Parameters
     ----------
     path : path-like
-        16-bit PNG or PGM, integer or floating-point TIFF, NPY or NPZ, EXR, PFM, or a depth map of COLMAP (.bin).
+        16-bit PNG or PGM, integer or floating-point TIFF, NPY or NPZ, EXR, PFM, HDF5, a depth map of COLMAP (.bin),
+        512 x 424 float32 of a Kinect v2 without a header (.bin, .raw), an organised cloud (.pcd, its z), depth of PCL's
+        grabbers (.pclzf), or a phone's photo with depth (.heic). One channel may be an axis of its own, (H, W, 1).
 
     Returns
     -------
@@ -60,7 +80,7 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
         If it is damaged or contains something other than depth, such as a rendered depth image.
     """
     content = read_file(path)
-    values = _READERS.get(content.path.suffix.lower(), read_image)(content)
+    values = without_channel(DEPTH_READERS.get(content.path.suffix.lower(), read_image)(content))
     if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
         channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
         raise FormatError(

@@ -19,7 +19,7 @@ from ..data.frame import MEDIAN_DEPTH_RANGE, scale_warning
 from ..errors import FormatError
 from .depth import UINT16_MAX, read_depth_values
 from .encodings import ENCODINGS, DepthEncoding, EncodingSpec, beyond_sensor_range, chosen_encoding, is_name
-from .float_images import COLMAP_SUFFIX
+from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.
 
@@ -45,6 +45,10 @@ the bottom."""
 
 _NEAR, _NEARLY, _FAR = 0.5, 1.0, 6.0
 """Median depth [m]: hardly any frame is below the first, few below the second, and few above the third."""
+
+_TUM_UNITS, _TUM_NEAREST = 5000.0, 0.35
+"""Units of the TUM benchmark, and the depth [m] that 99 % of the depth of its cameras exceed: nearer is most likely in
+millimetres, five times as far."""
 
 _GRID = 320
 """Maximum length of the longer side of the subsampled grid [px]."""
@@ -239,10 +243,24 @@ def _scale(
             f"disparity:FB "
             "(focal length [px] times baseline [m]; disparity:1 for inverse depth), or m or mm if they are depth."
         )
-    for found in (data_set_of(values, encoding.units, path, bool(unusual)), sensor_scale(values, encoding.units)):
+    for found in (
+        data_set_of(values, encoding.units, path, bool(unusual)),
+        sensor_scale(values, encoding.units),
+        _too_near_for_tum(values, metres, encoding.units),
+    ):
         if found is not None and (doubt := _doubt(found[1], found[0], values, metres)):
             return doubt
     return PlausibilityWarning(unusual, is_scale=True) if unusual else None
+
+
+def _too_near_for_tum(values: NDArray[Any], metres: NDArray[np.float32], units: float) -> tuple[str, str] | None:
+    """Return millimetres, and the reason, for integers whose depth is too near for the TUM benchmark's units."""
+    if values.dtype != np.uint16 or units != _TUM_UNITS:
+        return None
+    nearest = float(np.nanquantile(metres, 0.01))
+    if nearest >= _TUM_NEAREST:
+        return None
+    return "mm", f"Depth begins at {nearest:.2f} m, nearer than the cameras of the TUM benchmark measure"
 
 
 def _invalid_marker(values: NDArray[Any], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
@@ -433,6 +451,8 @@ def read_depth(
     InputError, FormatError, ParameterError
         As `read_depth_values` and `encoding_of` do.
     """
+    if stated is None and file.path.suffix.lower() in KINECT_V2_SUFFIXES and is_kinect_v2(file):
+        stated = ENCODINGS["mm"].units
     return interpret_depth(read_depth_values(file), file.path, given, stated, invalid)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,17 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import as_float
+from ..data.camera import CameraIntrinsics, fitted
 from ..data.frame import FARTHEST_DEPTH, FrameInputs
-from ..errors import FormatError, ParameterError
+from ..errors import FormatError, InputError, ParameterError
 from .cameras import camera_of_image
 from .depth import checked_units, default_depth_units, depth_in_metres
 
 _FARTHEST_KINECT = 10.0
 _BOP = "bop"
 _DISPARITY = "disparity"
+_RAY = "ray"
 
 EncodingSpec = str | float
-"""A name of `ENCODINGS`, "bop", "bop:SCALE", "disparity:FB", or a number of file units per metre."""
+"""A name of `ENCODINGS`, "bop", "bop:SCALE", "disparity:FB", "ray:UNITS,FX,FY,CX,CY", or a number of file units per
+metre."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,9 @@ class DepthEncoding:
     focal_baseline : float or None
         Values are the disparity of a rectified stereo pair; this is its focal length times baseline, in the file's
         unit of disparity times metres: depth = this / value.
+    ray : tuple of float or None
+        Values are distances along the rays of a camera with these fx, fy, cx, cy [px]; then, if known, the width and
+        height of the image that they apply to.
     """
 
     name: str | None
@@ -57,6 +64,7 @@ class DepthEncoding:
     is_disparity: bool = False
     invalid: float | None = None
     focal_baseline: float | None = None
+    ray: tuple[float, ...] | None = None
 
     @property
     def text(self) -> str:
@@ -93,6 +101,9 @@ class DepthEncoding:
         if self.focal_baseline is not None:
             with np.errstate(all="ignore"):
                 return depth_in_metres(self.focal_baseline / values.astype(np.float64), 1.0)
+        if self.ray is not None:
+            with np.errstate(all="ignore"):
+                return depth_in_metres(values.astype(np.float64) / _ray_lengths(self.ray, values.shape), self.units)
         if values.dtype != np.uint16:
             raise FormatError(
                 f"The encoding {self.name} applies to 16-bit integers, not to {values.dtype}. Give the encoding of "
@@ -122,8 +133,8 @@ ENCODINGS: dict[str, DepthEncoding] = {
     "kinect-raw": DepthEncoding("kinect-raw", 1.0, is_disparity=True),
     "mm-swapped": DepthEncoding("mm-swapped", 1000.0, is_swapped=True),
 }
-"""Name -> encoding. Besides these there are "bop", whose scale is read from the scene's scene_camera.json, and
-"disparity:FB"."""
+"""Name -> encoding. Besides these there are "bop", whose scale is read from the scene's scene_camera.json,
+"disparity:FB" and "ray:UNITS,FX,FY,CX,CY"."""
 
 ENCODING_DESCRIPTIONS: dict[str, str] = {
     "mm": "millimetres",
@@ -140,6 +151,7 @@ ENCODING_DESCRIPTIONS: dict[str, str] = {
     "mm-swapped": "millimetres with swapped bytes",
     _BOP: "by the depth_scale in scene_camera.json (BOP)",
     _DISPARITY: "disparity:FB, disparity of a stereo pair, with focal length x baseline FB",
+    _RAY: "ray:UNITS,FX,FY,CX,CY, distance along the rays of a camera, UNITS per metre",
 }
 """Name -> description, for all names that `encoding_of` accepts."""
 
@@ -151,8 +163,9 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
     ----------
     spec : str or float
         A name of `ENCODINGS`; a number of file units per metre, also as text; "bop:SCALE" for millimetres = value times
-        SCALE; "bop", which reads the scale from the scene's scene_camera.json; or "disparity:FB" for metres = FB /
-        value, where FB is focal length [px] times baseline [m], times 256 if the file contains disparity times 256.
+        SCALE; "bop", which reads the scale from the scene's scene_camera.json; "disparity:FB" for metres = FB / value,
+        where FB is focal length [px] times baseline [m], times 256 if the file contains disparity times 256; or
+        "ray:UNITS,FX,FY,CX,CY", optionally followed by ",WIDTH,HEIGHT", for distances along the rays of a camera.
     depth : Path, optional
         The depth file, for "bop".
 
@@ -186,6 +199,8 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         if _kind(name) == _DISPARITY:
             product = checked_units(float(name.partition(":")[2]))
             return DepthEncoding(f"{_DISPARITY}:{product!r}", 1.0, focal_baseline=product)
+        if _kind(name) == _RAY:
+            return _along_rays(name)
         if name.startswith(f"{_BOP}:"):
             scale = checked_units(float(name.removeprefix(f"{_BOP}:")))
             return DepthEncoding(None, checked_units(1000 / scale))
@@ -198,6 +213,64 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
             f"a number of file "
             "units per metre."
         ) from error
+
+
+def ray_encoding(units: float, camera: CameraIntrinsics, size: tuple[int, int] | None = None) -> str:
+    """The name of the encoding of distances along the rays of a camera.
+
+    Parameters
+    ----------
+    units : float
+        File units per metre.
+    camera : CameraIntrinsics
+    size : (int, int), optional
+        Width and height [px] of the image that the intrinsics apply to; other images are scaled. None: any image.
+
+    Examples
+    --------
+    >>> ray_encoding(1.0, CameraIntrinsics(3.0, 3.0, 0.0, 0.0))
+    'ray:1.0,3.0,3.0,0.0,0.0'
+    >>> encoding_of("ray:1,3,3,0,0").metres(np.full((1, 5), 5.0))[0, [0, 4]].tolist()
+    [5.0, 3.0]
+    """
+    return f"{_RAY}:{','.join(repr(float(number)) for number in (units, *_numbers_of(camera), *(size or ())))}"
+
+
+def _along_rays(name: str) -> DepthEncoding:
+    """The encoding of a name "ray:..."; raises ParameterError if its numbers are no camera."""
+    units, *numbers = (float(number) for number in name.partition(":")[2].split(","))
+    size = tuple(int(number) if number.is_integer() else 0 for number in numbers[4:])
+    if len(numbers) not in {4, 6} or min(size, default=1) < 1:
+        raise ParameterError(
+            f"{name!r:.80} must be ray:UNITS,FX,FY,CX,CY, five numbers, or seven with the image's width and height."
+        )
+    try:
+        camera = _camera(numbers)
+    except InputError as error:
+        raise ParameterError(f"{name!r:.80}: {error}") from error
+    spec = ray_encoding(checked_units(units), camera, (size[0], size[1]) if size else None)
+    return DepthEncoding(spec, units, ray=tuple(numbers))
+
+
+def _ray_lengths(ray: tuple[float, ...], shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """The length of the ray through each pixel (H, W) up to depth 1."""
+    camera, height, width = _camera(ray), shape[0], shape[1]
+    if len(ray) > 4:
+        try:
+            camera = fitted(camera, (int(ray[4]), int(ray[5])), (height, width))
+        except InputError as error:
+            raise FormatError(str(error)) from error
+    x, y = (np.arange(width) - camera.cx) / camera.fx, (np.arange(height) - camera.cy) / camera.fy
+    return np.sqrt(1 + x**2 + y[:, None] ** 2)
+
+
+def _camera(numbers: Sequence[float]) -> CameraIntrinsics:
+    fx, fy, cx, cy = numbers[:4]
+    return CameraIntrinsics(fx, fy, cx, cy)
+
+
+def _numbers_of(camera: CameraIntrinsics) -> tuple[float, float, float, float]:
+    return camera.fx, camera.fy, camera.cx, camera.cy
 
 
 def needs_scene(spec: EncodingSpec) -> bool:

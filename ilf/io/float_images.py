@@ -1,4 +1,4 @@
-"""Reading arrays and floating-point images: NPY, NPZ, EXR, PFM, and depth maps of COLMAP."""
+"""Reading arrays and floating-point images: NPY, NPZ, EXR, PFM, HDF5, depth maps of COLMAP and of the Kinect v2."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from .._runtime.files import MAX_FILE_BYTES, FileContent
 from .._runtime.installation import optional
 from .._runtime.silence import silenced
 from ..errors import FormatError
+from .hdf5 import dataset, open_hdf5, rows
 from .images import check_pixel_count
 
 # all exceptions of parsing a header as Python text
@@ -83,6 +84,36 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
     except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error, lzma.LZMAError) as error:
         raise FormatError(f"{file}: this NPZ cannot be read ({error!s:.120}). Save it again.") from error
     return read_npy(FileContent(file.path, data))
+
+
+def without_channel(values: NDArray[Any]) -> NDArray[Any]:
+    """Values (H, W) from an array (H, W, 1); others unchanged."""
+    return values[..., 0] if values.ndim == 3 and values.shape[2] == 1 else values
+
+
+# Depth from HDF5 files.
+
+_DATA_SETS = "dataset", "depth", "depths"
+"""Names of depth in an HDF5 file; Hypersim calls every image dataset."""
+
+
+def read_hdf5(file: FileContent) -> NDArray[Any]:
+    """Read depth (H, W): the first data set of two axes with one of these names: dataset, depth, depths.
+
+    Raises
+    ------
+    InputError
+        If h5py is not installed.
+    FormatError
+        If it is no HDF5, is damaged, has too many pixels, or no such data set.
+    """
+    name = str(file)
+    with open_hdf5(io.BytesIO(file.data.tobytes()), name, "sequences", "Reading depth from HDF5") as opened:
+        found = next((data for one in _DATA_SETS if (data := dataset(opened, one, "fiu", 2, name)) is not None), None)
+        if found is None:
+            raise FormatError(f"{file} has no image named {' or '.join(_DATA_SETS)}. Save its depth under one of them.")
+        check_pixel_count(file, found.shape[1], found.shape[0])
+        return rows(found, slice(None), name)
 
 
 # Depth from OpenEXR files.
@@ -237,3 +268,33 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
             f"{file} has {channels} channels, like normal maps; depth has one. Give the file from depth_maps."
         )
     return floats_behind(file, header.end(), (height, width), "<f4")
+
+
+# Depth of the Kinect v2, as libfreenect2 gives it: float32 without a header, row by row.
+
+KINECT_V2_SUFFIXES = ".raw", COLMAP_SUFFIX
+_KINECT_V2_SHAPE = 424, 512
+
+
+def read_kinect_v2(file: FileContent) -> NDArray[np.float32]:
+    """Read depth [mm], float32 (424, 512), 0 = missing, from a file without a header; raises FormatError if it does not
+    have that size."""
+    height, width = _KINECT_V2_SHAPE
+    if file.data.size != 4 * width * height:
+        raise FormatError(
+            f"{file} has {file.data.size} bytes; depth of a Kinect v2 has {4 * width * height}: {width} x {height} "
+            "float32 without a header. Save other depth as NPY or TIFF."
+        )
+    return np.frombuffer(file.data.tobytes(), "<f4").astype(np.float32).reshape(height, width)
+
+
+def is_kinect_v2(file: FileContent) -> bool:
+    """Whether a file with one of the suffixes, which COLMAP's depth maps also have, is one of a Kinect v2."""
+    return file.data.size == 4 * math.prod(_KINECT_V2_SHAPE) and not _COLMAP_HEADER.match(
+        file.data[:_LONGEST_COLMAP_HEADER].tobytes()
+    )
+
+
+def read_bin(file: FileContent) -> NDArray[np.float32]:
+    """Read a depth map of COLMAP, or of a Kinect v2; raises FormatError as `read_colmap`."""
+    return read_kinect_v2(file) if is_kinect_v2(file) else read_colmap(file)

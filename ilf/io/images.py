@@ -20,6 +20,8 @@ from PIL import Image, TiffImagePlugin
 from .._runtime.files import FileSource, read_file
 from .._runtime.memory import check_memory
 from ..errors import FormatError, InputError
+from .heic import HEIC_SUFFIXES, read_heic_colour
+from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_colour, read_pclzf_colour
 
 # Headers of image files: format, size and orientation, read before anything is decoded.
 #
@@ -192,7 +194,10 @@ def read_colour(path: FileSource) -> NDArray[np.uint8]:
 
 def read_colour_with_warning(path: FileSource) -> tuple[NDArray[np.uint8], str]:
     """Read a colour image and return it with a plausibility warning about how it was read; "" if there is none."""
-    image, header = _decoded(path)
+    content = read_file(path)
+    if reader := _COLOUR_READERS.get(content.path.suffix.lower()):
+        return reader(content), ""
+    image, header = _decoded(content)
     if header.is_cielab:
         raise FormatError(f"{path}: this TIFF contains CIELAB colour, not RGB. Export it as RGB.")
     doubt = _few_bits(image) if header.largest is None else ""
@@ -209,6 +214,14 @@ def read_colour_with_warning(path: FileSource) -> tuple[NDArray[np.uint8], str]:
         raise FormatError(f"{path}: colour must have 1, 3 or 4 channels, not {image.shape[2]}. Export it as RGB.")
     blue_first = image[..., :3]
     return np.ascontiguousarray(np.broadcast_to(blue_first[..., ::-1], (*image.shape[:2], 3))), doubt
+
+
+_COLOUR_READERS = {
+    PCD_SUFFIX: read_pcd_colour,
+    PCLZF_SUFFIX: read_pclzf_colour,
+    **dict.fromkeys(HEIC_SUFFIXES, read_heic_colour),
+}
+"""Suffix -> reader of colour from files that are no common images."""
 
 
 def _eight_bits(image: NDArray[Any], largest: int) -> NDArray[np.uint8]:

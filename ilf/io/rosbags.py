@@ -1,4 +1,4 @@
-"""Writing completed depth, with colour and expected error, as a ROS 2 bag."""
+"""Writing completed depth, with colour and expected error, as a ROS 2 bag, or frame by frame into one MCAP file."""
 
 from __future__ import annotations
 
@@ -7,22 +7,26 @@ import secrets
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from .._runtime.installation import optional
 from .._runtime.temporary_files import moving_into_place, remove, removed_on_exit
 from ..data.camera import CameraIntrinsics
 from ..errors import ExportError, ParameterError, cause
 from .depth import UINT16_MAX
+from .mcap import McapFile, McapMessage
 
 DEPTH_TOPIC, CAMERA_TOPIC = "/depth_completed", "/camera_info"
 COLOUR_TOPIC, ERROR_TOPIC = "/image_rect_color", "/expected_error"
+TRANSFORM_TOPIC, WORLD = "/tf", "world"
 ENCODINGS_OF_ROS = ("32FC1", "16UC1")
 STORAGES = ("mcap", "sqlite3")
 _IMAGE, _INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
+_TRANSFORMS = "tf2_msgs/msg/TFMessage"
 _PURPOSE = "Writing a ROS 2 bag"
 
 
@@ -42,6 +46,8 @@ class StampedDepth:
         RGB.
     expected_error : ndarray of float32, shape (H, W), or None
         [m], NaN where depth was measured or is missing.
+    pose : ndarray of float64, shape (4, 4), or None
+        Transform of the camera's points [m] to the world.
     """
 
     depth: NDArray[np.float32]
@@ -49,6 +55,7 @@ class StampedDepth:
     stamp: int
     rgb: NDArray[np.uint8] | None = None
     expected_error: NDArray[np.float32] | None = None
+    pose: NDArray[np.float64] | None = None
 
 
 def write_rosbag(
@@ -60,7 +67,7 @@ def write_rosbag(
     frame_id: str = "camera",
 ) -> int:
     """Write depth as a ROS 2 bag, frame by frame: topics `depth_completed` and `camera_info`, and `image_rect_color`
-    (rgb8) and `expected_error` (32FC1, metres) for frames that have these.
+    (rgb8), `expected_error` (32FC1, metres) and `tf` for frames that have these.
 
     Parameters
     ----------
@@ -119,14 +126,11 @@ def write_rosbag(
 
 
 def _write(writer: Any, frames: Iterable[StampedDepth], encoding: str, frame_id: str) -> int:
-    typesys = optional("rosbags.typesys", "sequences", _PURPOSE)
-    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    store = _typestore()
     connections: dict[str, Any] = {}
     count = 0
     for frame in frames:
-        time = store.types["builtin_interfaces/msg/Time"](*divmod(frame.stamp, 10**9))
-        header = store.types["std_msgs/msg/Header"](stamp=time, frame_id=frame_id)
-        for topic, message in _messages(store, header, frame, encoding):
+        for topic, message in _messages(store, frame, encoding, frame_id):
             kind = message.__msgtype__
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=store)
@@ -135,17 +139,84 @@ def _write(writer: Any, frames: Iterable[StampedDepth], encoding: str, frame_id:
     return count
 
 
-def _messages(store: Any, header: Any, frame: StampedDepth, encoding: str) -> Iterator[tuple[str, Any]]:
+class DepthRecorder:
+    """Writes depth into one MCAP file of ROS 2, with the topics of `write_rosbag`. The file is readable between any two
+    frames: after a crash or on a full disk it contains those before.
+
+    Parameters
+    ----------
+    path : path-like
+        It must not exist.
+    encoding, frame_id : str
+        As for `write_rosbag`.
+
+    Raises
+    ------
+    ExportError
+        If the file exists or cannot be written.
+    InputError
+        If the package rosbags is not installed (extra `sequences`).
+    """
+
+    def __init__(self, path: str | os.PathLike[str], *, encoding: str = "32FC1", frame_id: str = "camera") -> None:
+        self._store, self._encoding, self._frame_id = _typestore(), encoding, frame_id
+        self._file = McapFile(path)
+        self.count = 0
+        """Number of frames written."""
+
+    def write(self, frame: StampedDepth) -> None:
+        """Write a frame; raises ExportError if it cannot be written, for example on a full disk."""
+        messages = []
+        for topic, message in _messages(self._store, frame, self._encoding, self._frame_id):
+            kind = message.__msgtype__
+            definition, _ = self._store.generate_msgdef(kind, ros_version=2)
+            data = bytes(self._store.serialize_cdr(message, kind))
+            messages.append(McapMessage(topic, kind, definition, data))
+        self._file.write(frame.stamp, messages)
+        self.count += 1
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _typestore() -> Any:
+    typesys = optional("rosbags.typesys", "sequences", _PURPOSE)
+    return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+
+
+def _messages(store: Any, frame: StampedDepth, encoding: str, frame_id: str) -> Iterator[tuple[str, Any]]:
     """Yield topics and messages of a frame."""
-    yield DEPTH_TOPIC, _image(store, header, encoding, _encoded(frame.depth, encoding))
+    time = store.types["builtin_interfaces/msg/Time"](*divmod(frame.stamp, 10**9))
+    header = store.types["std_msgs/msg/Header"](stamp=time, frame_id=frame_id)
+    yield DEPTH_TOPIC, _image(store, header, encoding, encoded_depth(frame.depth, encoding))
     yield CAMERA_TOPIC, _info(store, header, frame)
     if frame.rgb is not None:
         yield COLOUR_TOPIC, _image(store, header, "rgb8", frame.rgb)
     if frame.expected_error is not None:
-        yield ERROR_TOPIC, _image(store, header, "32FC1", _encoded(frame.expected_error, "32FC1"))
+        yield ERROR_TOPIC, _image(store, header, "32FC1", encoded_depth(frame.expected_error, "32FC1"))
+    if frame.pose is not None:
+        yield TRANSFORM_TOPIC, _transforms(store, time, frame_id, frame.pose)
 
 
-def _encoded(metres: NDArray[np.float32], encoding: str) -> NDArray[Any]:
+def _transforms(store: Any, time: Any, frame_id: str, pose: NDArray[np.float64]) -> Any:
+    """Return the transform of the camera in the world."""
+    make = {name: store.types[f"geometry_msgs/msg/{name}"] for name in ("Vector3", "Quaternion", "Transform")}
+    turn = Rotation.from_matrix(pose[:3, :3]).as_quat().tolist()
+    transform = make["Transform"](make["Vector3"](*pose[:3, 3].tolist()), make["Quaternion"](*turn))
+    header = store.types["std_msgs/msg/Header"](stamp=time, frame_id=WORLD)
+    stamped = store.types["geometry_msgs/msg/TransformStamped"](header, frame_id, transform)
+    return store.types[_TRANSFORMS]([stamped])
+
+
+def encoded_depth(metres: NDArray[np.float32], encoding: str) -> NDArray[Any]:
+    """Return depth [m], NaN = missing, as values of one of the `ENCODINGS_OF_ROS`."""
     if encoding == "32FC1":
         return metres.astype("<f4", copy=False)
     millimetres = np.rint(np.nan_to_num(metres, nan=0.0) * 1000.0)

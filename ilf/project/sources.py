@@ -21,6 +21,7 @@ from ..io.depth_reading import decoded
 from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import read_ground_truth
 from ..io.images import read_colour
+from ..sources.frames import frame_of_images
 from ..sources.poses import camera_pose
 from ..sources.recorded import read_recorded
 from .archive import Parts
@@ -202,7 +203,8 @@ def load_inputs(
         ground_truth=None,
     )
     metres = decoded(read_depth_values(depth), encoding_of_inputs(inputs))[0]
-    return RGBDFrame(read_colour(colour), metres, intrinsics, name, found, pose=camera_pose(depth.path))
+    frame = frame_of_images(read_colour(colour), metres, intrinsics, found, name)
+    return dataclasses.replace(frame, pose=camera_pose(depth.path))
 
 
 def _of_recording(

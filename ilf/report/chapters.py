@@ -353,9 +353,9 @@ def _summary(figures: FrameStatistics) -> Facts:
     subject = figures.subject
     frame, completion = subject.run.frame, subject.completion
     height, width = frame.shape
-    known = frame.depth[frame.known]
+    known = frame.depth[frame.own]
     missing, left = (
-        int(np.count_nonzero(frame.missing & np.isnan(depth))) for depth in (frame.depth, completion.depth)
+        int(np.count_nonzero(frame.missing & np.isnan(depth))) for depth in (frame.own_depth, completion.depth)
     )
     inside = np.count_nonzero(subject.run.blocks) / subject.run.blocks.size
     facts = [

@@ -125,6 +125,7 @@ _ORIGINS: tuple[tuple[str, Colour], ...] = (
     ("marked invalid", (196, 64, 80)),
     ("outside the view", (60, 100, 160)),
     ("filled outside the view", (120, 170, 225)),
+    ("measured by neighbours", (140, 170, 60)),
 )
 (
     _MISSING,
@@ -135,6 +136,7 @@ _ORIGINS: tuple[tuple[str, Colour], ...] = (
     _INVALID_DEPTH,
     _OUTSIDE,
     _FILLED_OUTSIDE,
+    _NEIGHBOURS,
 ) = range(len(_ORIGINS))
 
 
@@ -170,7 +172,7 @@ def _pictures(figures: FrameStatistics, most: int) -> Iterator[Picture]:
         marks=_marks(subject),
     )
     table, bar = depth_colours(), (f"{levels[0]:.2f} m", f"{sum(levels) / 2:.2f} m", f"{levels[1]:.2f} m")
-    for title, depth in (("Depth in", frame.depth), ("Depth out", completion.depth)):
+    for title, depth in (("Depth in", frame.own_depth), ("Depth out", completion.depth)):
         indices = to_indices(resized(depth, shape), *levels)
         yield Picture(
             title, indexed_png(indices, table), bar=colour_bar(table, bar), scale=scale, legend=_no_depth(indices)
@@ -223,6 +225,7 @@ def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
     origin[completion.filled] = _FILLED
     origin[completion.by_hand] = _BY_HAND
     origin[completion.extrapolated] = _EXTRAPOLATED
+    origin[completion.from_neighbours] = _NEIGHBOURS
     if frame.outside_view is not None:
         origin[frame.outside_view] = np.where(completion.filled, _FILLED_OUTSIDE, _OUTSIDE)[frame.outside_view]
     table = np.zeros((256, 3), np.uint8)

@@ -14,6 +14,8 @@ from ..io.clouds import UNITS_PER_METRE
 LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
 EXTRAPOLATED_FILE, INVALID_MASK_FILE, DRAWN_FILE = "extrapolated.png", "invalid_mask.png", "drawn.png"
 OUTSIDE_FILE = "outside_view.png"
+FROM_NEIGHBOURS_FILE = "from_neighbours.png"
+"""Mask of the filled pixels that neighbours of the frame have measured."""
 COLOUR_FILE = "rgb.png"
 """Colour of the frame, if no file contains it: from a recording, or undistorted."""
 GUIDE_FILE = "guide_used.npy"

@@ -23,6 +23,7 @@ from ..data.by_hand import DepthByHand
 from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Guide
+from ..data.neighbours import NeighbourDepth
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockOutcome, Completion
 from ..errors import InputError
@@ -108,6 +109,16 @@ class RecordedGuide(RecordedMask):
 
 
 @dataclass(frozen=True)
+class RecordedNeighbour:
+    """A neighbour of the frame whose depth was used; see `Neighbour`."""
+
+    name: str
+    motion: tuple[tuple[float, ...], ...]
+    sha256: tuple[str, ...]
+    source: dict[str, Any]
+
+
+@dataclass(frozen=True)
 class RecordedByHand(RecordedMask):
     """Depth by hand of a run: the SHA-256 of its values, its file beside the record, and its weight."""
 
@@ -170,6 +181,7 @@ class RunRecord:
     guide : RecordedGuide or None
     pose : tuple of tuple of float, or None
         Pose of the frame's camera, as rows of a matrix; None if unknown.
+    neighbours : tuple of RecordedNeighbour
     extraction : BlockParameters or None
         None if the blocks were not extracted.
     blocks : RecordedBlocks
@@ -201,6 +213,7 @@ class RunRecord:
     outside_view: RecordedMask | None = None
     guide: RecordedGuide | None = None
     pose: tuple[tuple[float, ...], ...] | None = None
+    neighbours: tuple[RecordedNeighbour, ...] = ()
     extraction: BlockParameters | None
     blocks: RecordedBlocks
     networks: RecordedNetworks
@@ -242,7 +255,8 @@ def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -
         by_hand=_recorded_by_hand(run.by_hand),
         outside_view=_recorded(run.frame.outside_view if is_of_files else None, OUTSIDE_FILE),
         guide=_recorded_guide(run.frame.guide),
-        pose=None if run.frame.pose is None else tuple(map(tuple, run.frame.pose.tolist())),
+        pose=None if run.frame.pose is None else _rows(run.frame.pose),
+        neighbours=_recorded_neighbours(run.frame.neighbours),
         extraction=run.extraction,
         blocks=RecordedBlocks(
             array_sha256(run.blocks), run.frame.shape, run.edited, LABELS_FILE if options.labels else None
@@ -290,6 +304,17 @@ def _recorded_by_hand(by_hand: DepthByHand | None) -> RecordedByHand | None:
 
 def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
     return None if guide is None else RecordedGuide(array_sha256(guide.array), GUIDE_FILE, guide.path)
+
+
+def _recorded_neighbours(depth: NeighbourDepth | None) -> tuple[RecordedNeighbour, ...]:
+    return tuple(
+        RecordedNeighbour(one.name, _rows(one.motion), one.sha256, dict(one.source))
+        for one in (() if depth is None else depth.neighbours)
+    )
+
+
+def _rows(matrix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, matrix.tolist()))
 
 
 def _extraction_networks(run: RunSetup) -> dict[str, str]:

@@ -45,10 +45,12 @@ def _parsed(data: dict[str, Any]) -> RunRecord:
             data[key] = kind.from_dict(data[key])
     if isinstance(data.get("blocks_outcome"), list):
         data["blocks_outcome"] = [_without_null_deviation(outcome) for outcome in data["blocks_outcome"]]
-    record = converted(data, RunRecord, "run record")
+    record = converted({"neighbours": [], **data}, RunRecord, "run record")
     record.own_parameters  # noqa: B018 - refuses unknown names and values out of range
     if record.pose is not None:
         checked_transform(record.pose, "'pose' in the run record")
+    for neighbour in record.neighbours:
+        checked_transform(neighbour.motion, "'motion' of a neighbour in the run record")
     return record if record.inputs is None else replace(record, inputs=_with_units(record.inputs))
 
 

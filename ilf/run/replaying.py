@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,16 +18,20 @@ from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES
 from .._runtime.networks.session import device
+from .._runtime.schema import Section
 from ..data.by_hand import DepthByHand
 from ..data.frame import InputFile, RGBDFrame
 from ..data.guide import Guide
+from ..data.neighbours import Neighbour, NeighbourDepth
 from ..data.results import Completion
-from ..errors import InputError
+from ..errors import IlfError, InputError
 from ..io.depth import depth_in_metres, read_depth_values
 from ..io.frame_additions import load_ground_truth, load_guide
 from ..io.labels import read_labels, read_mask
 from ..segmentation.extraction import found_blocks
+from ..sources.frame_source import FrameSource
 from ..sources.frames import load_frame
+from ..sources.neighbours import seen_by
 from .options import DEPTH_FILES, LABELS_FILE, ExportOptions
 from .record import (
     RecordedByHand,
@@ -205,7 +210,7 @@ def replay(
     ----------
     path : path-like
         The run.json. Label map, guide, depth by hand, masks (invalid depth, drawn borders, outside view), and input
-        files that have been moved are searched beside it.
+        files, also of neighbours, that have been moved are searched beside it.
     rgb, depth : path-like, optional
         New paths of the input files; for a frame of a recording, `rgb` is that of the recording.
 
@@ -217,8 +222,8 @@ def replay(
     Raises
     ------
     InputError
-        If there is no such record, an input file is missing or is not the recorded one, or the blocks, the guide,
-        depth by hand or one of the masks cannot be restored.
+        If there is no such record, an input file, also of a neighbour, is missing or is not the recorded one, or the
+        blocks, the guide, depth by hand or one of the masks cannot be restored.
     FormatError
         If the record cannot be read.
 
@@ -234,8 +239,10 @@ def replay(
     (True, ())
     """
     record, folder = read_record(path), Path(path).absolute().parent
+    frame = _recorded_frame(record, folder, rgb, depth)
+    places = [folder, *(Path(path).absolute().parent for path in (rgb, depth) if path is not None)]
     frame, without_ground_truth = _with_recorded_ground_truth(
-        record, _recorded_frame(record, folder, rgb, depth), folder
+        record, _with_recorded_neighbours(record, frame, places), folder
     )
     differences = [
         *without_ground_truth,
@@ -295,6 +302,7 @@ def _recorded_frame(
         encoding=inputs.depth_units if inputs.encoding is None else inputs.encoding,
         invalid=inputs.invalid,
         intrinsics=inputs.intrinsics,
+        depth_intrinsics=inputs.depth_intrinsics,
         name=record.name,
         beside=False,
         warn=False,
@@ -317,6 +325,42 @@ def _recorded_frame(
         frame = dataclasses.replace(frame, outside_view=outside)
     invalid_mask = _recorded_mask(record.invalid_mask, "invalid depth", folder, frame.shape)
     return frame.with_invalid_mask(invalid_mask).with_guide(_recorded_guide(record.guide, folder))
+
+
+def _with_recorded_neighbours(record: RunRecord, frame: RGBDFrame, folders: Sequence[Path]) -> RGBDFrame:
+    """The frame with the depth of the recorded neighbours, read again."""
+    if not record.neighbours:
+        return frame
+    neighbours = [
+        Neighbour(one.name, np.array(one.motion, np.float64), one.sha256, one.source) for one in record.neighbours
+    ]
+    layers = [seen_by(frame, _recorded_neighbour(one, folders), one.motion) for one in neighbours]
+    return frame.with_neighbours(NeighbourDepth(np.stack(layers), tuple(neighbours)))
+
+
+def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFrame:
+    """A neighbour from its files, at their recorded paths or in one of the folders."""
+    if not recorded.source:
+        raise InputError(
+            f"This run cannot be replayed: its neighbour {recorded.name} was not read from files. Save it to files and "
+            "run it again."
+        )
+
+    def present(path: str) -> str:
+        others = [str(folder / _file_name(path)) for folder in folders]
+        return next((one for one in (path, *others) if os.path.exists(one)), path)
+
+    source = FrameSource.from_json(Section("neighbour", dict(recorded.source))).with_paths(present)
+    try:
+        frame = source.load()
+    except IlfError as error:
+        raise InputError(f"The neighbour {recorded.name} of the recorded run cannot be read. {error}") from error
+    if frame.inputs is None or (frame.inputs.rgb.sha256, frame.inputs.depth.sha256) != recorded.sha256:
+        raise InputError(
+            f"{source.depth or source.rgb} is not the neighbour {recorded.name} of the recorded run: its colour or "
+            "depth has changed. Restore it."
+        )
+    return frame
 
 
 def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:

@@ -43,6 +43,7 @@ from .options import (
     DRAWN_FILE,
     ERROR_FILES,
     EXTRAPOLATED_FILE,
+    FROM_NEIGHBOURS_FILE,
     GUIDE_FILE,
     INVALID_MASK_FILE,
     LABELS_FILE,
@@ -183,6 +184,8 @@ def _scalars(
         scalars["expected_error"] = error
     scalars["filled"] = completion.filled
     scalars["block"] = run.blocks
+    if run.frame.from_neighbours is not None:
+        scalars["from_neighbours"] = completion.from_neighbours
     if run.by_hand is not None:
         scalars["by_hand"] = completion.by_hand
     if unsupported_mask is not None:
@@ -405,8 +408,13 @@ def _write_results(
 
 
 def _masks(run: RunSetup) -> dict[str, NDArray[np.bool_]]:
-    """File name -> mask: invalid depth, drawn borders, pixels outside the depth camera's view."""
-    masks = {INVALID_MASK_FILE: run.frame.invalid_mask, DRAWN_FILE: run.drawn, OUTSIDE_FILE: run.frame.outside_view}
+    """File name -> mask: invalid depth, drawn borders, pixels outside the depth camera's view and from neighbours."""
+    masks = {
+        INVALID_MASK_FILE: run.frame.invalid_mask,
+        DRAWN_FILE: run.drawn,
+        OUTSIDE_FILE: run.frame.outside_view,
+        FROM_NEIGHBOURS_FILE: run.frame.from_neighbours,
+    }
     return {name: mask for name, mask in masks.items() if mask is not None}
 
 

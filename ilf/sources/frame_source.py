@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from .._runtime.schema import Section
+from ..data.camera import CameraIntrinsics
 from ..errors import InputError, warn_of_reading
 from .naming import name_from_path, recorded_frame_name
 from .reading_options import AS_STATED, OPTIONS, ReadingOptions
@@ -45,6 +46,7 @@ class FrameSource:
             depth_units=inputs.depth_units if inputs.encoding is None else None,
             invalid=inputs.invalid,
             intrinsics=inputs.intrinsics,
+            depth_intrinsics=inputs.depth_intrinsics,
             ground_truth=None if ground_truth is None else ground_truth.path,
             ground_truth_units=None if ground_truth is None else ground_truth.units,
         )
@@ -116,6 +118,14 @@ class FrameSource:
                 warn_of_reading(text)
             return recorded.pair()
         frame = self.load(warn)
+        if frame.inputs is not None and frame.inputs.depth_intrinsics is not None:
+            from ..io.images import read_colour
+            from .frames import pair_of_images
+
+            colour, inputs = read_colour(frame.inputs.rgb.path), frame.inputs
+            given = None if inputs.intrinsics is None else CameraIntrinsics(*inputs.intrinsics)
+            pair = pair_of_images(colour, self.read_depth().metres, given, inputs, frame.name)
+            return replace(pair, notes=frame.notes)
         if frame.intrinsics is None:
             raise InputError(f"{self.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
         camera = Camera(frame.intrinsics, (frame.shape[1], frame.shape[0]))

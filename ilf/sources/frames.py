@@ -10,17 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.files import FileContent, read_file, read_json, write_bytes
-from ..data.camera import checked_transform
+from ..data.camera import CameraIntrinsics, checked_transform
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import ExportError, FormatError, InputError, ParameterError, cause, one_line, warn_of_reading
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
-from ..io.depth import checked_units, write_depth
+from ..io.depth import DEPTH_READERS, checked_units, write_depth
 from ..io.depth_reading import DepthReading, read_depth
 from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_scene, single_encoding
-from ..io.float_images import COLMAP_SUFFIX
 from ..io.frame_additions import (
     CONFIDENCE_SUFFIXES,
     GUIDE_SUFFIXES,
@@ -37,14 +36,15 @@ from ..io.images import encode_image, read_colour_with_warning
 from ..io.labels import read_mask
 from .naming import name_from_path
 from .opening import is_recording
-from .poses import camera_pose
+from .poses import camera_pose, stated_pose
 from .reading_options import AS_STATED, ReadingOptions, path_text
 from .recorded import read_recorded
+from .registration import Camera, RawPair, register
 
 META_NAME = "meta.json"
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 USUAL_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
-DEPTH_FILE_SUFFIXES = (*USUAL_DEPTH_SUFFIXES, ".npz", ".exr", ".pfm", COLMAP_SUFFIX)
+DEPTH_FILE_SUFFIXES = tuple(dict.fromkeys((*USUAL_DEPTH_SUFFIXES, *DEPTH_READERS)))
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,8 @@ class FrameFiles:
     @property
     def camera_pose(self) -> NDArray[np.float64] | None:
         """The camera's pose, (4, 4): as stated, or else from files beside the depth; None if not known."""
+        if self.options.pose is not None:
+            return stated_pose(self.options.pose)
         return camera_pose(self.depth) if self.pose is None else np.array(self.pose)
 
 
@@ -88,12 +90,14 @@ def load_frame(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    depth_intrinsics: IntrinsicsSpec | None = None,
     name: str | None = None,
     ground_truth: str | os.PathLike[str] | None = None,
     ground_truth_units: float | None = None,
     guide: str | os.PathLike[str] | None = None,
     confidence: str | os.PathLike[str] | None = None,
     min_confidence: float | None = None,
+    pose: str | os.PathLike[str] | ArrayLike | None = None,
     frame: str | None = None,
     beside: bool = True,
     warn: bool = True,
@@ -103,10 +107,10 @@ def load_frame(
     Parameters
     ----------
     rgb : path-like
-        Colour PNG, JPEG or TIFF; or, without `depth`, a folder with meta.json, a colour image `rgb.*` and
-        depth `depth.*`; or, with `frame`, a recording.
+        Colour PNG, JPEG or TIFF, or the depth file if it contains colour (.pcd, .heic); or, without `depth`, a folder
+        with meta.json, a colour image `rgb.*` and depth `depth.*`; or, with `frame`, a recording.
     depth : path-like, optional
-        Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, NPY or NPZ, EXR, PFM, or a depth map of COLMAP (.bin).
+        Depth in any format of `ilf.io.read_depth_values`: 16-bit PNG, TIFF, PGM, NPY, EXR and others.
     depth_units : float, optional
         File units per metre: the encoding of most files.
     encoding : str or float, optional
@@ -119,6 +123,10 @@ def load_frame(
         uses the value in meta.json.
     intrinsics : optional
         Anything that `ilf.io.intrinsics_from` accepts; it overrides meta.json.
+    depth_intrinsics : optional
+        The same for a depth file of another size than colour: its depth is registered to colour by both intrinsics, as
+        seen from the same place (see `ilf.registration`). Where both images have the same size, they are the
+        intrinsics of both.
     name : str, optional
         Name of the frame; None takes it from meta.json or the file names.
     ground_truth : path-like, optional
@@ -134,6 +142,9 @@ def load_frame(
     min_confidence : float, optional
         Depth of a lower confidence counts as missing: it goes into the frame's invalid mask. None uses the value in
         meta.json; without that, all depth counts. Without a confidence map it has no effect, which a note reports.
+    pose : path-like or array_like, optional
+        The camera's pose, see `RGBDFrame`: a matrix (4, 4), or a text file with its rows. None uses that of the folder
+        or of a file beside the depth, if any.
     frame : str, optional
         The key of a frame of a recording, see `ilf.open_source`.
     beside : bool
@@ -176,6 +187,8 @@ def load_frame(
         ground_truth_units=ground_truth_units,
         guide=path_text(guide),
         confidence=path_text(confidence),
+        depth_intrinsics=depth_intrinsics,
+        pose=_pose_spec(pose),
     )
     given, sensor_confidence = options.depth_encoding, None
     if frame is not None:
@@ -198,6 +211,8 @@ def load_frame(
         for text in reported:
             warn_of_reading(text)
     chosen = options.checked().or_else(stated)
+    if frame is not None and chosen.pose is not None:
+        loaded = replace(loaded, pose=stated_pose(chosen.pose))
     confidence_map = sensor_confidence if chosen.confidence is None else chosen.confidence
     loaded = _with_min_confidence(loaded, confidence_map, chosen.min_confidence)
     if chosen.guide is not None:
@@ -215,40 +230,99 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
     colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
     read = _read_depth(files, depth_file, options)
-    values = read.values
-    if colour.shape[:2] != values.shape:
+    values, chosen = read.values, options.or_else(files.options)
+    is_same = colour.shape[:2] == values.shape
+    if not is_same and chosen.depth_intrinsics is None:
         raise InputError(
             f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)} pixels. Both must have the same "
-            "pixels: register and resize one to the other first."
+            "pixels: give the intrinsics of both (--intrinsics and --depth-intrinsics), by which depth is registered, "
+            "or register and resize one to the other first."
         )
     if files.size not in {None, (values.shape[1], values.shape[0])}:
         raise FormatError(
             f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {_size(values)} pixels. "
             "Correct its size, or load the two files separately."
         )
-    camera = intrinsics_from(options.or_else(files.options).intrinsics, values.shape)
+    depth_camera = intrinsics_from(chosen.depth_intrinsics, values.shape)
+    camera = depth_camera if is_same and depth_camera else intrinsics_from(chosen.intrinsics, colour.shape[:2])
+    inputs = FrameInputs(
+        _input_file(rgb_file),
+        _input_file(depth_file),
+        read.encoding.units,
+        _numbers(camera),
+        encoding=read.encoding.name,
+        invalid=read.encoding.invalid,
+        depth_intrinsics=None if is_same else _numbers(depth_camera),
+    )
     try:
-        frame = RGBDFrame(
-            rgb=colour,
-            depth=read.metres,
-            intrinsics=camera,
-            name=name or files.name,
-            inputs=FrameInputs(
-                _input_file(rgb_file),
-                _input_file(depth_file),
-                read.encoding.units,
-                None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy),
-                encoding=read.encoding.name,
-                invalid=read.encoding.invalid,
-            ),
+        frame = replace(
+            frame_of_images(colour, read.metres, camera, inputs, name or files.name),
             notes=(*of_colour, *read.notes),
             plausibility_warnings=(*of_colour, *(doubt.text for doubt in read.plausibility_warnings)),
-            pose=files.camera_pose,
-            outside_view=None if files.outside_view is None else read_mask(files.outside_view, colour.shape[:2]),
+            pose=(files if chosen.pose is None else replace(files, options=chosen)).camera_pose,
         )
+        if is_same and files.outside_view is not None:
+            frame = replace(frame, outside_view=read_mask(files.outside_view, colour.shape[:2]))
     except InputError as error:
         raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
     return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *read.warnings)
+
+
+def frame_of_images(
+    colour: NDArray[np.uint8],
+    metres: NDArray[np.float32],
+    camera: CameraIntrinsics | None,
+    inputs: FrameInputs,
+    name: str,
+) -> RGBDFrame:
+    """A frame of colour (H, W, 3) and depth [m] of the same size; depth of another size is registered to colour.
+
+    Parameters
+    ----------
+    colour, metres : ndarray
+    camera : CameraIntrinsics or None
+        Intrinsics of colour.
+    inputs : FrameInputs
+        With the intrinsics of depth of another size.
+    name : str
+
+    Raises
+    ------
+    InputError
+        As `RGBDFrame` and `register`, and if the intrinsics of colour are not known though its size differs.
+    """
+    if inputs.depth_intrinsics is None:
+        return RGBDFrame(colour, metres, camera, name, inputs=inputs)
+    return register(pair_of_images(colour, metres, camera, inputs, name))
+
+
+def pair_of_images(
+    colour: NDArray[np.uint8],
+    metres: NDArray[np.float32],
+    camera: CameraIntrinsics | None,
+    inputs: FrameInputs,
+    name: str,
+) -> RawPair:
+    """The raw pair of two images of different sizes, seen from the same place; as `frame_of_images`."""
+    if camera is None or inputs.depth_intrinsics is None:
+        raise InputError(
+            "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
+        )
+    colour_camera = Camera(camera, (colour.shape[1], colour.shape[0]))
+    depth_camera = Camera(CameraIntrinsics(*inputs.depth_intrinsics), (metres.shape[1], metres.shape[0]))
+    return RawPair(colour, metres, colour_camera, depth_camera, np.eye(4), name, inputs)
+
+
+def _numbers(camera: CameraIntrinsics | None) -> tuple[float, float, float, float] | None:
+    return None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
+
+
+def _pose_spec(pose: str | os.PathLike[str] | ArrayLike | None) -> str | tuple[float, ...] | None:
+    """A pose as the options hold it; raises InputError for a matrix that is no pose."""
+    if pose is None or isinstance(pose, str | os.PathLike):
+        return path_text(pose)
+    array = np.asarray(pose)
+    return tuple(checked_transform(array.reshape(4, 4) if array.shape == (16,) else array, "pose").ravel().tolist())
 
 
 def _with_min_confidence(frame: RGBDFrame, confidence: str | NDArray[Any] | None, min_value: float | None) -> RGBDFrame:
@@ -493,6 +567,8 @@ def write_frame(folder: str | os.PathLike[str], frame: RGBDFrame) -> tuple[Path,
         "depth_units_per_m": 1.0,
         "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
     }
+    if frame.pose is not None:
+        meta["pose"] = frame.pose.tolist()
     paths = new_frame_files(root)
     try:
         root.mkdir(parents=True, exist_ok=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,26 +15,23 @@ from .._runtime.formatting import counted
 from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
 from ..errors import FormatError, InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE, read_cameras
+from .file_patterns import Folders, is_folder
 from .frame_source import FrameSource
 from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
+from .layout import Layout
+from .layout_frames import LayoutFrames
+from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
 from .opening import is_recording, opened, recording_suffixes
 from .pairing import Pairs, natural, paired, paired_by_time, split_by_kind, time_of
 from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
 from .times import ASSOCIATION_FILES, MAX_TIME_GAP_S, TUM_UNITS, associated, read_associations, read_time_list
 
-# Data sets whose layout determines how their frames are read: BOP, SUN RGB-D, 7-Scenes.
+# Data sets whose files state how each frame is read: BOP, SUN RGB-D.
 
-SEVEN_SCENES_NOTE = (
-    "These look like frames of 7-Scenes: 65535 is read as missing, and depth is not registered to colour, so their "
-    "edges may lie some pixels apart."
-)
+_SUN = "frames of SUN RGB-D"
 _SUN_CAMERA_FILE = "intrinsics.txt"
 _SUN_FOLDERS = "image", "depth"
-_SEVEN_SCENES = ReadingOptions(
-    depth_units=1000.0, invalid=65535.0, intrinsics=CameraIntrinsics(585.0, 585.0, 320.0, 240.0, "7-scenes")
-)
-_SEVEN_SCENES_NAME = re.compile(r"frame-\d{6}\.(color|depth)\.png$")
 _BOP_COLOUR_FOLDERS = "rgb", "gray"
 
 
@@ -91,11 +88,6 @@ def sun_frame(root: str | Path, given: ReadingOptions) -> FrameSource:
     return FrameSource(str(colours[0]), str(depths[0]), options=options)
 
 
-def is_seven_scenes(files: Collection[str]) -> bool:
-    """Whether a folder with these files is a sequence of 7-Scenes."""
-    return any(name.endswith(".pose.txt") for name in files) and any(map(_SEVEN_SCENES_NAME.match, files))
-
-
 def camera_by_name(root: Path) -> CameraIntrinsics | None:
     """The published camera of a sequence of TUM or Bonn, by its folder's name; None for others."""
     name = root.name.lower()
@@ -121,7 +113,8 @@ SUPPORTED_FOLDER_LAYOUTS = (
     f"A folder of frames contains one of these: a folder for each frame, with {META_NAME} and its images, or with "
     "rgb.png and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
     "numbers; colour and depth files side by side, such as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, "
-    "which list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth."
+    "which list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth; a layout of the table "
+    "(`ilf info --layouts`), or one that you give (--layout)."
 )
 
 
@@ -138,14 +131,17 @@ class Listing:
     times : tuple of float
         Times of the frames' colour [s]; empty if not known.
     is_registered : bool
-        Whether colour and depth have the same pixels. Where they do not, files are read as they are, with the
-        intrinsics of depth; recordings are registered.
+        Whether colour and depth have the same pixels. Where they do not, recordings are registered, and so are files
+        whose depth intrinsics are known; others are read as they are, with the intrinsics of depth.
+    layout : str
+        What the folder was recognised as.
     """
 
     sources: tuple[FrameSource, ...]
     notes: tuple[str, ...] = ()
     times: tuple[float, ...] = ()
     is_registered: bool = True
+    layout: str = ""
 
 
 def list_frames(
@@ -154,14 +150,15 @@ def list_frames(
     *,
     max_gap: float = MAX_TIME_GAP_S,
     topics: Topics | None = None,
+    layout: str | os.PathLike[str] | None = None,
 ) -> Listing:
     """List the frames of a folder or a recording.
 
     A folder may contain a folder for each frame; a folder of colour and one of depth, matched by names or numbers, or
     by time where names are times; colour and depth files side by side; or lists of both by time, whose depth has 5000
-    units per metre by default. Frames and sequences of BOP, SUN RGB-D and 7-Scenes are read with the options of these
-    data sets. A frame folder is listed as a single frame. Recordings (see `ilf.open_source`) contain their frames,
-    which are not decoded.
+    units per metre by default. Scenes of BOP, frames of SUN RGB-D, and folders that a layout of the table fits
+    (`ilf.sources.layouts`) are read with the options of these data sets. A frame folder is listed as a single frame.
+    Recordings (see `ilf.open_source`) contain their frames, which are not decoded.
 
     Parameters
     ----------
@@ -172,13 +169,15 @@ def list_frames(
         Maximum time difference [s] of colour and depth of one frame, where they are matched by time.
     topics : tuple of str, optional
         Topics of colour and depth, in a ROS recording with several cameras. None selects the most suitable ones.
+    layout : str or path-like, optional
+        The layout of the folder, as `given_layouts` takes it. None recognises it.
 
     Raises
     ------
     InputError
         If there is no such folder, it cannot be read, it contains no frames, or its depth would be misread.
     FormatError
-        If its lists by time or its calibrations are damaged.
+        If its lists by time, its calibrations or the layout are damaged.
     ParameterError
         If both units and an encoding are given, the minimum confidence is not a number, `max_gap` is not a duration, or
         `topics` are given for a source without topics.
@@ -193,40 +192,82 @@ def list_frames(
     given = given.of_all_frames.checked()
     if not max_gap >= 0:
         raise ParameterError(f"The maximum time gap must be 0 s or more, not {max_gap!r:.60}.")
+    if layout is not None:
+        return _by_given_layout(root, given, given_layouts(layout))
     if is_recording(root):
         return _recorded(root, given, max_gap, topics)
     if topics is not None:
         raise ParameterError(f"{root} is not a ROS recording: it has no topics. Leave the topics out.")
     content = _content(root)
     if META_NAME in content.files:
-        return Listing((FrameSource(str(root), options=given),))
+        return Listing((FrameSource(str(root), options=given),), layout=f"a frame folder with {META_NAME}")
     if {"rgb.txt", "depth.txt"} <= content.files or content.file(ASSOCIATION_FILES) is not None:
         return _by_time(root, content, given, max_gap)
     if is_bop(content.files):
         return _of_scenes(root, [str(root)], given)
     if is_sun(content.files, content.folders):
-        return Listing((sun_frame(root, given),))
+        return Listing((sun_frame(root, given),), layout=_SUN)
+    folders = Folders(str(root))
+    if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
+        return found
     pairs, notes = _side_by_side(root, content, max_gap)
-    options = given
-    if is_seven_scenes(content.files):
-        options = given.or_else(_SEVEN_SCENES)
-        notes.append(SEVEN_SCENES_NOTE)
-    found = [FrameSource(rgb, depth, options=options) for rgb, depth in pairs]
-    if not found:
+    sources, what = [FrameSource(rgb, depth, options=given) for rgb, depth in pairs], "colour and depth files in pairs"
+    if not sources:
         inside = [os.path.join(root, name) for name in sorted(content.folders, key=natural)]
-        if scenes := [path for path in inside if os.path.isfile(os.path.join(path, CAMERA_FILE))]:
-            return _of_scenes(root, scenes, given)
-        folders = [_frame_in(path, given) for path in inside]
-        found = [source for frame in folders for source in frame]
-        if empty := sum(not frame for frame in folders):
+        if paths := [path for path in inside if os.path.isfile(os.path.join(path, CAMERA_FILE))]:
+            return _of_scenes(root, paths, given)
+        if found := _by_layout(folders, given, fitting(folders, all_layouts(), scenes(folders))):
+            return found
+        frames = [_frame_in(path, given) for path in inside]
+        sources, what = [source for frame in frames for source in frame], "a folder for each frame"
+        if empty := sum(not frame for frame in frames):
             notes.append(
                 f"{counted(empty, 'folder')} left out: there is no matching colour and depth file, or more than one."
             )
-    if not found:
-        raise InputError(f"{root} contains no frames. {SUPPORTED_FOLDER_LAYOUTS}")
-    times = tuple(time for source in found if (time := time_of(source.rgb)) is not None)
-    times = times if len(times) == len(found) else ()
-    return Listing(tuple(found), tuple(notes), times, SEVEN_SCENES_NOTE not in notes)
+    if not sources:
+        raise InputError(f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}")
+    return Listing(tuple(sources), tuple(notes), _times(sources), layout=what)
+
+
+def _times(sources: Sequence[FrameSource]) -> tuple[float, ...]:
+    """The times in the names of the frames' colour files; empty if they are not times."""
+    times = tuple(time for source in sources if (time := time_of(source.rgb)) is not None)
+    return times if len(times) == len(sources) else ()
+
+
+def _by_layout(
+    folders: Folders, given: ReadingOptions, layouts: Iterable[Layout], *, is_given: bool = False
+) -> Listing | None:
+    """The frames by the first of these layouts that has any; the others that have some are named in a note, and so are
+    missing files of a layout that the user gave."""
+    found: Listing | None = None
+    others = []
+    for layout in layouts:
+        listed = LayoutFrames(layout, folders)
+        if found is not None:
+            others += [layout.text] if listed.has_frames else []
+        elif sources := listed.sources(given):
+            notes = [*([layout.note] if layout.note else []), *_unmatched_notes(listed.unmatched, "of that name")]
+            if is_given and listed.not_found:
+                notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
+            is_registered = layout.registered and not layout.depth_K
+            found = Listing(tuple(sources), tuple(notes), _times(sources), is_registered, layout.text)
+    if found is None or not others:
+        return found
+    return replace(
+        found, notes=(*found.notes, f"Read by the layout {found.layout}. Other layouts fit, too: {', '.join(others)}.")
+    )
+
+
+def _by_given_layout(root: Path, given: ReadingOptions, layouts: Sequence[Layout]) -> Listing:
+    _content(root)  # reports a path that is no folder
+    folders = Folders(str(root))
+    if found := _by_layout(folders, given, layouts, is_given=True):
+        return found
+    fits = next(fitting(folders, all_layouts(), scenes(folders)), None)
+    hint = nearest_layout(folders) if fits is None else f"It fits the layout {fits.text}: leave --layout out."
+    told = "; ".join(f"{layout.text}: {LayoutFrames(layout, folders).counts}" for layout in layouts)
+    raise InputError(f"{root} contains no frames of the given layout. {told}. {hint}".rstrip())
 
 
 @dataclass(frozen=True)
@@ -248,7 +289,7 @@ def _content(folder: str | Path) -> _Content:
     """Names in a folder, without hidden ones."""
     try:
         with os.scandir(folder) as entries:
-            shown = [(entry.name, _is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
+            shown = [(entry.name, is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
     except NotADirectoryError:
         raise InputError(
             f"{folder} is a file, but not a recording ({', '.join(recording_suffixes())}). Give the folder that "
@@ -266,22 +307,15 @@ def _content(folder: str | Path) -> _Content:
     )
 
 
-def _is_folder(entry: os.DirEntry[str]) -> bool:
-    try:
-        return entry.is_dir()
-    except OSError:  # a broken link must not prevent listing the others
-        return False
-
-
 def _recorded(path: Path, given: ReadingOptions, max_gap: float, topics: Topics | None) -> Listing:
     """The frames of a recording."""
     with opened(path) as recording:
         if topics is not None and not recording.has_topics:
             raise ParameterError(f"{path} is {recording.kind}: it has no topics. Leave the topics out.")
         index = recording.index(max_gap, topics)
-        registered = recording.cameras(index.keys[0]).is_registered
+        registered, kind = recording.cameras(index.keys[0]).is_registered, recording.kind
     sources = tuple(FrameSource(str(path), frame=key, options=given) for key in index.keys)
-    return Listing(sources, index.notes, index.times, registered)
+    return Listing(sources, index.notes, index.times, registered, kind)
 
 
 def _of_scenes(root: Path, scenes: list[str], given: ReadingOptions) -> Listing:
@@ -289,7 +323,7 @@ def _of_scenes(root: Path, scenes: list[str], given: ReadingOptions) -> Listing:
     found = [source for scene in scenes for source in bop_frames(scene, given)]
     if not found:
         raise InputError(f"{root}: none of its BOP scenes has both colour and depth of an image.")
-    return Listing(tuple(found))
+    return Listing(tuple(found), layout="scenes of BOP")
 
 
 def _by_time(root: Path, content: _Content, given: ReadingOptions, max_gap: float) -> Listing:
@@ -319,7 +353,15 @@ def _by_time(root: Path, content: _Content, given: ReadingOptions, max_gap: floa
         FrameSource(os.path.join(root, rgb), os.path.join(root, depth), options=options) for _, rgb, depth in rows
     )
     times_found = tuple(time for time, _, _ in rows)
-    return Listing(tuple(sources), (f"Depth is read with {encoding_text}.", *notes), times_found)
+    hint = (
+        ", as in the TUM benchmark: give mm as the depth encoding (--depth-encoding mm) if it is in millimetres, as "
+        "many recorders write it"
+    )
+    is_guess = given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics
+    note = f"Depth is read with {encoding_text}{hint if is_guess else ''}."
+    return Listing(
+        tuple(sources), (note, *notes), times_found, layout="lists of files by time, as in the TUM benchmark"
+    )
 
 
 def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str]]:

@@ -1,4 +1,4 @@
-"""Matching colour files with depth files by their names alone."""
+"""Matching colour files with depth files by their names alone, and the timestamps of frames."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import re
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
+from ..data.frame import FrameInputs
 from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
+from .opening import opened
 from .times import associated
 
 _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])")
@@ -156,3 +158,28 @@ def paired_by_time(colours: Iterable[str], depths: Iterable[str], max_gap: float
     ]
     pairs = associated(timed[0], timed[1], max_gap)
     return Pairs(pairs, len(timed[0]) - len(pairs), len(timed[1]) - len(pairs))
+
+
+# Timestamps of frames.
+
+_SECONDS = re.compile(r"(\d+)\.(\d{1,9})")
+
+
+def stamp_of(inputs: FrameInputs) -> int | None:
+    """Return the timestamp of a frame's colour [ns], from its key in a recording, the recording, or its file name; None
+    if unknown.
+
+    Raises
+    ------
+    InputError
+        If the recording has to be read for it and cannot be read.
+    """
+    if inputs.frame is None:
+        time = time_of(inputs.rgb.path)
+        return None if time is None else round(time * 1e9)
+    found = _SECONDS.fullmatch(inputs.frame.rpartition("/")[2])
+    if found is not None:
+        return int(found[1]) * 10**9 + int(found[2].ljust(9, "0"))
+    with opened(inputs.rgb.path) as recording:
+        taken = recording.frame(inputs.frame).time
+    return None if taken is None else round(taken * 1e9)

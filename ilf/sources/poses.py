@@ -62,11 +62,30 @@ def camera_pose(depth: str | Path) -> Matrix | None:
     ]
     for place in single:
         if os.path.isfile(place):
-            return checked_pose(_numbers(place))
+            return read_pose(place)
     trajectory = path.parent.parent / _TRAJECTORY
     if not os.path.isfile(trajectory):
         return None
-    return _at_time(_trajectory(trajectory, os.stat(trajectory).st_mtime_ns), path.stem)
+    return pose_at_time(_trajectory(trajectory, os.stat(trajectory).st_mtime_ns), path.stem)
+
+
+def stated_pose(pose: str | tuple[float, ...]) -> Matrix | None:
+    """The camera pose of a text file, or of 16 numbers; None if they are no pose."""
+    return read_pose(Path(pose)) if isinstance(pose, str) else checked_pose(np.reshape(pose, (4, 4)))
+
+
+def read_pose(path: Path) -> Matrix | None:
+    """The camera pose of a text file with the three or four rows of its matrix, or with its numbers in one line; None
+    if it contains anything else."""
+    return as_pose(_numbers(path))
+
+
+def as_pose(numbers: ArrayLike) -> Matrix | None:
+    """The camera pose of 12 or 16 numbers, row by row; None if they are no pose."""
+    flat = np.asarray(numbers, np.float64).ravel()
+    return (
+        checked_pose(np.append(flat, (0, 0, 0, 1)[: 16 - flat.size]).reshape(4, 4)) if flat.size in {12, 16} else None
+    )
 
 
 @lru_cache(maxsize=2)
@@ -85,8 +104,9 @@ def _numbers(path: Path) -> Matrix:
     return rows if rows.ndim == 2 else np.empty((0, 0))
 
 
-def _at_time(rows: Matrix, time: str) -> Matrix | None:
-    """The pose nearest in time, from a trajectory with rows of time, tx ty tz, qx qy qz qw."""
+def pose_at_time(rows: Matrix, time: str) -> Matrix | None:
+    """The pose nearest in time, from a trajectory with rows of time, tx ty tz, qx qy qz qw; None if the text is no
+    time, or there is none within `MAX_TIME_GAP_S`."""
     try:
         wanted = float(time)
     except ValueError:

@@ -52,6 +52,12 @@ class ReadingOption:
     group: str = ""
 
 
+_CAMERAS = "intrinsics", "depth_intrinsics"
+
+PoseSpec = str | tuple[float, ...]
+"""A camera pose: the path of a text file with the rows of its matrix, or the 16 numbers of the matrix, row by row."""
+
+
 def _declared(**declared: Any) -> dict[str, ReadingOption]:
     return {"option": ReadingOption(**declared)}
 
@@ -112,9 +118,20 @@ class ReadingOptions:
             label="intrinsics",
             flag="--intrinsics",
             metavar="CAMERA",
-            help="camera preset, fx,fy,cx,cy or a JSON file, for point clouds and meshes. Presets: "
-            f"{', '.join(INTRINSICS)}",
-            short_help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file",
+            help="camera preset, fx,fy,cx,cy or a file (JSON, YAML, or a camera matrix as text or NPY), for point "
+            f"clouds and meshes. Presets: {', '.join(INTRINSICS)}",
+            short_help="camera preset, fx,fy,cx,cy or a file, for a colour and depth file",
+        ),
+    )
+    depth_intrinsics: IntrinsicsSpec | None = field(
+        default=None,
+        metadata=_declared(
+            label="depth intrinsics",
+            flag="--depth-intrinsics",
+            metavar="CAMERA",
+            help="intrinsics of a depth image of another size than colour: depth is registered to colour by both "
+            "intrinsics, as seen from the same place. In the same forms as --intrinsics",
+            short_help="intrinsics of depth of another size than colour, to register it",
         ),
     )
     ground_truth: str | None = field(
@@ -157,10 +174,13 @@ class ReadingOptions:
         ),
     )
     confidence: str | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
+    pose: PoseSpec | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
 
     def __post_init__(self) -> None:
-        if isinstance(self.intrinsics, np.ndarray) and self.intrinsics.shape == (3, 3):  # options can be compared
-            object.__setattr__(self, "intrinsics", tuple(self.intrinsics.astype(float).ravel().tolist()))
+        for name in _CAMERAS:
+            camera = getattr(self, name)
+            if isinstance(camera, np.ndarray) and camera.shape == (3, 3):  # options can be compared
+                object.__setattr__(self, name, tuple(camera.astype(float).ravel().tolist()))
 
     @property
     def given(self) -> dict[str, Any]:
@@ -170,7 +190,7 @@ class ReadingOptions:
     @property
     def paths(self) -> dict[str, str]:
         """The files that are given, by the option's name."""
-        return {name: value for name, value in self.given.items() if OPTIONS[name].is_path}
+        return {name: value for name, value in self.given.items() if OPTIONS[name].is_path and isinstance(value, str)}
 
     @property
     def depth_encoding(self) -> EncodingSpec | None:
@@ -223,19 +243,20 @@ class ReadingOptions:
 
     def to_json(self) -> dict[str, Any]:
         """The given options as values for JSON, by name."""
-        found: dict[str, Any] = plain({name: value for name, value in self.given.items() if name != "intrinsics"})
-        return found if self.intrinsics is None else {**found, "intrinsics": _camera_to_json(self.intrinsics)}
+        given = self.given
+        cameras = {name: _camera_to_json(given.pop(name)) for name in _CAMERAS if name in given}
+        return {**plain(given), **cameras}
 
     @classmethod
     def from_json(cls, data: Section) -> Self:
         """The options in an object of a JSON file, which may contain other values; raises FormatError for a value of
         the wrong type."""
         found = {name: data.get(name, *KINDS[name]) for name in OPTIONS if name in data.values}
-        camera = found.get("intrinsics")
-        if isinstance(camera, list):
-            found["intrinsics"] = tuple(data.items("intrinsics", float))
-        elif isinstance(camera, dict) and camera.keys() == {one.name for one in fields(CameraIntrinsics)}:
-            found["intrinsics"] = converted(camera, CameraIntrinsics, data.name, "intrinsics")
+        for name, value in found.items():
+            if isinstance(value, list):
+                found[name] = tuple(data.items(name, float))
+            elif isinstance(value, dict) and value.keys() == {one.name for one in fields(CameraIntrinsics)}:
+                found[name] = converted(value, CameraIntrinsics, data.name, name)
         return cls(**found)
 
 
@@ -260,7 +281,8 @@ OPTIONS: Mapping[str, ReadingOption] = {one.name: one.metadata["option"] for one
 """Name -> declaration."""
 
 KINDS: Mapping[str, tuple[type, ...]] = {
-    name: (str, list, dict, NoneType) if name == "intrinsics" else get_args(hint)
-    for name, hint in get_type_hints(ReadingOptions).items()
+    **{name: get_args(hint) for name, hint in get_type_hints(ReadingOptions).items()},
+    **dict.fromkeys(_CAMERAS, (str, list, dict, NoneType)),
+    "pose": (str, list, NoneType),
 }
 """Name -> types of its value in JSON."""

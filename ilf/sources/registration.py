@@ -329,8 +329,7 @@ def register(pair: RawPair) -> RGBDFrame:
     colour = Camera(intrinsics, pair.colour_camera.size)
     if not np.isfinite(pair.depth).any():
         raise InputError("The depth image has no known pixel (all are zero, negative or not finite).")
-    grid = _sample_grid(pair.depth_camera, _samples(pair.depth_camera, colour))
-    moved = _projected_depth(pair.depth, grid, colour, pair.depth_to_colour)
+    moved = projected_depth(pair.depth, pair.depth_camera, colour, pair.depth_to_colour)
     known = moved[np.isfinite(moved)]
     if known.size == 0:
         raise InputError(
@@ -339,8 +338,31 @@ def register(pair: RawPair) -> RGBDFrame:
         )
     nearest, farthest = np.quantile(known, (_OUTLIERS, 1 - _OUTLIERS))
     depths = 1 / np.linspace(1 / nearest, 1 / farthest, _VIEW_STEPS)
+    grid = _sample_grid(pair.depth_camera, _samples(pair.depth_camera, colour))
     outside = ~_in_view(grid, pair.depth_view, colour, pair.depth_to_colour, depths)
     return RGBDFrame(rgb, moved, intrinsics, pair.name, inputs=pair.inputs, notes=pair.notes, outside_view=outside)
+
+
+def projected_depth(
+    depth: NDArray[np.float32], camera: Camera, colour: Camera, motion: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Project a depth image into another camera, as `register` does.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (h, w)
+        Depth along the axis of `camera` [m], NaN = missing.
+    camera, colour : Camera
+        The camera of the depth image, and the other one, without distortion.
+    motion : ndarray of float64, shape (4, 4)
+        Transform of points [m] from `camera` to `colour`.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Depth along the axis of `colour` [m] of the nearest surface; NaN where there is none.
+    """
+    return _projected_depth(depth, _sample_grid(camera, _samples(camera, colour)), colour, motion)
 
 
 class _SampleGrid:

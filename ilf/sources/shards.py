@@ -231,7 +231,9 @@ class Shards(Recording):
         row = self._row(key)
         remedy = "Keep colour in the shards (--keep depth,rgb) to read them without their sources."
         if row["rgb"] is None:
-            raise InputError(f"{self.path} has no colour of {key}, which is from a recording. {remedy}")
+            raise InputError(
+                f"{self.path} has no colour of {key}, which is from a recording or was registered. {remedy}"
+            )
         try:
             file = read_file(row["rgb"])
         except InputError as error:

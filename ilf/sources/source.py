@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..data.frame import RGBDFrame
-from ..errors import InputError
+from ..errors import InputError, ParameterError
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import EncodingSpec
 from .frame_source import FrameSource
 from .frames import frame_folder
 from .listing import Listing, list_frames
+from .neighbours import around, with_neighbours
 from .opening import opened
 from .reading_options import ReadingOptions
 from .recording import Cameras, Topics
@@ -84,8 +85,10 @@ class Source:
     notes : tuple of str
         Notes for the user, a sentence each.
     is_registered : bool
-        Whether colour and depth have the same pixels. Where they do not, recordings are registered on reading; image
-        files are read as they are.
+        Whether colour and depth have the same pixels. Where they do not, recordings are registered on reading, and so
+        are image files whose depth intrinsics are known; others are read as they are.
+    layout : str
+        What the source was recognised as: a layout, a kind of recording, or the way in which its files are matched.
     """
 
     def __init__(self, path: Path, listing: Listing) -> None:
@@ -95,6 +98,7 @@ class Source:
         self.timestamps = listing.times or None
         self.notes = listing.notes
         self.is_registered = listing.is_registered
+        self.layout = listing.layout
 
     @classmethod
     def of(
@@ -104,9 +108,10 @@ class Source:
         *,
         max_gap: float = MAX_TIME_GAP_S,
         topics: Topics | None = None,
+        layout: str | os.PathLike[str] | None = None,
     ) -> Self:
         """Open a source as `open_source`, with the reading options as one object."""
-        return cls(Path(path).absolute(), list_frames(path, options, max_gap=max_gap, topics=topics))
+        return cls(Path(path).absolute(), list_frames(path, options, max_gap=max_gap, topics=topics, layout=layout))
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -151,6 +156,11 @@ class Source:
         """The location of a frame and its reading options; raises InputError as `find`."""
         return self._frames[self.find(key)]
 
+    def around(self, key: str, reach: int) -> tuple[tuple[FrameSource, ...], tuple[FrameSource, ...]]:
+        """The locations of up to `reach` frames before a frame and of as many after it, the nearest first; raises
+        InputError as `find`."""
+        return around([*self._frames.values()], self.keys.index(self.find(key)), reach)
+
     def calibration(self, key: str) -> Calibration:
         """The cameras of a frame, without decoding it.
 
@@ -160,7 +170,11 @@ class Source:
             If there is no such frame, or the file with its calibration cannot be read.
         """
         source = self.frame_source(key)
-        camera = intrinsics_from(source.options.intrinsics)
+        camera, depth_camera = (
+            intrinsics_from(given) for given in (source.options.intrinsics, source.options.depth_intrinsics)
+        )
+        if depth_camera is not None and source.frame is None:
+            return Calibration(camera, depth_camera, np.eye(4))
         if source.frame is not None and (camera is None or not self.is_registered):
             with opened(source.rgb) as recording:
                 return Calibration.of(recording.cameras(source.frame))
@@ -177,12 +191,16 @@ class Source:
         return source.files().camera_pose
 
     @overload
-    def read(self, key: str, registered: Literal[True] = True) -> RGBDFrame: ...
+    def read(
+        self, key: str, registered: Literal[True] = True, *, neighbours: int = 0, neighbour_step: int = 1
+    ) -> RGBDFrame: ...
 
     @overload
     def read(self, key: str, registered: Literal[False]) -> RawPair: ...
 
-    def read(self, key: str, registered: bool = True) -> RGBDFrame | RawPair:
+    def read(
+        self, key: str, registered: bool = True, *, neighbours: int = 0, neighbour_step: int = 1
+    ) -> RGBDFrame | RawPair:
         """Read a frame.
 
         Parameters
@@ -191,6 +209,10 @@ class Source:
             One of `keys`, or an ending that only one of them has.
         registered : bool
             Whether unregistered depth is registered to colour. False returns both images as captured.
+        neighbours : int
+            Number of frames before it and after it whose depth is added (`with_neighbours`); not for a raw pair.
+        neighbour_step : int
+            Their distance: every so many frames.
 
         Returns
         -------
@@ -201,12 +223,21 @@ class Source:
         ------
         InputError
             If there is no such frame, and as `ilf.load_frame`; for a raw pair, also if its cameras are not known.
+        ParameterError
+            For neighbours of a raw pair.
+        ExportError
+            As `with_neighbours`.
         """
+        if neighbours and not registered:
+            raise ParameterError("A raw pair has no neighbours: leave them out, or read the registered frame.")
         source = self.frame_source(key)
         if registered:
-            return source.load(warn=True)
+            frame = source.load(warn=True)
+            if not neighbours:
+                return frame
+            return with_neighbours(frame, *self.around(key, neighbours * neighbour_step), step=neighbour_step)
         pair = source.load_pair(warn=True)
-        if self.is_registered or source.frame is not None:
+        if self.is_registered or source.frame is not None or pair.colour_camera != pair.depth_camera:
             return pair
         return replace(pair, notes=(*pair.notes, _ONE_CAMERA_NOTE))
 
@@ -218,14 +249,18 @@ def open_source(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    depth_intrinsics: IntrinsicsSpec | None = None,
     min_confidence: float | None = None,
     max_gap: float = MAX_TIME_GAP_S,
     topics: Topics | None = None,
+    layout: str | os.PathLike[str] | None = None,
 ) -> Source:
     """Open a folder of frames, a data set or a recording.
 
     Paired folders and files, matched by name, number or time; a folder per frame; sequences of TUM, Bonn and ICL-NUIM;
-    scenes of BOP; frames of SUN RGB-D; sequences of 7-Scenes; raw folders of NYU Depth. Recordings of ROS 1 (.bag) and
+    scenes of BOP; frames of SUN RGB-D; raw folders of NYU Depth; data sets whose layout is in a table, which TOML files
+    extend: 7-Scenes, ScanNet, KITTI, VOID, Matterport3D, Hypersim, DREDS, DIODE, TransCG, ClearGrasp, Replica, folders
+    of nerfstudio, COLMAP and Open3D. Recordings of ROS 1 (.bag) and
     ROS 2 (a folder, .db3, .mcap), of Azure Kinect and Femto (.mkv) and of RealSense cameras (.bag, .db3); captures of
     Record3D (.r3d), Stray Scanner and ARKitScenes; ScanNet (.sens); the labelled file of NYU Depth (.mat); folders of
     raw pairs with a calibration.json; shards of `ilf batch --shards`, with completed depth.
@@ -234,8 +269,8 @@ def open_source(
     ----------
     path : path-like
         See `ilf.io.list_frames`.
-    depth_units, encoding, invalid, intrinsics, min_confidence : optional
-        How the depth of all frames is read, its camera, and its minimum confidence, as for `ilf.load_frame`. None uses
+    depth_units, encoding, invalid, intrinsics, depth_intrinsics, min_confidence : optional
+        How the depth of all frames is read, its cameras, and its minimum confidence, as for `ilf.load_frame`. None uses
         the options of the source's layout.
     max_gap : float
         Maximum time difference [s] of colour and depth of one frame, where they are matched by time. Each image is used
@@ -243,13 +278,16 @@ def open_source(
     topics : tuple of str, optional
         Topics of colour and depth, in a ROS recording with several cameras. None selects the most suitable ones,
         aligned depth first, and reports them in `notes`.
+    layout : str or path-like, optional
+        How the files of a folder are named and read: a text such as "rgb=color/*.jpg depth=depth/*.png units=1000", the
+        name of a layout of the table, or a TOML file; see `ilf.sources.layout.Layout`. None recognises the layout.
 
     Raises
     ------
     InputError
         If there is no such folder, or it contains no frames.
     FormatError
-        If its lists or calibrations are damaged.
+        If its lists, its calibrations or the layout are damaged.
     ParameterError
         If both units and an encoding are given, the minimum confidence is not a number, `max_gap` is not a duration, or
         `topics` are given for a source without topics.
@@ -272,8 +310,9 @@ def open_source(
         invalid=invalid,
         min_confidence=min_confidence,
         intrinsics=intrinsics,
+        depth_intrinsics=depth_intrinsics,
     )
-    return Source.of(path, options, max_gap=max_gap, topics=topics)
+    return Source.of(path, options, max_gap=max_gap, topics=topics, layout=layout)
 
 
 def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource]:

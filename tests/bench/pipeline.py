@@ -87,23 +87,23 @@ def _measured(folder: str | None, size: str, threads: int, rounds: int) -> dict[
 
     def way(frame: ilf.RGBDFrame) -> tuple[dict[str, list[float]], ilf.Completion, np.ndarray]:
         times = {}
-        times["edges"], _ = _timed(lambda: ilf.edge_strength(frame))
-        times["blocks"], blocks = _timed(lambda: ilf.extract_blocks(frame))
-        times["completion"], result = _timed(lambda: complete(frame, blocks, threads=threads))
-        times["error"], error = _timed(lambda: ilf.expected_error(result))
+        times["edges"], _ = timed(lambda: ilf.edge_strength(frame))
+        times["blocks"], blocks = timed(lambda: ilf.extract_blocks(frame))
+        times["completion"], result = timed(lambda: complete(frame, blocks, threads=threads))
+        times["error"], error = timed(lambda: ilf.expected_error(result))
         return times, result, error
 
     way(scaled(160, 120))
     found, yards = [], []
     for _ in range(rounds):
-        yards.append(_timed(_hundred_dcts)[0])
+        yards.append(timed(hundred_dcts)[0])
         new = scaled(width, height)
         times, result, error = way(new)
         one = np.zeros(new.shape, np.int32)
         top, left = height // 2 - 100, width // 2 - 100
         one[max(top, 0) : top + 200, max(left, 0) : left + 200] = 1
         complete(new, one, threads=1)
-        times["block again"], _ = _timed(partial(complete, new, one, ilf.preset(noise=0.004), threads=1))
+        times["block again"], _ = timed(partial(complete, new, one, ilf.preset(noise=0.004), threads=1))
         found.append(times)
     return {
         "times": {name: [min(times[name][clock] for times in found) for clock in (0, 1)] for name in PARTS},
@@ -114,13 +114,13 @@ def _measured(folder: str | None, size: str, threads: int, rounds: int) -> dict[
     }
 
 
-def _timed(work: Callable[[], object]) -> tuple[list[float], object]:
+def timed(work: Callable[[], object]) -> tuple[list[float], object]:
     wall, processor = time.perf_counter(), time.process_time()
     result = work()
     return [time.perf_counter() - wall, time.process_time() - processor], result
 
 
-def _hundred_dcts() -> None:
+def hundred_dcts() -> None:
     import numpy as np
     import scipy.fft
 

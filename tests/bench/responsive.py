@@ -1,8 +1,9 @@
 """Responsiveness and memory of the window during work: `python -m tests.bench.responsive`.
 
-Prints the longest gaps of the window's event loop during each kind of long work, and during all of them together; and
-the memory that remains after opening, running and closing many frames in turn. Wall clock on an idle machine.
-`--frames 0` skips the frames.
+Prints the longest gaps of the window's event loop during each kind of long work, and during all of them together; the
+processor time of switches of theme and layout; and the memory that remains after opening, running and closing many
+frames in turn. Gaps are wall clock on an idle machine. `--frames 0` skips the frames, `--switches` all except the
+switches.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -26,6 +28,8 @@ from gui.app.main_window import MainWindow
 from gui.base import theme
 from gui.features.accuracy.feature import AccuracyFeature
 from gui.features.filter.feature import FilterFeature
+from gui.features.layouts.feature import LayoutsFeature
+from gui.features.layouts.layout import BUILT_IN, STANDARD
 from gui.features.sweep.feature import SweepFeature
 from gui.features.views import ErrorFeature
 from ilf._runtime.installation import asset_path
@@ -142,6 +146,36 @@ def listen(window: MainWindow, folder: Path) -> None:
     say("all of it", everything, lambda: runs.free and not sweep.worker.busy)
 
 
+def switches(window: MainWindow, app: QApplication) -> None:
+    """Print the processor time of the longest turn of the window's thread in each switch: the first, and later ones."""
+    window.actions_["run_all"].trigger()
+    wait(lambda: window.runs.free and not window.feature(ErrorFeature).busy)
+    layouts = [layout.name for layout in BUILT_IN if layout.name != window.feature(LayoutsFeature).present]
+    names = [*[*layouts, STANDARD] * _ROUNDS, *("dark", "light") * _ROUNDS]
+    found: dict[str, list[float]] = {}
+    for name in names:
+        pause(300)  # what the last switch deferred
+        theme_name = name in theme.THEMES
+        begin = partial(theme.apply_theme, app, name) if theme_name else window.actions_[f"layout_{name}"].trigger
+        found.setdefault("theme" if theme_name else f"layout {name}", []).append(_longest_turn(begin))
+    for what, turns in found.items():
+        print(f"  {what:<22} first {turns[0]:5.0f} ms, then at most {max(turns[1:]):5.0f} ms", flush=True)
+
+
+_ROUNDS = 3
+_TURNS = 20
+
+
+def _longest_turn(begin: Callable[[], object]) -> float:
+    """Return the processor time [ms] of the longest of the turns that a call causes, itself the first."""
+    turns = []
+    for turn in (begin, *[QApplication.processEvents] * _TURNS):
+        begun = time.thread_time()
+        turn()
+        turns.append(1000 * (time.thread_time() - begun))
+    return max(turns)
+
+
 def soak(window: MainWindow, folder: Path, count: int) -> None:
     """Print the memory of the process while many frames are opened and closed."""
     for number in range(count):
@@ -161,11 +195,20 @@ def main() -> None:
     parser.add_argument(
         "--frames", type=int, default=200, help="number of frames to open, run and close (default: 200)"
     )
+    parser.add_argument("--switches", action="store_true", help="only switches of theme and layout")
     arguments = parser.parse_args()
     app = QApplication([])
     theme.apply_theme(app, "light")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        for size in ((640, 480), (1920, 1080)):
+            print(f"{size[0]} x {size[1]}, processor time of the longest turn of a switch:")
+            window = new_window()
+            open_frame(window, sample(folder, size))
+            switches(window, app)
+            window.close()
+        if arguments.switches:
+            return
         for size in ((640, 480), (1280, 720)):
             print(f"{size[0]} x {size[1]}, gaps of the window's thread:")
             window = new_window()

@@ -20,6 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -50,21 +51,31 @@ def tars(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.glob("*.tar"))}
 
 
+def done(out: Path) -> int:
+    """Number of frames in parts and tables."""
+    parts = sum(1 for path in out.glob("parts/*/*") if path.name.isdecimal())
+    return parts + 7 * len(list(out.glob("shard-*.parquet")))
+
+
 def kills(folder: Path, count: int, frames: int = 60) -> bool:
     """Kill the process or a worker `count` times."""
     source, out, rng = write_frames(folder / "in", frames, (48, 64)), folder / "out", random.Random(0)
     command = [*ILF, "batch", str(source), "--per-shard", "7", "--jobs", "2", "--quiet", "--shards"]
     subprocess.run([*command, str(folder / "undisturbed")], check=True)
-    killed = 0
-    while True:
-        process = subprocess.Popen([*command, str(out)])
-        if killed < count:
-            time.sleep(rng.uniform(2, 14))
-            workers = children(process.pid) if process.poll() is None else []
-            os.kill(rng.choice([process.pid, *workers]), signal.SIGKILL)
-            killed += 1
-        if process.wait() == 0 and killed == count:
-            break
+    killed, process = 0, subprocess.Popen([*command, str(out)])
+    while killed < count:
+        target = frames * (killed + rng.random()) / count
+        while done(out) < target and process.poll() is None:
+            time.sleep(0.005)
+        if process.poll() is None:
+            with suppress(ProcessLookupError):  # a worker that has just ended
+                os.kill(rng.choice([process.pid, *children(process.pid)]), signal.SIGKILL)
+                killed += 1
+            time.sleep(0.1)
+        if process.poll() is not None:
+            process = subprocess.Popen([*command, str(out)])
+    process.wait()
+    subprocess.run([*command, str(out)], check=True)
     listed = [
         row["key"]
         for path in out.glob("shard-*.parquet")

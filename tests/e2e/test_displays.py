@@ -68,19 +68,46 @@ def test_distrusted_and_stale_depth_are_shown(opened: MainWindow, run_all: Calla
     assert not opened.views.cells["depth-in"].view.stripes.pixels.any()
 
 
-def test_a_run_opens_its_curves_and_a_live_solution_does_not(
-    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
-) -> None:
-    share = opened.views.width()
-    opened.workspace.blocks.select([1])
-    opened.workspace.parameters.set(preset("paper", max_iterations=4))
-    qtbot.waitUntil(lambda: opened.runs.free)
-    assert "Convergence" not in opened.panels.open
+def test_a_run_opens_no_panel(opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]) -> None:
+    panels, share = opened.panels.open, opened.views.width()
     run_all(opened)
-    assert "Convergence" in opened.panels.open
-    assert opened.feature(CurvesFeature).panel.records
+    assert (opened.panels.open, opened.views.width()) == (panels, share)
+    opened.panels.reveal("Convergence")
+    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).panel.records))
     assert opened.views.width() == share, "the curves take no room from the pictures"
-    assert (
-        opened.dockWidgetArea(opened.feature(CurvesFeature).panel.parentWidget())
-        == Qt.DockWidgetArea.RightDockWidgetArea
-    )
+
+
+def test_one_click_fits_the_colours_to_the_selection_or_to_what_is_visible(opened: MainWindow) -> None:
+    views, fit = opened.views, opened.actions_["fit_range"]
+    depth = opened.workspace.session.frame.depth
+    fit.trigger()
+    assert views.levels == pytest.approx(np.nanpercentile(depth, (1, 99)))
+    views.zoom_to(slice(2, 8), slice(4, 12))
+    opened.refresh.now()
+    fit.trigger()
+    assert np.nanmin(depth[:, :30]) <= views.levels[0] < views.levels[1] <= np.nanmax(depth[:, :30])
+    right = int(opened.workspace.session.labels[5, 60])
+    opened.workspace.blocks.select([right])
+    fit.trigger()
+    chosen = depth[opened.workspace.session.labels == right]
+    assert views.levels == pytest.approx(np.nanpercentile(chosen, (1, 99)))
+
+
+def test_outlines_belong_to_the_layout(opened: MainWindow) -> None:
+    contours = opened.actions_["contours_only"]
+    assert not contours.isChecked()
+    opened.actions_["layout_correct"].trigger()
+    assert contours.isChecked()
+    contours.trigger()
+    for name in ("standard", "correct"):
+        opened.actions_[f"layout_{name}"].trigger()
+    assert not contours.isChecked(), "as it was left"
+
+
+def test_messages_give_way_to_work(opened: MainWindow, qtbot: QtBot) -> None:
+    opened.toasts.clear()
+    opened.notes.show_message("Saved.")
+    opened.notes.offer("Blocks merged.", opened.actions_["undo"])
+    qtbot.mousePress(opened.views.cells["colour"].view.viewport(), Qt.MouseButton.LeftButton)
+    qtbot.mouseRelease(opened.views.cells["colour"].view.viewport(), Qt.MouseButton.LeftButton)
+    assert [toast.message for toast in opened.toasts.shown] == ["Blocks merged."]

@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
 from gui.app.main_window import MainWindow
@@ -21,6 +21,7 @@ from gui.features.context import Feature
 from gui.features.filter.feature import FilterFeature
 from gui.features.presets import PresetsFeature
 from gui.features.sweep.feature import SweepFeature
+from gui.state.results import EXPECTED
 from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
 from ilf.data.frame import RGBDFrame
@@ -67,7 +68,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert not actions["hold_out_test"].isEnabled()
     open_frame(window, qtbot, FrameSource(str(frame_folder)))
     run_all(window)
-    window.panels.offer("Accuracy")
+    window.panels.reveal("Accuracy")
     assert errors_shown(window) == ["–"] * len(workspace.session.counts())
     assert panel.tabs.currentIndex() == 1  # without a truth, hidden depth is what there is
 
@@ -128,7 +129,14 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     actions["remove_ground_truth"].trigger()
     settle(window)
     assert session.frame.ground_truth is None
-    assert errors_shown(window)[0] == "–"
+    qtbot.waitUntil(lambda: session.block_errors.source == EXPECTED, timeout=WAIT_MS)
+    rms = {label: np.sqrt(np.nanmean(session.expected_error()[session.labels == label] ** 2)) for label in (1, 2)}
+    assert session.block_errors.rmse == pytest.approx(rms)
+    window.refresh.now()
+    assert errors_shown(window) == [millimetres(rms[1]), millimetres(rms[2])]
+    window.feature(BlocksFeature).table.view.sortByColumn(Column.ERROR, Qt.SortOrder.AscendingOrder)
+    assert errors_shown(window) == [millimetres(error) for error in sorted(rms.values(), reverse=True)], "worst first"
+    window.feature(BlocksFeature).table.view.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
     assert not actions["remove_ground_truth"].isEnabled()
 
     # on hidden depth: the present values, a kept run and a preset, all on the same pixels

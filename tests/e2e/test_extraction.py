@@ -264,7 +264,7 @@ def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, q
     label = opened.feature(ExtractionFeature).panel.findChild(QLabel, "summary")
     assert _summary(opened) == ""
     _slide(opened, "dilation", 5)
-    assert "Four, extraction" in _summary(opened)
+    assert "Four with extraction" in _summary(opened)
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     assert _summary(opened) == "", "the blocks are what these values give"

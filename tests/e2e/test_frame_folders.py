@@ -10,10 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.frame_list.feature import FramesFeature
+from gui.features.frame_list.film_strip import FilmStripFeature
+from gui.features.frame_list.model import ENTRY
 from gui.features.project.recent import RecentFeature, key_of
 from gui.state.entries import Entry
 from ilf.data.frame import RGBDFrame
@@ -95,6 +99,28 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
     assert (back.id, back.note, back.unsaved) == (first_id, "glass", True)
     assert np.array_equal(back.labels, labels)
     assert not back.undo_stack.canUndo()
+
+
+def test_the_film_strip_goes_from_frame_to_frame(listed: MainWindow, qtbot: QtBot) -> None:
+    strip, entries = listed.feature(FilmStripFeature).strip, listed.workspace.frames.entries
+    assert strip.isVisible()
+    qtbot.waitUntil(lambda: strip.model().rowCount() == len(entries))
+    second = strip.visualRect(strip.model().index(1, 0)).center()
+    with qtbot.waitSignal(listed.loader.idle, timeout=WAIT_MS):
+        QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=second)
+    assert _present(listed) is entries[1]
+    for _ in range(2):
+        QTest.keyClick(strip, Qt.Key.Key_Right)
+    with qtbot.waitSignal(listed.loader.idle, timeout=WAIT_MS):
+        QTest.keyClick(strip, Qt.Key.Key_Return)
+    assert _present(listed) is entries[3]
+    _go(listed, qtbot)
+    qtbot.waitUntil(lambda: strip.currentIndex().data(ENTRY) is entries[4])
+    height = listed.views.height()
+    listed.actions_["film_strip"].trigger()
+    qtbot.waitUntil(lambda: listed.views.height() > height)
+    assert not strip.isVisible()
+    listed.actions_["film_strip"].trigger()
 
 
 def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot, monkeypatch) -> None:

@@ -50,6 +50,7 @@ def _states(window: MainWindow) -> dict[int, str]:
 def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     opened: MainWindow, qtbot: QtBot, run_all: Run, own: bool
 ) -> None:
+    opened.panels.reveal("Convergence")
     run_all(opened)
     workspace = opened.workspace
     chosen, other = list(workspace.session.counts())[:2]

@@ -59,6 +59,7 @@ def test_window_shows_what_the_library_computes(opened: MainWindow, run_all: Run
 
 
 def test_curves_of_the_chosen_block_are_its_records(opened: MainWindow, run_all: Run) -> None:
+    opened.panels.reveal("Convergence")
     run_all(opened)
     session = opened.workspace.session
     for label, result in session.valid_results().items():
@@ -227,6 +228,7 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
     opened: MainWindow, qtbot: QtBot, run_all: Run
 ) -> None:
     workspace = opened.workspace
+    opened.panels.reveal("Convergence")
     first, second = list(workspace.session.counts())[:2]
     workspace.blocks.select([second])
     shown: list[tuple[int, int]] = []

@@ -58,8 +58,8 @@ def camera() -> Camera:
     return Camera(np.array([0.08, 1.5, 0.0]), right, np.cross(right, forward), forward)
 
 
-def build(seed: int) -> Room:
-    """The room with its lights; the seed varies books, leaves and flowers."""
+def build(seed: int, more: Parts = ()) -> Room:
+    """The room with its lights, and more parts; the seed varies books, leaves and flowers."""
     rng = np.random.default_rng([seed, 1])
     parts = _shell()
     parts += placed(fu.desk(1.40, 0.66, 0.74), -1.03, 0, BACK - 0.35)
@@ -82,7 +82,7 @@ def build(seed: int) -> Room:
     parts += placed(fu.vase_with_tulips(rng), 0.15, 0.432, 2.39)
     parts += placed(fu.lying_books(2, rng), -0.10, 0.432, 2.28, 12)
     parts += placed(fu.bowl_of_oranges(), 0.19, 0.432, 2.13)
-    return Room(Scene(parts), _lights(halogen + lamp_at, bulb + lamp_foot), SKY, camera())
+    return Room(Scene([*parts, *more]), _lights(halogen + lamp_at, bulb + lamp_foot), SKY, camera())
 
 
 def _lights(halogen: np.ndarray, bulb: np.ndarray) -> list[Light]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
 from ilf.data.frame import RGBDFrame
@@ -10,6 +12,7 @@ from ilf.errors import IlfError
 from ...base.commands import Command
 from ...state.results import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.session import Session
+from ...widgets.docks import PanelGroup
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature, PendingWork
 from .ground_truth import GroundTruthDialog, GroundTruthPresenter, GroundTruthSource, frame_with
@@ -62,7 +65,7 @@ class AccuracyFeature(Feature):
         self.ground_truth = GroundTruthPresenter(context, self.panel)
         self.hidden = HoldOutPresenter(context, self.panel)
         self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
-        context.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.target", 3.2)
+        context.panels.add(_TITLE, self.panel, PanelGroup.SETTINGS, "ph.target")
         workspace, panel = context.workspace, self.panel
         changed = workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.runs.results_changed
         shown = (
@@ -94,8 +97,12 @@ class AccuracyFeature(Feature):
                 workspace.parameters.changed,
                 self.ground_truth.evaluated,
                 self.hidden.tested,
+                workspace.runs.error_changed,
             ),
         )
+        self._of: NDArray[np.float32] | None = None
+        self._by_block = BlockErrors()
+        """Expected errors of the blocks, from the expected error `_of`."""
         workspace.frames.session_changed.connect(self._select_page)
         workspace.blocks.ground_truth_changed.connect(self._select_page)
         self._select_page()
@@ -173,5 +180,12 @@ class AccuracyFeature(Feature):
         elif outcome is not None:
             errors = BlockErrors(HOLD_OUT, outcome.errors_of(session))
         else:
-            errors = BlockErrors()
+            errors = self._expected(session)
         workspace.blocks.set_block_errors(session, errors)
+
+    def _expected(self, session: Session) -> BlockErrors:
+        error = session.expected_error()
+        if error is not self._of:
+            self._of = error
+            self._by_block = BlockErrors() if error is None else BlockErrors.expected(error, session.labels)
+        return self._by_block

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QWidget
 from ilf._runtime.formatting import grouped, millimetres
 
 from ...base import theme
+from ...state.results import EXPECTED
 from ...widgets.basics import literal_text
 from ...widgets.tables import ICON_SIZE, Index, RowModel
 
@@ -219,7 +220,8 @@ class BlockModel(RowModel[BlockRow]):
         hint = _HEADERS[column][1]
         if column != Column.ERROR:
             return hint
-        known = f"{hint}, against {self.error_source}." if self.error_source else f"{hint}: unknown."
+        against = "expected" if self.error_source == EXPECTED else f"against {self.error_source}"
+        known = f"{hint}, {against}." if self.error_source else f"{hint}: unknown."
         return f"{known} Load ground truth or run a hold-out test in the panel Accuracy."
 
     def _decoration(self, row: BlockRow, column: Column) -> QIcon | QColor | None:
@@ -235,6 +237,8 @@ class BlockModel(RowModel[BlockRow]):
 
     def _foreground(self, row: BlockRow, column: Column) -> QColor | None:
         if not row.visible:
+            return self._colours.muted
+        if column == Column.ERROR and self.error_source == EXPECTED:
             return self._colours.muted
         return self._colours.accent if row.own and column == Column.NAME else None
 
@@ -260,6 +264,7 @@ def _text(row: BlockRow, column: Column) -> str:
 
 
 def _sort_key(row: BlockRow, column: Column) -> str | float:
+    """Return the key of a cell; the first click on a header sorts ascending, and should show the worst block first."""
     keys: dict[Column, str | float] = {
         Column.VISIBLE: int(row.visible),
         Column.LOCKED: int(row.locked),
@@ -267,11 +272,11 @@ def _sort_key(row: BlockRow, column: Column) -> str | float:
         # "block 10" after "block 9"
         Column.NAME: re.sub(r"\d+", lambda digits: digits[0].zfill(9), row.name.casefold()),
         Column.PIXELS: row.pixels,
-        Column.MISSING: row.defect_rate,
+        Column.MISSING: -row.defect_rate,
         Column.STATE: list(_STATES).index(row.state),
         Column.ITERATIONS: row.iterations,
         Column.SIGMA: math.inf if math.isnan(row.sigma_i) else row.sigma_i,
-        Column.ERROR: math.inf if math.isnan(row.error) else row.error,
+        Column.ERROR: math.inf if math.isnan(row.error) else -row.error,
     }
     return keys[column]
 

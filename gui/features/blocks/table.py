@@ -224,7 +224,7 @@ class _BlockView(QTableView):
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         if self.model().rowCount() == 0:
-            paint_hint(self, "No blocks yet. Extract blocks from the frame, or paint one.")
+            paint_hint(self, "Extract blocks from the frame, or paint one")
 
     def _handle_icon_click(self, event: QMouseEvent) -> bool:
         index = self.indexAt(event.position().toPoint())

@@ -104,7 +104,7 @@ class ExtractionPanel(QWidget):
         lines = [f'<span style="color: {tone.name()}">{html.escape(text)}</span>' for text, tone in pairs if text]
         if self._layout:
             link = f'<a href="view" style="color: {colours.accent.name()}">{html.escape(self._layout)}</a>'
-            text = f"Choose the layout {link} to see the result of these parameters."
+            text = f"Choose the view set {link} to see the result of these parameters."
             lines.append(f'<span style="color: {colours.muted.name()}">{text}</span>')
         self._summary.setText("<br>".join(lines))
         self._summary.setVisible(bool(lines))

@@ -237,7 +237,6 @@ class FramesFeature(Feature):
         for signal in (entries.added, entries.removed):
             signal.connect(lambda *_: self._note_listed())
         entries.changed.connect(self._note_changed)
-        workspace.frames.sessions_changed.connect(self._offer)
         workspace.frames.touched.connect(self._note_touched)
         context.refresh.add(
             "frames",
@@ -308,10 +307,6 @@ class FramesFeature(Feature):
 
     def _why_empty(self) -> str:
         return "" if len(self.context.workspace.frames.entries) else "Open a frame first."
-
-    def _offer(self) -> None:
-        if len(self.context.workspace.frames.entries) > 1:
-            self.context.panels.offer("Frames")
 
     # navigation
 
@@ -406,7 +401,6 @@ class FramesFeature(Feature):
 
     def _tell_listed(self, how: FrameSource, listing: Listing) -> None:
         count = len(listing.sources)
-        self.context.panels.offer("Frames")
         text = f"{how.name}: {counted(count, 'frame')}."
         self.context.notes.show_message(" ".join((text, *listing.notes)))
 

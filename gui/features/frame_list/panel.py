@@ -141,10 +141,10 @@ class FrameView(QTableView):
             paint_hint(self, self.hint)
 
 
-_NOTHING_OPEN = "No frames open. Open one, or drop files or a folder of frames here."
+_NOTHING_OPEN = "Open a frame, or drop files or a folder of frames here"
 _ROOMY = 240
 """Minimum height of the panel [px] for a permanent line for the note."""
-_NONE_SHOWN = "No frame matches the filter. Press Esc in the line above to show all."
+_NONE_SHOWN = "No frame matches the filter: press Esc in the line above to show all"
 
 
 class FramesPanel(QWidget):

@@ -91,7 +91,7 @@ def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, 
     name = f"{entry.name} •" if entry.unsaved else entry.name
     centre = QPointF(left + _MARK / 2, boxes[1].center().y() + 0.5)
     if summary.done:
-        _paint_tick(painter, centre, colours.good)
+        paint_tick(painter, centre, colours.good)
     else:
         _paint_mark(painter, centre, mark_colour(summary.stage, colours))
     boxes[1].setLeft(left + _MARK + 5)
@@ -122,7 +122,7 @@ def _paint_mark(painter: QPainter, centre: QPointF, colour: QColor | None) -> No
     painter.drawEllipse(centre, _MARK / 2, _MARK / 2)
 
 
-def _paint_tick(painter: QPainter, centre: QPointF, colour: QColor) -> None:
+def paint_tick(painter: QPainter, centre: QPointF, colour: QColor) -> None:
     """Paint the tick of a frame that is done, in place of the mark of its state."""
     painter.setPen(QPen(colour, 2))
     half = _MARK / 2

@@ -17,6 +17,7 @@ from ...state.inspection import Line
 from ...state.session import Point
 from ...views.linked_views import LinkedViews
 from ...views.scene_items import ViewItem
+from ...widgets.docks import PanelGroup
 from ..context import Context, Feature
 from ..views import ErrorFeature
 from .measure_panel import MeasurePanel
@@ -210,9 +211,8 @@ class InspectFeature(Feature):
         self.measure = MeasurePresenter(context, self.inspection, self.measure_panel)
         context.feature(ErrorFeature).watch(lambda: self.profile.is_seen and self.inspection.line is not None)
         self._marks = InspectMarks(context.views)
-        area = Qt.DockWidgetArea
-        context.panels.add("Profile", self.profile_panel, area.BottomDockWidgetArea, "ph.chart-line-up", 1.8)
-        context.panels.add("Measure", self.measure_panel, area.RightDockWidgetArea, "ph.ruler", 3.2)
+        context.panels.add("Profile", self.profile_panel, PanelGroup.INSPECTION, "ph.chart-line-up")
+        context.panels.add("Measure", self.measure_panel, PanelGroup.INSPECTION, "ph.ruler")
         self._connect_refresh()
         actions["tool_profile"].triggered.connect(lambda _=False: context.panels.reveal("Profile"))
         for page, tool in enumerate(("rectangle", "measure")):

@@ -3,96 +3,30 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
-from PySide6.QtCore import QEvent, QSettings, Qt
+from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import QInputDialog, QMenu
 
-from ...base import theme
 from ...base.commands import Actions, Command
 from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
 from ..context import Context, Feature
 from ..menus import insert_menu
+from ..views import ViewsFeature
+from .header import Header, LayoutBar
 from .layout import BUILT_IN, CORRECT, INSPECT, OWN, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
 _ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
 _KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"}
 
 
-# Buttons of the layouts at the end of the menu bar.
-
-_MAX_WIDTH = 460
-"""Maximum width of the buttons [px]; layouts beyond are only in the menu."""
-
-
-class _LayoutButton(QToolButton):
-    """Button that switches to its layout, but never back as its action does."""
-
-    def nextCheckState(self) -> None:
-        if not self.isChecked():
-            super().nextCheckState()
-
-
-class LayoutBar(QWidget):
-    """Row with a button for each layout; the button of the current layout is marked and has no effect."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(0, 0, 6, 0)
-        self._row.setSpacing(2)
-        self._buttons: dict[QAction, QToolButton] = {}
-        self._paint()
-
-    def set_actions(self, actions: Iterable[QAction]) -> None:
-        """Show buttons for these actions."""
-        wanted = list(actions)
-        if list(self._buttons) != wanted:
-            self._make(wanted)
-        width = 0
-        for action, button in self._buttons.items():
-            width += button.sizeHint().width() + self._row.spacing()
-            button.setVisible(width <= _MAX_WIDTH or action.isChecked())
-        self.adjustSize()
-
-    def _make(self, wanted: list[QAction]) -> None:
-        for button in self._buttons.values():
-            button.hide()
-            button.deleteLater()
-        self._buttons = {}
-        for action in wanted:
-            button = _LayoutButton()
-            button.setDefaultAction(action)
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-            self._row.addWidget(button)
-            self._buttons[action] = button
-
-    def changeEvent(self, event: QEvent) -> None:
-        """Apply the colours of another theme."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._paint()
-
-    def _paint(self) -> None:
-        colours = theme.colours(self.palette())
-        sheet = (
-            "QToolButton { border: none; padding: 1px 7px; background: transparent; "
-            f"color: {colours.muted.name()}; }}"
-            f"QToolButton:hover {{ color: {colours.text.name()}; }}"
-            f"QToolButton:checked {{ color: {colours.text.name()}; border-bottom: 2px solid {colours.accent.name()}; }}"
-        )
-        if sheet != self.styleSheet():
-            self.setStyleSheet(sheet)
-
-
 # Options of the views, stored between program starts.
 
 _KEY = "views"
-_CHOICES = "contours_only", "block_names", "show_missing"
+_CHOICES = "block_names", "show_missing"
 
 
 def remember_choices(actions: Actions) -> None:
@@ -123,6 +57,7 @@ class LayoutsFeature(Feature):
         context.views.layoutChanged.connect(self._follow_views)
         self.menu = QMenu("&Layout", context.window)
         self.bar = LayoutBar()
+        self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
 
     def _commands(self) -> Sequence[Command]:
         again = "again to go back"
@@ -236,7 +171,6 @@ class LayoutsFeature(Feature):
     def reset(self) -> None:
         """Reset the current layout to its default or saved state."""
         self.store.changed.pop(self.present, None)
-        self.context.panels.allow_hidden()
         self._apply(self.store.layouts[self.present].arrangement)
 
     def save(self, text: str) -> bool:
@@ -340,6 +274,7 @@ class LayoutsFeature(Feature):
             panels.places(),
             views.sides.chosen,
             self.context.actions["cloud_beside"].isChecked(),
+            self.context.actions["contours_only"].isChecked(),
         )
 
     def _apply(self, arrangement: Arrangement) -> None:
@@ -356,6 +291,7 @@ class LayoutsFeature(Feature):
             with contextlib.suppress(ValueError):
                 views.sides.choose(*arrangement.sides)
             self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
+            self.context.actions["contours_only"].setChecked(arrangement.contours)
         finally:
             self._turning = False
         self.context.panels.take(arrangement.panels, arrangement.places)
@@ -371,6 +307,7 @@ class LayoutsFeature(Feature):
                 self._leave(CORRECT if comes else self._back())
                 there = self.store.left(self.present)
                 self.context.panels.take(there.panels, there.places)
+                self.context.actions["contours_only"].setChecked(there.contours)
                 self._show()
         self._views, self._lasting = name, lasting
 
@@ -391,5 +328,5 @@ class LayoutsFeature(Feature):
         self.menu.addSeparator()
         self.menu.addAction(actions["reset_layout"])
         self.bar.set_actions(shown)
-        self.context.window.menuBar().setCornerWidget(self.bar)  # updates its width
+        self.header.fit()
         actions.refresh()

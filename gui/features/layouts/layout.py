@@ -32,6 +32,8 @@ class Arrangement:
         The compared depths, A and B, as chosen; "" for automatic.
     cloud_beside : bool
         Whether the cloud is shown beside the images.
+    contours : bool
+        Whether blocks are drawn as outlines, without fill.
     """
 
     views: str
@@ -40,6 +42,7 @@ class Arrangement:
     places: bytes = b""
     sides: tuple[str, str] = ("", "")
     cloud_beside: bool = False
+    contours: bool = False
 
     def packed(self) -> dict[str, Any]:
         """Return the arrangement as values for JSON."""
@@ -62,6 +65,7 @@ class Arrangement:
             places if values["seal"] == zlib.crc32(places) else b"",
             _two(values["sides"]),
             bool(values["cloud_beside"]),
+            bool(values.get("contours", False)),
         )
 
 
@@ -104,14 +108,14 @@ BUILT_IN = (
     Layout(
         CORRECT,
         "Correct",
-        "One large view for correcting blocks, the others small beside it, no panels",
-        Arrangement(CORRECT_VIEWS),
+        "One large view for correcting blocks, with their outlines; the others small beside it, no panels",
+        Arrangement(CORRECT_VIEWS, contours=True),
     ),
     Layout(
         TUNE,
         "Tune",
-        "Views with parameters, convergence and runs",
-        Arrangement("grid", panels=("Parameters", "Convergence", "Runs")),
+        "Views with parameters, runs and convergence",
+        Arrangement("grid", panels=("Parameters", "Runs", "Convergence")),
     ),
 )
 """The built-in layouts."""

@@ -287,8 +287,6 @@ class ProjectFeature(Feature):
     def _tell_opened(self, opened: OpenedProject) -> None:
         self.recent.note(opened.path)
         count = len(opened.project.frames)
-        if count > 1:
-            self.context.panels.offer("Frames")
         self.context.notes.show_message(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
         self.context.notes.warn(
             f"Opened {opened.path.name}", [text for text in (*opened.problems, self.present.read_only) if text]

@@ -137,12 +137,18 @@ class RecentMenu(QMenu):
         self.setToolTipsVisible(True)
         self.aboutToShow.connect(self.fill)
         self._origins = origins
-        self._open = open
+        self.open = open
+        """Opens an origin."""
         self._window = window
         self._entries: dict[str, QAction] = {}
         self._remove = self._action("Remove the grey entries from this list", origins.remove_missing)
         self._clear = self._action("Clear this list; files are not changed", origins.clear)
         self._clear.setText("&Clear this list")
+
+    @property
+    def origins(self) -> list[Origin]:
+        """What was opened, the latest first."""
+        return self._origins.origins
 
     def note(self, origin: Origin) -> None:
         """Add an opened origin."""
@@ -189,7 +195,7 @@ class RecentMenu(QMenu):
     def _open_key(self, key: str) -> None:
         origin = next((origin for origin in self._origins.origins if key_of(origin) == key), None)
         if origin is not None:
-            self._open(origin)
+            self.open(origin)
 
 
 class RecentFeature(Feature):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPoint, Qt, Signal
+from PySide6.QtCore import QObject, QPoint, Signal
 from PySide6.QtWidgets import QMenu
 
 from ilf._runtime.formatting import counted
@@ -25,6 +25,7 @@ from ...base.commands import Command
 from ...state.run_history import MAX_COMPARED, title_of
 from ...state.session import Session
 from ...state.workspace import Workspace
+from ...widgets.docks import PanelGroup
 from ...work.frame_runs import RunState
 from ...work.latest_request import LatestRequest
 from ...work.run_recorder import RunRecorder
@@ -207,7 +208,7 @@ class RunHistoryFeature(Feature):
                 *((actions[name], False) for name in ("delete_runs", "export_runs")),
             ]
         )
-        context.panels.add(_TITLE, self.table, Qt.DockWidgetArea.BottomDockWidgetArea, "ph.list-numbers", 1.7)
+        context.panels.add(_TITLE, self.table, PanelGroup.SETTINGS, "ph.list-numbers")
         results = workspace.frames.session_changed, workspace.runs.history_changed, workspace.runs.compared_changed
         context.refresh.add(
             "runs",

@@ -200,4 +200,4 @@ class _RunView(QTableView):
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         if self.model().rowCount() == 0:
-            paint_hint(self, "No runs yet. Every run is listed here with its parameters and errors.")
+            paint_hint(self, "Every run is listed here with its parameters and errors.")

@@ -165,7 +165,8 @@ def expected_error(completion: Completion) -> Array:
     """Compute the expected error of a completion, each block with the model of its filter.
 
     Extrapolated pixels have the model of their filter, which is that of "best". A guide that is followed makes the
-    expected error smaller, by what the hold-out for it says.
+    expected error smaller, by what the hold-out for it says. Where neighbours have measured, it is estimated by how
+    their depth differs from the frame's own.
 
     Parameters
     ----------
@@ -192,8 +193,20 @@ def expected_error(completion: Completion) -> Array:
     (40, True)
     """
     frame = completion.frame
-    if not filled_pixels(frame, completion.depth).any():  # no edges needed
-        return np.full(frame.shape, np.nan, np.float32)
+    if filled_pixels(frame, completion.depth).any():
+        error = _modelled_error(completion)
+    else:  # no edges needed
+        error = np.full(frame.shape, np.nan, np.float32)
+    if frame.neighbours is not None:
+        measured = completion.from_neighbours
+        share = frame.neighbours.relative_error(frame.own_depth)
+        error[measured] = np.float32(share) * completion.depth[measured]
+    return error
+
+
+def _modelled_error(completion: Completion) -> Array:
+    """The expected error where no depth was known, NaN elsewhere."""
+    frame = completion.frame
     model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]

@@ -119,11 +119,11 @@ class Level(NamedTuple):
 class Grid:
     """A level of the pyramid over the window.
 
-    `counts` and `totals` are the number and sum of the known depth minus the trend, in which depth by hand counts with
-    its weight; `inside` is the number of the
-    block's pixels in every cell; `edges` is the largest edge strength there, `creases` the largest probability of a
-    crease, or None if unknown. `held_out` contains counts and totals of the held-out depth, or None; `cut_links` the
-    links cut by a drawn border, or None.
+    `counts` and `totals` are the number and sum of the known depth minus the trend, in which depth of neighbours and by
+    hand counts with its weight; `inside` is the number of the block's pixels in every cell; `edges` is the largest edge
+    strength there, `creases` the largest probability of a crease, or None if unknown. `held_out` contains counts and
+    totals of the held-out depth, or None; `carried` weights and totals of depth carried from another frame, or None;
+    `cut_links` the links cut by a drawn border, or None.
     """
 
     cell: int
@@ -134,6 +134,7 @@ class Grid:
     edges: Array
     creases: Array | None
     held_out: tuple[Array, Array] | None
+    carried: tuple[Array, Array] | None
     cut_links: CutLinks | None
 
     @property
@@ -143,13 +144,22 @@ class Grid:
 
     @cached_property
     def samples(self) -> float:
-        """Number of pixels with known depth, and the weights of those with depth by hand."""
+        """Number of pixels with known depth or depth by hand, each with its weight."""
         return float(self.counts.sum(dtype=np.float64))
 
     @property
     def start(self) -> Array:
         """The cells' mean known depth minus the trend; 0 where there is none."""
         return np.divide(self.totals, self.counts, out=np.zeros_like(self.totals), where=self.counts > 0)
+
+    def started(self, u: Array, coarser: Array) -> Array:
+        """An initial surface: `u`, interpolated from the surface of the coarser grid, with the details of carried
+        depth."""
+        if self.carried is None:
+            return u
+        weights, totals = self.carried
+        detailed = np.where(weights > 0, totals / np.maximum(weights, np.float32(1e-6)), u)
+        return detailed + enlarged(coarser - np.float32(0.25) * sums_of_four(detailed, "edge"), u.shape)
 
     def sums(self, u: Array, previous: Array) -> Sums:
         """The sums of a step from `previous` to u."""
@@ -187,6 +197,7 @@ class Grid:
             edges=largest_of_four(edges),
             creases=None if self.creases is None else largest_of_four(self.creases),
             held_out=self.held_out and (sums_of_four(self.held_out[0]), sums_of_four(self.held_out[1])),
+            carried=self.carried and (sums_of_four(self.carried[0]), sums_of_four(self.carried[1])),
             cut_links=self.cut_links and self.cut_links.halved(),
         )
 
@@ -224,7 +235,7 @@ class Pixels:
         mask = np.zeros(tuple(side.stop - side.start for side in around), bool)
         mask[within(block.box, around)] = block.mask
         inside = mask[within(window, around)]
-        among = inside & np.isnan(frame.depth[window]) if changing else inside
+        among = inside & ~frame.own[window] if changing else inside
         places = np.flatnonzero(among)
         seen = np.flatnonzero(pixels_in_window(block, window))[among[inside]]
         return cls(levels, places, seen, trend.ravel()[places], frame, block)

@@ -95,13 +95,22 @@ class Denoising:
     explained: bool
 
     @classmethod
-    def of(cls, depth: Array, trend: Array, noise: Noise, parameters: Parameters, explained: bool) -> Denoising:
-        """From depth [m], NaN = missing, and a trend [m], which explains it or does not."""
+    def of(
+        cls,
+        depth: Array,
+        trend: Array,
+        noise: Noise,
+        parameters: Parameters,
+        explained: bool,
+        weights: Array | None,
+    ) -> Denoising:
+        """From depth [m], NaN = missing, a trend [m], which explains it or does not, and the weights of the depth."""
         known = np.isfinite(depth)
+        deviation = noise.deviation(np.where(known, depth, trend))
         return cls(
             known=known,
             samples=np.where(known, depth - trend, np.float32(0)),
-            deviation=noise.deviation(np.where(known, depth, trend)),
+            deviation=deviation if weights is None else np.asarray(deviation / np.sqrt(weights), np.float32),
             grain=noise.grain,
             bending=parameters.bending_weight,
             smoothness=parameters.smoothness,
@@ -197,6 +206,9 @@ _BEFORE_ROUNDS = 8
 _ROUNDS, _ROUND_STEPS = 2, 8
 """Number of rounds that weaken links at jumps, and maximum number of steps in each."""
 
+_CARRIED_STEPS = 10
+"""Maximum number of steps on the finest grid from carried depth, which shows where links are to be weakened."""
+
 _SLOPE_JUMPS = 4.0
 """Scale at which links of first differences are weakened, relative to that of second differences."""
 
@@ -235,6 +247,9 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         beyond it is used there.
     by_hand : DepthByHand, optional
         Depth by hand at the block's missing pixels, in the same order: samples with its weight.
+    carried : ndarray of float32, shape (H, W), optional
+        Depth [m] expected from the previous frame of a sequence, NaN = none: the iteration starts from its details, and
+        where depth is missing, it is followed with a small weight.
     """
 
     def __init__(
@@ -245,15 +260,16 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         edges: FrameEdges,
         drawn: NDArray[np.bool_] | None = None,
         by_hand: DepthByHand | None = None,
+        carried: Array | None = None,
     ) -> None:
         self._start = time.perf_counter()
         self._frame, self._block, self._parameters = frame, block, parameters
-        view = View(frame, block, parameters, drawn, by_hand)
+        view = View(frame, block, parameters, drawn, by_hand, carried)
         self._window, self._gap = view.window, view.gap
         guide = fit_guide(frame)
         depth = view.mean_depth(guide)
         noise = parameters.noise or noise_of(view.depth, view.mask)
-        shaped = parameters.trend and view.gap >= WIDE
+        shaped = parameters.trend and view.gap >= WIDE and not view.is_carried
         found = None if parameters.mode == "fill" else self._noise(frame)
         # depth by hand is not part of what noise explains: the gaps must be filled
         measured_only = by_hand is None
@@ -267,9 +283,12 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             trend = view.guided(trend, guide)
         self._denoising = None
         if found is not None:
-            self._denoising = Denoising.of(view.raw[view.place], trend, found, parameters, follows and measured_only)
+            self._denoising = Denoising.of(
+                view.raw[view.place], trend, found, parameters, follows and measured_only, view.weights
+            )
         self._least = parameters.s_criteria
         self._finest_steps = _FINEST_STEPS if self._denoising is None else _BEFORE_ROUNDS
+        self._continues = view.is_carried
         weights = parameters.smoothness * stiffness
         self._slope, self._bending = weights * parameters.slope_weight, weights * parameters.bending_weight
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
@@ -277,7 +296,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
         self._finest = finest = view.grid(np.ascontiguousarray(trend), edges, parameters)
         # of samples of weight w: w times the square, as their total is w times their depth
-        self._known_squares = inner(finest.totals, finest.totals if measured_only else finest.start)
+        self._known_squares = inner(finest.totals, finest.start)
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
         grids = [finest]
         while len(grids) <= _HALVINGS or grids[-1].counts.size > _DIRECT_CELLS:
@@ -406,7 +425,11 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             level, grid = grid.level, self._coarser.pop() if self._coarser else finest
             limit = self._finest_steps if grid is finest else _STEPS
             weights = self._weights(grid)
-            u = yield from self._descend(grid, self._energy(grid, weights), level.enlarged(u, grid.level), limit)
+            start = grid.started(level.enlarged(u, grid.level), u)
+            if grid is finest and self._continues and math.isfinite(self._jump):
+                weights.weaken(start, np.full(start.shape, self._jump, np.float32), _SLOPE_JUMPS)
+                return (yield from self._descend(grid, self._energy(grid, weights), start, _CARRIED_STEPS))
+            u = yield from self._descend(grid, self._energy(grid, weights), start, limit)
         if math.isfinite(self._jump) and self._denoising is None:
             for self._round in range(1, _ROUNDS + 1):
                 weights = self._weights(finest, weights)
@@ -446,7 +469,10 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         return u
 
     def _energy(self, grid: Grid, weights: Weights) -> SmoothnessEnergy:
-        return SmoothnessEnergy(grid.counts + self._levelling, grid.totals, weights)
+        counts, totals = grid.counts + self._levelling, grid.totals
+        if grid.carried is not None:
+            counts, totals = counts + grid.carried[0], totals + grid.carried[1]
+        return SmoothnessEnergy(counts, totals, weights)
 
     def _weights(self, grid: Grid, out: Weights | None = None) -> Weights:
         # on cells of c pixels, the sum of squared slopes stays the same, that of bending is c^2 times as large

@@ -14,6 +14,7 @@ from ...data.blocks import Block, Box, union, within
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
+from ...data.neighbours import WEIGHT
 from ...data.parameters import Parameters
 from ...data.results import hold_out_mask
 from ...segmentation.edges.frame_edges import FrameEdges
@@ -232,6 +233,12 @@ it fades out over the same distance again."""
 NEAREST = 0.1
 """Depth [m] below which thresholds given as a share of depth are constant."""
 
+CARRIED_WEIGHT = 0.02
+"""Weight of depth carried from another frame, at missing pixels, relative to a known pixel."""
+
+_COVERED = 0.9
+"""Minimum share of the missing pixels for which carried depth replaces the trend."""
+
 _SEPARATING_EDGE = 10.0
 """Edge strength that fully separates a hole beyond the sensor range from something in front of it."""
 
@@ -246,6 +253,7 @@ class View:
         parameters: Parameters,
         drawn: NDArray[np.bool_] | None,
         by_hand: DepthByHand | None,
+        carried: Array | None,
     ) -> None:
         self._frame = frame
         self._block = block
@@ -257,6 +265,7 @@ class View:
         """The block's pixels in the box around block and window."""
         self.mask[within(block.box, around)] = block.mask
         self._mask = self.mask[self.place]
+        self._carried = carried
         self._drawn: NDArray[np.bool_] | None = None
         if drawn is not None:
             at = np.zeros(self.mask.shape, bool)
@@ -278,6 +287,9 @@ class View:
         self.depth = np.where(trusted, self._measured, np.float32(np.nan))
         """Depth [m] in that box, without flying and held-out pixels; to be denoised, without swapped ones."""
         self.depth[self.place][self._held_out] = np.nan
+        added = frame.from_neighbours
+        self.weights = None if added is None else np.where(added[self.window], np.float32(WEIGHT), np.float32(1))
+        """Weights of the known depth in the window; None for 1."""
         self._by_hand: tuple[Array, float] | None = None
         """Depth by hand [m] in that box, NaN for none, and its weight. Edges fade towards measured depth only."""
         if by_hand is not None:
@@ -288,6 +300,12 @@ class View:
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
         self.gap = float(self._distance[self._mask].max())
         """Largest distance [px] of the block's pixels in the window from known depth."""
+        self.is_carried = False
+        """Whether carried depth covers nearly all that is missing, so that no trend is needed."""
+        if carried is not None:
+            missing = self._mask & unknown
+            covered = np.isfinite(carried[self.window]) & missing
+            self.is_carried = bool(np.count_nonzero(covered) >= _COVERED * np.count_nonzero(missing))
         wanted = parameters.out_of_range and self.gap >= WIDE
         self.beyond = beyond_sensor_range(frame, block) if wanted else None
         """The block's holes beyond the sensor range; None without any."""
@@ -337,6 +355,8 @@ class View:
     def grid(self, trend: Array, found: FrameEdges, parameters: Parameters) -> Grid:
         """The finest grid."""
         counts, totals = _samples(self.depth[self.place] - trend)
+        if self.weights is not None:
+            counts, totals = counts * self.weights, totals * self.weights
         if self._by_hand is not None:
             stated, weight = self._by_hand[0][self.place], np.float32(self._by_hand[1])
             added = np.isfinite(stated)
@@ -346,6 +366,11 @@ class View:
         if self._held_out.any():
             rest = self._frame.depth[self.window] - trend
             held_out = _samples(np.where(self._held_out, rest, np.float32(np.nan)))
+        carried = None
+        if self._carried is not None:
+            expected, sums = _samples(self._carried[self.window] - trend)
+            hint = np.float32(CARRIED_WEIGHT) * (counts == 0)
+            carried = hint * expected, hint * sums
         mask = self._mask.astype(np.uint8)
         cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
         boundary = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, cross).astype(np.float32)
@@ -366,6 +391,7 @@ class View:
             edges=edges.astype(np.float32),
             creases=None if found.crease is None else fade * found.crease[self.window],
             held_out=held_out,
+            carried=carried,
             cut_links=None if self._drawn is None else CutLinks.around(self._mask, self._drawn),
         )
 
@@ -373,7 +399,7 @@ class View:
 def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
     """The window of the surface: all that may change, with some known depth around."""
     rows, columns = block.box
-    wanted = block.mask & np.isnan(frame.depth[block.box]) if mode == "fill" else block.mask
+    wanted = block.mask & ~frame.own[block.box] if mode == "fill" else block.mask
     if not wanted.any():
         wanted = block.mask
     found = []

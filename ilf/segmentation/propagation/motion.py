@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -383,25 +384,31 @@ def motion_by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Mot
 def consistent_flow(before: RGBDFrame, after: RGBDFrame) -> tuple[Field, Mask]:
     """Optical flow from the frame before to the one after, and where it is consistent with the backward flow.
 
-    If the motion is too large for that, flow is computed again, starting from the global shift by phase correlation.
-
     Returns
     -------
     ndarray of float32, shape (H, W, 2)
         Offsets x, y [px].
     ndarray of bool, shape (H, W)
     """
-    pictures = _brightness(before), _brightness(after)
-    found = _forward_backward_flow(*pictures, (0.0, 0.0))
+    flow, agrees = flow_between(_brightness(before), _brightness(after))
+    height, width = before.shape
+    return flow[:height, :width], agrees[:height, :width]
+
+
+def flow_between(start: NDArray[np.uint8], end: NDArray[np.uint8]) -> tuple[Field, Mask]:
+    """Optical flow from one brightness image to another of the same size, at least 24 pixels high and wide, and where
+    it is consistent with the backward flow; as `consistent_flow` returns.
+
+    If the motion is too large for that, flow is computed again, starting from the global shift by phase correlation.
+    """
+    found = _forward_backward_flow(start, end, (0.0, 0.0))
     if np.count_nonzero(found[1]) < _FAR * found[1].size:
-        window = cv2.createHanningWindow(pictures[0].shape[::-1], cv2.CV_32F)
-        start, end = (picture.astype(np.float32) for picture in pictures)
-        shift, _ = cv2.phaseCorrelate(start, end, window)
-        again = _forward_backward_flow(*pictures, (float(shift[0]), float(shift[1])))
+        window = cv2.createHanningWindow(start.shape[::-1], cv2.CV_32F)
+        shift, _ = cv2.phaseCorrelate(start.astype(np.float32), end.astype(np.float32), window)
+        again = _forward_backward_flow(start, end, (float(shift[0]), float(shift[1])))
         if np.count_nonzero(again[1]) > np.count_nonzero(found[1]):
             found = again
-    height, width = before.shape
-    return found[0][:height, :width], found[1][:height, :width]
+    return found
 
 
 def _forward_backward_flow(
@@ -424,9 +431,12 @@ def _forward_backward_flow(
 
 
 def _brightness(frame: RGBDFrame) -> NDArray[np.uint8]:
-    """Brightness, uint8, padded to the minimum size for flow."""
-    grey = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
-    below, right = (max(0, _SIDE - side) for side in frame.shape)
+    return padded_for_flow(cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY))
+
+
+def padded_for_flow(grey: NDArray[Any]) -> NDArray[np.uint8]:
+    """A brightness image, uint8, padded to the minimum size for flow."""
+    below, right = (max(0, _SIDE - side) for side in grey.shape)
     return np.asarray(cv2.copyMakeBorder(grey, 0, below, 0, right, cv2.BORDER_REPLICATE), np.uint8)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from ilf.batch.pictures import read_preview
 from ilf.batch.workers import scheduler_address
 from ilf.io.frame_additions import load_ground_truth
+from ilf.io.images import read_colour
 from ilf.io.labels import read_labels, read_mask
 from ilf.lab.experiments.files import read_result
 from ilf.run.preset_files import read_preset
@@ -84,6 +85,14 @@ _ALL = (
     Format("depth-exr", "depth.exr", recording_seeds.depth_exr, of_bytes, readers.depth),
     Format("depth-pfm", "depth.pfm", recording_seeds.depth_pfm, of_bytes, readers.depth),
     Format("depth-colmap", "depth.bin", recording_seeds.depth_colmap, of_bytes, readers.depth),
+    Format("depth-hdf5", "depth.hdf5", seeds.depth_hdf5, of_bytes, readers.depth),
+    Format("depth-pcd", "depth.pcd", seeds.depth_pcd, of_bytes, readers.depth),
+    Format("colour-pcd", "depth.pcd", seeds.depth_pcd, of_bytes, read_colour),
+    Format("depth-pclzf", "depth.pclzf", seeds.depth_pclzf, of_bytes, readers.depth),
+    Format("layout", "layout.toml", seeds.layout, of_text, readers.layout),
+    Format("transforms", "transforms/transforms.json", seeds.transforms, of_json, readers.folder_around),
+    Format("trajectory-log", "frames/trajectory.log", seeds.open3d("trajectory.log"), of_text, readers.folder_around),
+    Format("intrinsics-text", "frames/camera.txt", seeds.open3d("camera.txt"), of_text, readers.intrinsics),
     Format("depth-npz", "depth.npz", recording_seeds.depth_npz, of_zip(lambda name: of_bytes), readers.depth),
     Format("ros1-bag", "made.bag", recording_seeds.bag("ros1"), of_bytes, readers.recording),
     Format("ros2-sqlite", "made.db3", recording_seeds.bag("sqlite3"), of_bytes, readers.recording),

@@ -20,7 +20,6 @@ from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, differences, read_settings
 from ilf.batch.task import Task
 from ilf.cli.info import record_facts
-from ilf.cli.rosbag import stamp_of
 from ilf.data.points import point_cloud
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import read_blocks
@@ -40,6 +39,7 @@ from ilf.sources.frames import load_frame
 from ilf.sources.listing import list_frames
 from ilf.sources.nyu import NyuLabelled
 from ilf.sources.opening import close_all
+from ilf.sources.pairing import stamp_of
 from ilf.sources.poses import camera_pose
 from ilf.sources.source import open_source
 
@@ -68,6 +68,11 @@ def folder(path: Path) -> None:
 
 def guide(path: Path) -> None:
     load_guide(path, SHAPE)
+
+
+def layout(path: Path) -> None:
+    """A layout of a stranger, on a folder with frames."""
+    list_frames(path.parent, layout=path)
 
 
 def intrinsics(path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
+import struct
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -100,6 +101,76 @@ def depth_npy(folder: Path) -> list[bytes]:
     metres = depth_values() / 1000
     kinds = (depth_values(), metres.astype(np.float32), np.asfortranarray(metres), metres.astype(">f4"))
     return [_npy(kind) for kind in kinds]
+
+
+def depth_hdf5(folder: Path) -> list[bytes]:
+    with_colour(folder)
+    stream = io.BytesIO()
+    with h5py.File(stream, "w") as file:
+        file["dataset"] = (depth_values() / 1000).astype(np.float16)
+    return [stream.getvalue()]
+
+
+def depth_pcd(folder: Path) -> list[bytes]:
+    with_colour(folder)
+    points = np.zeros(SHAPE, [("x", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
+    points["z"], points["rgb"] = depth_values() / 1000, _colour()[..., 0]
+    header = (
+        f"# .PCD v0.7\nVERSION 0.7\nFIELDS x z rgb\nSIZE 4 4 4\nTYPE F F U\nCOUNT 1 1 1\nWIDTH {WIDTH}\n"
+        f"HEIGHT {HEIGHT}\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {HEIGHT * WIDTH}\nDATA "
+    ).encode()
+    fields = b"".join(np.ascontiguousarray(points[name]).tobytes() for name in points.dtype.names or ())
+    packed = _lzf(fields)
+    text = "\n".join(" ".join(map(str, point)) for point in points.ravel().tolist())
+    return [
+        header + b"ascii\n" + text.encode(),
+        header + b"binary\n" + points.tobytes(),
+        header + b"binary_compressed\n" + struct.pack("<2I", len(packed), len(fields)) + packed,
+    ]
+
+
+def depth_pclzf(folder: Path) -> list[bytes]:
+    with_colour(folder)
+    data = depth_values().tobytes()
+    packed = _lzf(data)
+    return [struct.pack("<5s2I16s2I", b"PCLZF", WIDTH, HEIGHT, b"depth16 ".ljust(16), len(packed), len(data)) + packed]
+
+
+def _lzf(data: bytes) -> bytes:
+    """LZF of literal runs alone."""
+    return b"".join(bytes([len(run) - 1]) + run for run in (data[at : at + 32] for at in range(0, len(data), 32)))
+
+
+def layout(folder: Path) -> list[bytes]:
+    for kind in ("rgb", "depth"):
+        (folder / kind).mkdir(exist_ok=True)
+        (folder / kind / "1.png").touch()
+    table = 'rgb = "{}/{rgb,color}/*.png"\ndepth = "{}/depth/*.png"\nunits = 1000\nK = "500,500,16,12"\n'
+    return [table.encode(), f'[lab]\ntitle = "x"\n{table}pose_axes = "y-up"\nneeds = ["{{}}/depth/*"]\n'.encode()]
+
+
+def transforms(folder: Path) -> list[bytes]:
+    inside = folder / "transforms"
+    inside.mkdir(exist_ok=True)
+    (inside / "rgb.png").write_bytes(_encoded(".png", _colour()))
+    (inside / "depth.png").write_bytes(_encoded(".png", depth_values()))
+    frame = {"file_path": "rgb.png", "depth_file_path": "depth.png", "transform_matrix": np.eye(4).tolist()}
+    camera = {"fl_x": 30.0, "fl_y": 30.0, "cx": 16.0, "cy": 12.0, "w": WIDTH, "h": HEIGHT}
+    return [json.dumps({**camera, "depth_unit_scale_factor": 0.001, "frames": [frame]}).encode()]
+
+
+def open3d(name: str) -> Seeds:
+    """A folder of Open3D."""
+
+    def write_frames(folder: Path) -> list[bytes]:
+        for kind, image in (("color", _colour()), ("depth", depth_values())):
+            (folder / "frames" / kind).mkdir(parents=True, exist_ok=True)
+            (folder / "frames" / kind / "0.png").write_bytes(_encoded(".png", image))
+        if name == "trajectory.log":
+            return [b"0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0.5\n0 0 0 1\n"]
+        return [b"30 0 16\n0 30 12\n0 0 1\n", b"fx: 30\nfy: 30\ncx: 16\ncy: 12\n", b"32 24 30 30 16 12 0 0 0 0 0\n"]
+
+    return write_frames
 
 
 def with_depth(folder: Path) -> None:

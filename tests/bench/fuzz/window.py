@@ -41,7 +41,6 @@ def settings(folder: Path) -> list[bytes]:
     chosen = QSettings()
     values: dict[str, object] = {
         "window/geometry": window.saveGeometry(),
-        "panels/declined": ["Blocks", "Runs"],
         "frames/most_open": 5,
         "export/options": json.dumps({"cloud": "ply"}),
         "export/folder": str(folder),

@@ -16,6 +16,8 @@ from ilf.data.frame import RGBDFrame
 sys.path.insert(0, str(Path(__file__).parents[3] / "assets" / "samples"))
 from make_room import intrinsics_at
 from roomkit import light, picture, sensor
+from roomkit.furniture import OAK, Parts, placed
+from roomkit.meshes import box
 from roomkit.room import Camera, Room, build, camera
 from roomkit.scene import Hits
 
@@ -47,12 +49,15 @@ class Moment:
         Index of the pixel of the first frame that shows the same point; -1 without one.
     pose : ndarray of float64, shape (4, 4)
         World to camera.
+    exact : ndarray of float32, shape (H, W), or None
+        Exact depth [m], NaN without a surface; None if not known.
     """
 
     frame: RGBDFrame
     surface: NDArray[np.int32]
     first: NDArray[np.int64]
     pose: NDArray[np.float64]
+    exact: NDArray[np.float32] | None = None
 
 
 def orbit(step: int) -> Camera:
@@ -76,13 +81,25 @@ def still(step: int) -> Camera:
     return camera()
 
 
+def hand(step: int) -> Camera:
+    """Held in the hand of someone who walks slowly: forward, swaying, and looking around."""
+    start = camera()
+    place = start.position + np.array([0.03 * np.sin(0.4 * step), 0.012 * np.sin(0.9 * step), 0.015 * step])
+    return _moved(start, place, _turned(np.radians(4.0 * np.sin(0.25 * step))), 3 * step)
+
+
+def moving_box(step: int) -> Parts:
+    """A box that moves across the room by 4 cm per frame."""
+    return placed([(box((0.35, 0.55, 0.35)).moved(y=0.275), OAK)], -0.75 + 0.04 * step, 0.0, 1.95)
+
+
 def rendered(path: str, cache: Path, length: int = LENGTH, seed: int = 7) -> list[Moment]:
     """Render a sequence of the generated room; pictures are cached, because each takes seconds.
 
     Parameters
     ----------
     path : str
-        "orbit", "dolly" or "still".
+        "orbit", "dolly", "hand", "still", or "moving": in the hand, with a box that moves.
     cache : Path
         Cache folder.
     length : int
@@ -97,7 +114,7 @@ def rendered(path: str, cache: Path, length: int = LENGTH, seed: int = 7) -> lis
     for step in range(length):
         file = cache / f"{path}-{seed}-{step:02d}.npz"
         if not file.exists():
-            scene = scene or build(seed)
+            scene = build(seed, moving_box(step)) if path == MOVING else scene or build(seed)
             print(f"rendering {path} {step}", file=sys.stderr)
             room = replace(scene, camera=PATHS[path](step))
             rng = np.random.default_rng([seed, 5, step])
@@ -122,6 +139,7 @@ def rendered(path: str, cache: Path, length: int = LENGTH, seed: int = 7) -> lis
             blocks[one["surface"]],
             _seen_first(one["exact"], pose, raw[0]["exact"], poses[0], intrinsics),
             pose,
+            one["exact"],
         )
         for step, (one, pose) in enumerate(zip(raw, poses, strict=True))
     ]
@@ -280,4 +298,5 @@ def _seen_first(
     return np.where(same, row * exact.shape[1] + column, -1)
 
 
-PATHS = {"orbit": orbit, "dolly": dolly, "still": still}
+MOVING = "moving"
+PATHS = {"orbit": orbit, "dolly": dolly, "hand": hand, MOVING: hand, "still": still}

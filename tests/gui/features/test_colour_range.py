@@ -11,7 +11,7 @@ from gui.views.colours import Range
 
 
 def test_a_range_can_be_typed_unless_it_is_locked_or_there_is_none(qtbot: QtBot) -> None:
-    panel = RangePanel(QAction("Lock"))
+    panel = RangePanel([QAction("Lock")])
     qtbot.addWidget(panel)
     fields = panel.mode, panel.low, panel.high
     values = np.linspace(1.0, 3.0, 100)

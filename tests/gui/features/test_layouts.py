@@ -110,11 +110,11 @@ def test_looks_aside_leave_the_layout_and_go_back_to_its_views(qtbot: QtBot) -> 
 
 def test_panels_have_their_width_in_every_layout(qtbot: QtBot) -> None:
     window, layouts = _shown(qtbot)
-    blocks = window.findChild(QDockWidget, "Blocks")
+    parameters = window.findChild(QDockWidget, "Parameters")
     width = round(0.26 * window.width())
 
     def is_now(width: int) -> bool:
-        qtbot.waitUntil(lambda: blocks.width() == width)
+        qtbot.waitUntil(lambda: parameters.width() == width)
         return True
 
     assert is_now(width)
@@ -126,7 +126,7 @@ def test_panels_have_their_width_in_every_layout(qtbot: QtBot) -> None:
             assert is_now(width)
             window.actions_["toggle_panels"].trigger()
     window.actions_["toggle_panels"].trigger()
-    window.resizeDocks([blocks], [width + 60], Qt.Orientation.Horizontal)
+    window.resizeDocks([parameters], [width + 60], Qt.Orientation.Horizontal)
     _click(window, "History")
     assert is_now(width + 60), "a column keeps the width that it was given"
     layouts.turn("standard")

@@ -641,16 +641,16 @@ def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):
         views.set_blocks(*blocks())
 
 
-def test_a_new_palette_repaints_background_and_hatch(views, qapp):
+def test_a_new_palette_repaints_background_and_hatch(views, qapp, qtbot):
     before, sheet = qapp.palette(), qapp.styleSheet()
     seen = {}
     try:
         for name in ("light", "dark"):
             theme.apply_theme(qapp, name)
+            qtbot.waitUntil(lambda name=name: theme.is_dark(views.palette()) == (name == "dark"))
             view = view_of(views, "depth-in")
             expected = theme.colours(views.palette()).background
             assert colour_at(view, QPoint(1, 1)) == expected.getRgb()[:3]
-            assert theme.is_dark(views.palette()) == (name == "dark")
             _assert_legible(theme.colours(views.palette()))
             seen[name] = colour_at(view, place(view, 15, 15))
     finally:

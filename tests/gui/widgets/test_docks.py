@@ -15,7 +15,6 @@ from PySide6.QtWidgets import QDockWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.curves import CurvesFeature
 from gui.features.status import StatusFeature
 from gui.widgets import docks
 from ilf._runtime.installation import asset_path
@@ -37,7 +36,7 @@ def test_a_window_is_moved_into_the_room_and_made_no_larger(window: QRect, room:
 
 
 def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot: QtBot) -> None:
-    for key in ("window/geometry", "frames/most_open", "panels/declined", "layouts/own", "theme"):
+    for key in ("window/geometry", "frames/most_open", "layouts/own", "theme"):
         QSettings().setValue(key, "damaged" if key != "layouts/own" else "[" * 10**5)
     window = MainWindow()
     qtbot.addWidget(window)
@@ -113,13 +112,18 @@ def test_the_rail_opens_and_folds_panels_and_one_key_all_of_them(shown: MainWind
     assert shown.panels.open == ["Blocks", "Log"]
 
 
-@pytest.mark.parametrize(("height", "neighbours"), [(800, ["Parameters"]), (1000, [])])
-def test_panels_of_a_full_column_share_a_place(shown: MainWindow, height: int, neighbours: list[str]) -> None:
-    shown.resize(1280, height)
+def test_panels_of_one_purpose_share_a_place(shown: MainWindow, qtbot: QtBot) -> None:
     _click(shown, "Accuracy")
-    dock = shown.findChild(QDockWidget, "Accuracy")
-    assert [tab.objectName() for tab in shown.tabifiedDockWidgets(dock)] == neighbours
+    docks = {title: shown.findChild(QDockWidget, title) for title in ("Accuracy", "Parameters", "Blocks")}
+    neighbours = [tab.objectName() for tab in shown.tabifiedDockWidgets(docks["Accuracy"]) if not tab.isHidden()]
+    assert neighbours == ["Parameters"]
     assert shown.panels.open == ["Blocks", "Parameters", "Accuracy"]
+    qtbot.waitUntil(lambda: not docks["Accuracy"].visibleRegion().isEmpty())
+    assert docks["Parameters"].visibleRegion().isEmpty()
+    qtbot.waitUntil(lambda: docks["Accuracy"].titleBarWidget() is not None)  # its tab has the title
+    assert [title for title, dock in docks.items() if dock.titleBarWidget() is None] == ["Blocks"]
+    _click(shown, "Accuracy")
+    qtbot.waitUntil(lambda: docks["Parameters"].titleBarWidget() is None)
 
 
 def test_no_panel_makes_the_window_larger(shown: MainWindow) -> None:
@@ -129,22 +133,6 @@ def test_no_panel_makes_the_window_larger(shown: MainWindow) -> None:
         assert shown.size() == QSize(1280, 720), title
     shown.actions_["show_range"].trigger()
     assert shown.size() == QSize(1280, 720)
-
-
-@pytest.mark.parametrize("folds_by", ["rail", "title"])
-def test_what_the_user_has_folded_stays_folded(shown: MainWindow, qtbot: QtBot, folds_by: str) -> None:
-    shown.panels.offer("Convergence")
-    assert "Convergence" in shown.panels.open
-    if folds_by == "rail":
-        _click(shown, "Convergence")
-    else:
-        shown.feature(CurvesFeature).panel.parentWidget().close()
-    shown.panels.offer("Convergence")
-    assert "Convergence" not in shown.panels.open
-    _click(shown, "Convergence")
-    shown.panels.toggle_all()
-    shown.panels.offer("Convergence")
-    assert shown.panels.open == []
 
 
 def test_full_screen_by_f11_and_back_and_escape_does_not_quit(qtbot: QtBot) -> None:

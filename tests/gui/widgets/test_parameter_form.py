@@ -25,6 +25,7 @@ def form(qtbot):
     form.show()
     qtbot.waitExposed(form)
     form.set_parameters(PAPER)
+    form.all_button.setChecked(True)
     return form
 
 
@@ -121,13 +122,28 @@ def _groups(form: ParameterForm) -> set[str]:
     return {item.text() for item in form.findChildren(QToolButton) if item.text() and item.isVisibleTo(form)}
 
 
+@pytest.mark.parametrize("name", PRESETS)
+def test_six_parameters_come_first_then_those_that_differ_then_all(form, name):
+    form.set_parameters(PRESETS[name])
+    form.set_base(PRESETS[name])
+    form.all_button.setChecked(False)
+    assert len(_shown(form)) == 6
+    assert _groups(form) == {form.all_button.text()}
+    form.set_parameters(PRESETS[name].replace(min_known_pixels=7))
+    assert len(_shown(form)) == 7
+    assert "min_known_pixels" in _shown(form)
+    form.all_button.setChecked(True)
+    assert len(_shown(form)) > 15
+    assert ParameterForm(Parameters).all_button.isChecked(), "the choice is remembered"
+
+
 def test_rows_without_effect_are_hidden_and_come_back(form):
     for parameters in (*PRESETS.values(), PAPER):
         form.set_parameters(parameters)
         declarations = parameters.declarations()
         mattering = [name for name in declarations if parameters.has_effect(name)]
         assert _shown(form) == mattering
-        assert _groups(form) == {declarations[name].group for name in mattering}
+        assert _groups(form) == {declarations[name].group for name in mattering} | {form.all_button.text()}
     form.findChild(QComboBox, "schedule").setCurrentText("linear")
     assert "linear_start" in _shown(form)
     assert "stage_step" not in _shown(form)

@@ -81,7 +81,7 @@ def test_named_scales_are_numbers_of_units(save):
 
 
 def test_every_name_has_a_meaning():
-    assert set(ENCODING_DESCRIPTIONS) == {*ENCODINGS, "bop", "disparity"}
+    assert set(ENCODING_DESCRIPTIONS) == {*ENCODINGS, "bop", "disparity", "ray"}
     assert all(encoding.name in {None, name} for name, encoding in ENCODINGS.items())
 
 

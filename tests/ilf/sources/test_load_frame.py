@@ -525,6 +525,8 @@ EVERY_OPTION = ReadingOptions(
     ground_truth_units=1000.0,
     guide="guide.npy",
     confidence="sure.png",
+    depth_intrinsics="azure-kinect",
+    pose=tuple(np.eye(4).ravel().tolist()),
 )
 
 
@@ -539,7 +541,7 @@ def test_reading_options_come_back_from_json_and_from_arguments() -> None:
     assert FrameSource.from_json(Section("frame", json.loads(json.dumps(source.to_json())))) == source
     parser = argparse.ArgumentParser()
     add_options(parser, OPTIONS)
-    options = replace(EVERY_OPTION, encoding=None, confidence=None)
+    options = replace(EVERY_OPTION, encoding=None, confidence=None, pose=None)
     assert ReadingOptions.from_arguments(vars(parser.parse_args(options.to_arguments()))) == options
 
 

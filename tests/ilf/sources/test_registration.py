@@ -153,7 +153,9 @@ def test_a_closed_wall_stays_closed_whatever_the_cameras(scale, x, turn, k1):
     depth = Camera(CameraIntrinsics(40.0, 40.0, 19.5, 14.5), (40, 30), (-k1, 0.01, 0.0, 0.0))
     to_colour = motion(x, turn)
     frame = register(RawPair(np.zeros((*colour.shape, 3), np.uint8), np.full((30, 40), 2.0), colour, depth, to_colour))
-    assert not frame.missing.any(), "what is in view has depth"
+    outside = np.zeros(frame.shape, np.uint8) if frame.outside_view is None else frame.outside_view.astype(np.uint8)
+    at_rim = cv2.dilate(np.pad(outside, 1, constant_values=1), np.ones((3, 3), np.uint8))[1:-1, 1:-1] > 0
+    assert not (frame.missing & ~at_rim).any(), "what is in view has depth, but for single pixels at its rim"
 
 
 @pytest.mark.parametrize(

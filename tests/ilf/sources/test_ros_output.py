@@ -11,13 +11,13 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from ilf.cli import main
-from ilf.cli.rosbag import stamp_of
 from ilf.data.camera import CameraIntrinsics
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import ExportError, ParameterError
 from ilf.io.rosbags import StampedDepth, write_rosbag
 from ilf.run.options import ExportOptions
 from ilf.sources.opening import close_all
+from ilf.sources.pairing import stamp_of
 from ilf.sources.source import open_source
 from tests.ilf.bags import COLOUR, DEPTH, START, H, W, write_aligned
 from tests.ilf.small_runs import small_run, written

@@ -1,0 +1,366 @@
+"""Playing a recording live: colour, measured and completed depth, recording it, and freezing a frame to correct it."""
+
+from __future__ import annotations
+
+import statistics
+import threading
+import time
+from collections import deque
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QCloseEvent, QPixmap, QResizeEvent
+from PySide6.QtWidgets import QDialog, QFileDialog, QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+
+from ilf._runtime.formatting import counted
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import Parameters
+from ilf.data.results import Completion
+from ilf.drawing.colours import robust_depth_levels, to_indices
+from ilf.errors import IlfError
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.source import Source
+from ilf.stream.recording import StreamRecorder
+from ilf.stream.stream import Stream, StreamStatistics
+
+from ..base.commands import Command
+from ..views.colours import depth_table
+from ..views.pixel_items import rgb_image
+from ..widgets.basics import Message, PlainLabel, last_folder
+from ..widgets.notices import error_text
+from ..work.jobs import Worker
+from .context import Context, Feature, PendingWork
+from .documents.feature import DocumentsFeature
+from .documents.frame_files import RECORDING_FILES
+
+USUAL_RATE = 10.0
+"""Frames a second of a source without timestamps."""
+
+_FOLDER_KEY = "live/folder"
+_RECENT = 20
+"""Number of frames over which the rate is measured."""
+
+# Playing, in the worker's thread.
+
+
+@dataclass(frozen=True, eq=False)
+class LiveFrame:
+    """A completed frame, what the stream has done so far, the number of recorded frames, and why recording ended."""
+
+    completion: Completion
+    statistics: StreamStatistics
+    recorded: int
+    problem: str = ""
+
+
+class Tape:
+    """What is to be recorded: set in the window's thread, used in the worker's."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._wanted: Path | None = None
+        self._recorder: StreamRecorder | None = None
+
+    def record(self, path: Path | None) -> None:
+        """Record the following frames into a file or folder; None for no more."""
+        with self._lock:
+            self._wanted = path
+
+    def write(self, completion: Completion, stamp: int) -> tuple[int, str]:
+        """Write a frame if wanted; return the number of frames written, and why recording ended."""
+        with self._lock:
+            wanted = self._wanted
+        try:
+            if self._recorder is not None and self._recorder.path != wanted:
+                self.close()
+            if wanted is None:
+                return 0, ""
+            if self._recorder is None:
+                self._recorder = StreamRecorder(wanted, with_error=False)
+            self._recorder.write(completion, stamp)
+        except IlfError as error:
+            count = 0 if self._recorder is None else self._recorder.count
+            self.record(None)
+            self.close()
+            return count, str(error)
+        return self._recorder.count, ""
+
+    def close(self) -> None:
+        """End the present recording."""
+        if self._recorder is not None:
+            self._recorder.close()
+            self._recorder = None
+
+
+def play(path: str, rate: float | None, parameters: Parameters, tape: Tape) -> Generator[float | LiveFrame, None, None]:
+    """Play a source at its rate: yields the rate, then completed frames."""
+    source = Source.of(path, ReadingOptions())
+    chosen = rate or _rate_of(source)
+    yield chosen
+    try:
+        with Stream(parameters, rate=chosen) as stream:
+            for completion in stream.play(_readable(source)):
+                recorded, problem = tape.write(completion, time.time_ns())
+                yield LiveFrame(completion, stream.statistics, recorded, problem)
+    finally:
+        tape.close()
+
+
+def _rate_of(source: Source) -> float:
+    """Frames a second, by the timestamps if there are any."""
+    gaps = np.diff(source.timestamps or ())
+    gaps = gaps[gaps > 0]
+    return 1 / statistics.median(gaps.tolist()) if gaps.size else USUAL_RATE
+
+
+def _readable(source: Source) -> Iterator[RGBDFrame]:
+    """The frames that can be read; one without any depth, for example, is left out."""
+    for key in source.keys:
+        try:
+            yield source.frame_source(key).load()
+        except IlfError:
+            continue
+
+
+# The window.
+
+
+class LivePicture(PlainLabel):
+    """A picture that fills its place."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(alignment=Qt.AlignmentFlag.AlignCenter)
+        self.setAccessibleName(name)
+        self.setMinimumSize(QSize(200, 150))
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
+        self._whole = QPixmap()
+
+    def show_rgb(self, rgb: NDArray[np.uint8]) -> None:
+        """Show uint8 (H, W, 3)."""
+        self._whole = QPixmap.fromImage(rgb_image(rgb))
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        if not self._whole.isNull():
+            self.setPixmap(self._whole.scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio))
+
+
+class LiveWindow(QDialog):
+    """Shows the frames that are played. It may be closed at any time, which ends playing.
+
+    Signals
+    -------
+    frozen(FrameSource)
+        The frame to be opened as a normal one.
+    """
+
+    frozen = Signal(object)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Play live")
+        self.setWindowFlag(Qt.WindowType.WindowMinMaxButtonsHint)
+        self.worker = Worker(self)
+        self.worker.progressed.connect(self._take)
+        self.worker.finished.connect(lambda _: self._end("The recording has ended."))
+        self.worker.failed.connect(lambda error: self._end(error_text(error)))
+        self.worker.cancelled.connect(lambda: self._end("Stopped."))
+        self.tape = Tape()
+        self.shown: LiveFrame | None = None
+        """The frame shown at present."""
+        self._what: tuple[str, float | None, Parameters] | None = None
+        self._times = deque[float](maxlen=_RECENT)
+        self._rate = 0.0
+        self._problem = ""
+        """Why the last recording ended, if it could not be written."""
+        self._levels: tuple[int, tuple[float, float]] | None = None
+
+        names = ("Colour", "Depth, measured", "Depth, completed")
+        self.pictures = {name: LivePicture(name) for name in names}
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        for name, picture in self.pictures.items():
+            column = QVBoxLayout()
+            column.addWidget(picture, 1)
+            column.addWidget(PlainLabel(name))
+            row.addLayout(column, 1)
+        self.state = Message(lines=2)
+        self.freeze_button = QPushButton("&Freeze")
+        self.freeze_button.setToolTip("Open the frame shown here in the main window, to correct it")
+        self.record_button = QPushButton("&Record…")
+        self.record_button.setToolTip("Record completed frames: a file *.mcap of ROS 2, or a folder")
+        self.play_button = QPushButton("&Stop")
+        self.play_button.setToolTip("Stop playing, or play again from the start")
+        buttons = QHBoxLayout()
+        for button, handler in (
+            (self.freeze_button, self.freeze),
+            (self.record_button, self.toggle_recording),
+            (self.play_button, self.toggle),
+        ):
+            button.setAutoDefault(False)
+            button.clicked.connect(handler)
+            buttons.addWidget(button)
+        buttons.addStretch(1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(10)
+        layout.addLayout(row, 1)
+        layout.addWidget(self.state)
+        layout.addLayout(buttons)
+        self.resize(1100, 420)
+
+    def play(self, path: str, rate: float | None, parameters: Parameters) -> None:
+        """Play a source; what is being played ends first."""
+        self._what = path, rate, parameters
+        self.setWindowTitle(f"Play live: {Path(path).name}")
+        if self.worker.busy:
+            self.worker.cancel()
+            self.worker.cancelled.connect(self._begin, Qt.ConnectionType.SingleShotConnection)
+        else:
+            self._begin()
+
+    def freeze(self) -> None:
+        """Open the shown frame as a normal frame; playing stops."""
+        if self.shown is not None and self.shown.completion.frame.inputs is not None:
+            self.worker.cancel()
+            self.frozen.emit(FrameSource.of(self.shown.completion.frame.inputs))
+
+    def toggle(self) -> None:
+        """Stop, or play again."""
+        if self.worker.busy:
+            self.worker.cancel()
+        else:
+            self._begin()
+
+    def toggle_recording(self) -> None:
+        """Ask where to record, or end the recording."""
+        if self.record_button.text() != "&Record…":
+            self.record(None)
+            return
+        path, _ = QFileDialog.getSaveFileName(
+            self, "Record", f"{last_folder(_FOLDER_KEY)}/recording.mcap", "ROS 2 recording (*.mcap);;Folder (*)"
+        )
+        if path:
+            self.record(Path(path))
+
+    def record(self, path: Path | None) -> None:
+        """Record the following frames into a file *.mcap or a folder; None ends the recording."""
+        self.tape.record(path)
+        self._problem = ""
+        self.record_button.setText("&Record…" if path is None else "End &recording")
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        self.worker.cancel()
+        super().closeEvent(event)
+
+    def _begin(self) -> None:
+        if self._what is None:
+            return
+        path, rate, parameters = self._what
+        self._times.clear()
+        self._levels = None
+        self.play_button.setText("&Stop")
+        self.state.show_message(f"Reading {path} …")
+        tape = self.tape
+        self.worker.start(lambda: play(path, rate, parameters, tape))
+
+    def _take(self, items: list[float | LiveFrame]) -> None:
+        frames = [item for item in items if isinstance(item, LiveFrame)]
+        self._rate = next((item for item in items if isinstance(item, float)), self._rate)
+        if not frames:
+            return
+        now = time.monotonic()
+        self._times.extend(now for _ in frames)
+        problem = next((frame.problem for frame in frames if frame.problem), "")
+        if problem:
+            self.record(None)
+            self._problem = problem
+        self._show(frames[-1])
+
+    def _show(self, frame: LiveFrame) -> None:
+        completion, found = frame.completion, frame.statistics
+        self.shown = frame
+        if self._levels is None or self._levels[0] != found.scenes:  # the same colours while the scene stays the same
+            self._levels = found.scenes, robust_depth_levels(completion.depth)
+        levels = self._levels[1]
+        table = depth_table("turbo")[..., :3]
+        colour, measured, completed = self.pictures.values()
+        colour.show_rgb(completion.frame.rgb)
+        measured.show_rgb(table[to_indices(completion.frame.depth, *levels)])
+        completed.show_rgb(table[to_indices(completion.depth, *levels)])
+        passed = self._times[-1] - self._times[0]
+        rate = (len(self._times) - 1) / passed if passed > 0 else 0.0
+        recorded = f"; recorded: {counted(frame.recorded, 'frame')}" if frame.recorded else ""
+        self.state.show_message(
+            f"{completion.frame.name}: {rate:.1f} of {self._rate:.1f} frames a second; latency "
+            f"{1000 * found.median:.0f} ms (median), {1000 * found.worst:.0f} ms (95 %); "
+            f"{counted(found.frames, 'frame')} completed, {found.dropped} dropped, {counted(found.scenes, 'scene')}"
+            f"{recorded}. {self._problem}",
+            "warning" if self._problem else "muted",
+        )
+
+    def _end(self, why: str) -> None:
+        self.tape.record(None)
+        self.record_button.setText("&Record…")
+        self.play_button.setText("&Play again")
+        self.state.show_message(f"{why} {self.state.text()}" if self.shown is not None else why)
+
+
+class LiveFeature(Feature):
+    """The command *File > Play live…* and its window."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        context.actions.add(
+            (
+                Command(
+                    "play_live",
+                    "Play live…",
+                    "ph.play-circle",
+                    "",
+                    "Play a recording at its rate, and complete it as it plays",
+                    handler=self.ask,
+                ),
+            )
+        )
+        self.window = LiveWindow(context.window)
+        self.window.frozen.connect(self._open)
+
+    def ask(self) -> None:
+        """Choose a recording, and play it."""
+        path, _ = QFileDialog.getOpenFileName(
+            self.context.window, "Play live", last_folder(_FOLDER_KEY), RECORDING_FILES
+        )
+        if path:
+            self.play(path)
+
+    def play(self, path: str, rate: float | None = None) -> None:
+        """Play a recording or folder with the current parameters."""
+        self.window.show()
+        self.window.raise_()
+        self.window.play(path, rate, self.context.workspace.parameters.current)
+
+    def pending_work(self) -> list[PendingWork]:
+        """The recording in progress, if any."""
+        shown = self.window.shown
+        return [PendingWork("a live recording")] if self.window.worker.busy and shown and shown.recorded else []
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if all threads have ended."""
+        ended = self.window.worker.shutdown()
+        self.window.close()
+        return ended
+
+    def _open(self, source: FrameSource) -> None:
+        self.context.window.raise_()
+        self.context.window.activateWindow()
+        self.context.feature(DocumentsFeature).open_source(source)

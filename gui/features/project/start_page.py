@@ -1,0 +1,218 @@
+"""Start page: shown in place of the images while no frame is open, with what can be opened."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtGui import QAction, QIcon, QImage, QPixmap, QShowEvent
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QListWidget,
+    QListWidgetItem,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf.errors import IlfError
+from ilf.project.archive import Archive
+from ilf.sources.frame_source import FrameSource
+
+from ...base import theme
+from ...views.pixel_items import rgb_image
+from ...widgets.basics import Message, PlainLabel, literal_text
+from ...work.jobs import Worker
+from ..context import Context, Feature
+from ..frame_list.thumbnails import read_thumbnail, thumbnail_of
+from .feature import ProjectFeature
+from .recent import Origin, RecentFeature, is_missing, key_of, name_of
+
+_WIDTH = 720
+_PICTURE = QSize(160, 120)
+_MOST_PROJECTS, _MOST = 4, 8
+"""Maximum number of projects, and of all that is listed."""
+_COMMANDS = "open", "open_folder", "open_project", "open_sample"
+_DROP = "Or drop images, a folder of frames, a recording or a project anywhere in this window."
+_ORIGIN, _HAS_PICTURE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
+
+
+class StartPage(QWidget):
+    """Buttons of the commands that open something, and what was opened last, with thumbnails.
+
+    Signals
+    -------
+    chosen(object)
+        What the user wants to open again, an `Origin`.
+    shown()
+        The page has become visible.
+    """
+
+    chosen = Signal(object)
+    shown = Signal()
+
+    def __init__(self, actions: Iterable[QAction]) -> None:
+        super().__init__()
+        buttons = QGridLayout()
+        buttons.setSpacing(8)
+        for number, action in enumerate(actions):
+            button = QToolButton()
+            button.setDefaultAction(action)
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button.setIconSize(QSize(20, 20))
+            button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+            button.setMinimumHeight(36)
+            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            buttons.addWidget(button, *divmod(number, 2))
+        self.title = PlainLabel("Recent")
+        self.recent = QListWidget()
+        self.recent.setAccessibleName("Recent frames and projects")
+        self.recent.setViewMode(QListWidget.ViewMode.IconMode)
+        self.recent.setMovement(QListWidget.Movement.Static)
+        self.recent.setResizeMode(QListWidget.ResizeMode.Adjust)
+        self.recent.setIconSize(_PICTURE)
+        self.recent.setGridSize(QSize(_WIDTH // 4 - 4, _PICTURE.height() + 2 * self.fontMetrics().height() + 8))
+        self.recent.setFrameShape(QListWidget.Shape.NoFrame)
+        self.recent.viewport().setAutoFillBackground(False)
+        self.recent.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.recent.itemClicked.connect(self._choose)
+        self.recent.itemActivated.connect(self._choose)
+        self._message = Message()
+        self._message.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._message.show_message(_DROP)
+        middle = QWidget()
+        middle.setMaximumWidth(_WIDTH)
+        column = QVBoxLayout(middle)
+        column.setContentsMargins(16, 32, 16, 16)
+        column.setSpacing(12)
+        column.addLayout(buttons)
+        column.addWidget(self._message)
+        column.addSpacing(12)
+        column.addWidget(self.title)
+        column.addWidget(self.recent, 100)
+        column.addStretch(1)
+        row = QHBoxLayout(self)
+        row.addStretch(1)
+        row.addWidget(middle, 100)
+        row.addStretch(1)
+        self._paint()
+
+    def show_recent(self, origins: Iterable[Origin]) -> None:
+        """List what can be opened again; the pictures follow by `show_picture`."""
+        self.recent.clear()
+        for origin in origins:
+            item = QListWidgetItem(name_of(origin), self.recent)
+            item.setToolTip(literal_text(key_of(origin)))
+            item.setData(_ORIGIN, origin)
+        self._paint()
+        for widget in (self.title, self.recent):
+            widget.setVisible(self.recent.count() > 0)
+
+    def has_picture(self, row: int) -> bool:
+        """Whether an entry of the list has its thumbnail."""
+        return bool(self.recent.item(row).data(_HAS_PICTURE))
+
+    def show_picture(self, key: str, picture: QPixmap) -> None:
+        """Show the thumbnail of what has this key."""
+        for item in map(self.recent.item, range(self.recent.count())):
+            if key_of(item.data(_ORIGIN)) == key and not picture.isNull():
+                item.setIcon(QIcon(picture))
+                item.setData(_HAS_PICTURE, True)
+
+    def _choose(self, item: QListWidgetItem) -> None:
+        self.chosen.emit(item.data(_ORIGIN))
+
+    def _paint(self) -> None:
+        """Draw the icons of what has no thumbnail."""
+        icon = theme.icon("ph.image", self.palette())
+        for row in range(self.recent.count()):
+            if not self.has_picture(row):
+                self.recent.item(row).setIcon(icon)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Redraw the icons in the colours of another theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_message"):
+            self._paint()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.shown.emit()
+
+
+class StartPageFeature(Feature):
+    """Shows the start page while no frame is open, and makes its thumbnails in the background."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._projects, self._frames = context.feature(ProjectFeature).recent, context.feature(RecentFeature).menu
+        self._listed: list[Origin] = []
+        self._made: dict[str, QPixmap] = {}
+        self.page = StartPage([context.actions[name] for name in _COMMANDS])
+        self.page.chosen.connect(self._open)
+        self.page.shown.connect(self.show)
+        self._worker = Worker(self)
+        self._worker.progressed.connect(self._take)
+        self._worker.finished.connect(lambda _: self._make_missing())
+
+    def begin(self) -> None:
+        """Put the page into its place."""
+        self.context.views.set_empty_page(self.page)
+
+    def show(self) -> None:
+        """List what was opened last, the projects first, and make the missing thumbnails."""
+        projects, frames = (
+            [origin for origin in menu.origins if not is_missing(origin)] for menu in (self._projects, self._frames)
+        )
+        self._listed = [*projects[:_MOST_PROJECTS], *frames][:_MOST]
+        self.page.show_recent(self._listed)
+        for key, picture in self._made.items():
+            self.page.show_picture(key, picture)
+        self._make_missing()
+
+    def _make_missing(self) -> None:
+        missing = [origin for origin in self._listed if key_of(origin) not in self._made]
+        if missing and not self._worker.busy:
+            self._worker.start(lambda: _pictures(missing))
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if the thread has ended."""
+        return self._worker.shutdown()
+
+    def _take(self, batch: list[tuple[str, QImage]]) -> None:
+        for key, image in batch:
+            self._made[key] = QPixmap.fromImage(image)
+            self.page.show_picture(key, self._made[key])
+
+    def _open(self, origin: Origin) -> None:
+        (self._projects if origin in self._projects.origins else self._frames).open(origin)
+
+
+def _pictures(origins: Iterable[Origin]) -> Generator[tuple[str, QImage], None, None]:
+    """Make thumbnails, empty ones where there is none; runs in a worker thread."""
+    for origin in origins:
+        image = QImage()
+        with suppress(IlfError, OSError, cv2.error):
+            if isinstance(origin, FrameSource):
+                image = rgb_image(read_thumbnail(origin))
+            elif (picture := _picture_in(origin)) is not None:
+                image = rgb_image(thumbnail_of(picture))
+        yield key_of(origin), image
+
+
+def _picture_in(project: Path) -> NDArray[Any] | None:
+    """Return the first thumbnail in a project file, None if there is none; IlfError if it is no project file."""
+    with Archive(project) as archive:
+        name = next((name for name in archive.names() if name.startswith("thumbnails/")), None)
+        if name is None:
+            return None
+        decoded: NDArray[Any] | None = cv2.imdecode(np.frombuffer(archive.read(name), np.uint8), cv2.IMREAD_COLOR)
+        return None if decoded is None else decoded[..., ::-1]

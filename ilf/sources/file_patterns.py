@@ -1,0 +1,196 @@
+"""Patterns of file paths with placeholders, and the files of a folder that match them."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from ..errors import ParameterError
+
+ANY_FOLDERS = "{}"
+MAX_LEVELS = 5
+"""Maximum number of folders that {} stands for."""
+
+_MAX_IN_A_NAME, _MAX_ALTERNATIVES = 4, 64
+"""Maximum numbers of placeholders in a name and of alternatives of a pattern: more would take too long to match."""
+
+_ALTERNATIVES = re.compile(r"\{([^{}]*,[^{}]*)\}")
+_PLACEHOLDER = re.compile(r"\{(\w*)\}|(\*)", re.ASCII)
+
+
+class Match(NamedTuple):
+    """A file: its path relative to the opened folder, with /, and the text of each placeholder of its pattern."""
+
+    path: str
+    texts: tuple[str, ...]
+
+
+class Folders:
+    """The contents of folders under a root, each read once. Hidden files and folders are left out."""
+
+    def __init__(self, root: str) -> None:
+        self.root = root
+        self._read: dict[str, tuple[list[str], list[str]]] = {}
+
+    def content(self, folder: str) -> tuple[list[str], list[str]]:
+        """The names of the files and the folders in a folder, relative to the root, sorted; empty if there is none."""
+        found = self._read.get(folder)
+        if found is None:
+            files: list[str] = []
+            folders: list[str] = []
+            try:
+                with os.scandir(os.path.join(self.root, folder)) as entries:
+                    for entry in entries:
+                        if not entry.name.startswith("."):
+                            (folders if is_folder(entry) else files).append(entry.name)
+            except (OSError, ValueError):  # no such folder, or it cannot be read
+                pass
+            found = self._read[folder] = sorted(files), sorted(folders)
+        return found
+
+
+def is_folder(entry: os.DirEntry[str]) -> bool:
+    """Whether an entry is a folder; False for a link that leads nowhere, which must not prevent listing the others."""
+    try:
+        return entry.is_dir()
+    except OSError:
+        return False
+
+
+def check_pattern(text: str) -> None:
+    """Raise ParameterError for a pattern that is no relative path, or would take too long to match."""
+    parts = text.split("/")
+    choices = math.prod(found[1].count(",") + 1 for found in _ALTERNATIVES.finditer(text))
+    if choices > _MAX_ALTERNATIVES or any(len(_PLACEHOLDER.findall(part)) > _MAX_IN_A_NAME for part in parts):
+        raise ParameterError(
+            f"{text!r:.80} has more than {_MAX_ALTERNATIVES} alternatives or {_MAX_IN_A_NAME} placeholders in a name."
+        )
+    if text.startswith("/") or "\0" in text or ANY_FOLDERS in text.removeprefix(ANY_FOLDERS):
+        raise ParameterError(f"{text!r:.80} must be a path in the data set, with {{}} only as its first folder.")
+
+
+def alternatives(text: str) -> list[str]:
+    """The patterns that a pattern with {a,b} stands for, the first ones before the others.
+
+    Examples
+    --------
+    >>> alternatives("{rgb,color}/*.png")
+    ['rgb/*.png', 'color/*.png']
+    """
+    found = _ALTERNATIVES.search(text)
+    if found is None:
+        return [text]
+    return [
+        rest
+        for choice in found[1].split(",")
+        for rest in alternatives(text[: found.start()] + choice.strip() + text[found.end() :])
+    ]
+
+
+def placeholders(text: str) -> tuple[str, ...]:
+    """The names of the placeholders of a pattern without {a,b}, each once: "" for {}, numbers from 1 for *.
+
+    Examples
+    --------
+    >>> placeholders("{}/{camera}/*_depth_*.png")
+    ('', 'camera', '1', '2')
+    """
+    return tuple(dict.fromkeys(name for _, name in _tokens(text)))
+
+
+def _tokens(text: str) -> Iterator[tuple[str, str]]:
+    """The placeholders of a text as written, with their names."""
+    stars = 0
+    for token in _PLACEHOLDER.finditer(text):
+        stars += token[0] == "*"
+        yield token[0], str(stars) if token[0] == "*" else token[1]
+
+
+def filled(text: str, texts: Mapping[str, str]) -> str:
+    """A pattern with the text of its placeholders in their places; {} at its beginning is left out."""
+    text = text.removeprefix(f"{ANY_FOLDERS}/")
+    names = iter([name for _, name in _tokens(text)])
+    return os.path.normpath(_PLACEHOLDER.sub(lambda _: texts[next(names)], text)).replace(os.sep, "/")
+
+
+class FilePattern:
+    """A pattern of file paths: `*` and `{name}` stand for any text within the name of a file or a folder, `{}` at the
+    beginning for any folders, also for none.
+
+    Examples
+    --------
+    >>> FilePattern("{}/image/*.png").names
+    ('', '1')
+    """
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.names = placeholders(text)
+        parts = [part for part in text.split("/") if part]
+        self._anywhere = parts[:1] == [ANY_FOLDERS]
+        self._parts = [_compiled(part, names) for part, names in _parts_with_names(parts[self._anywhere :], text)]
+
+    def matches(self, folders: Folders, below: str | None = None) -> Iterator[Match]:
+        """The files that match, folder by folder.
+
+        Parameters
+        ----------
+        folders : Folders
+        below : str, optional
+            The folders that {} stands for. None: any.
+        """
+        starts = _below(folders, "", MAX_LEVELS) if self._anywhere and below is None else iter([below or ""])
+        for start in starts:
+            texts = {"": start} if self._anywhere else {}
+            yield from self._walk(folders, start, 0, texts)
+
+    def _walk(self, folders: Folders, folder: str, at: int, texts: dict[str, str]) -> Iterator[Match]:
+        part, is_last = self._parts[at], at == len(self._parts) - 1
+        content = folders.content(folder)[0 if is_last else 1]
+        found: list[tuple[str, dict[str, str]]] = []
+        if isinstance(part, str):
+            found = [(part, texts)] if part in content else []
+        else:
+            for name in content:
+                groups = {} if (match := part.fullmatch(name)) is None else match.groupdict()
+                if match and all(texts.get(key, text) == text for key, text in groups.items()):
+                    found.append((name, texts | groups))
+        for name, together in found:
+            path = f"{folder}/{name}" if folder else name
+            if is_last:
+                named = {name.removeprefix("_"): text for name, text in together.items()}
+                yield Match(path, tuple(named[name] for name in self.names))
+            else:
+                yield from self._walk(folders, path, at + 1, together)
+
+
+def _below(folders: Folders, folder: str, levels: int) -> Iterator[str]:
+    """A folder and those in it, up to a number of levels."""
+    yield folder
+    for name in folders.content(folder)[1] if levels else ():
+        yield from _below(folders, f"{folder}/{name}" if folder else name, levels - 1)
+
+
+def _parts_with_names(parts: list[str], text: str) -> Iterator[tuple[str, list[str]]]:
+    names = [name for token, name in _tokens(text) if token != ANY_FOLDERS]
+    for part in parts:
+        count = len(_PLACEHOLDER.findall(part))
+        yield part, names[:count]
+        names = names[count:]
+
+
+def _compiled(part: str, names: list[str]) -> str | re.Pattern[str]:
+    """The name of a file or a folder, or the expression that it matches; groups are the placeholders, after _."""
+    if not names:
+        return part
+    literals = [re.escape(literal) for literal in re.split(r"\{\w*\}|\*", part)]
+    seen: set[str] = set()
+    text = literals[0]
+    for name, literal in zip(names, literals[1:], strict=True):
+        text += f"(?P=_{name})" if name in seen else f"(?P<_{name}>.+?)"
+        text += literal
+        seen.add(name)
+    return re.compile(text)

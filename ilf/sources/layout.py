@@ -1,0 +1,211 @@
+"""A layout: the names of a data set's files and how they are read, as text or as a table of a TOML file."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from .._runtime.files import read_file
+from .._runtime.schema import converted
+from ..errors import FormatError, ParameterError
+from ..io.depth import checked_units
+from ..io.encodings import checked_invalid, encoding_of, single_encoding
+from .file_patterns import alternatives, check_pattern, placeholders
+
+ENTRY_MARK = "#"
+"""Separates the path of a camera file from the name of an entry in it."""
+
+LIST_SUFFIX = ".json"
+"""Extension of a file that lists images, in place of their pattern."""
+
+
+class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The files of frames in a folder, and how they are read.
+
+    `rgb` and `depth` are patterns of paths, see `FilePattern`; two files whose shared placeholders have equal text are
+    a frame. In place of a pattern, both may be the path of a transforms.json, which lists images and depth files; what
+    they share is then the name of the image, *. The other paths may contain the same placeholders. They are relative
+    to the folders that {} stands for. A file for several frames, without other placeholders, is also looked for in the
+    folders above, up to three levels above the opened folder.
+
+    Parameters
+    ----------
+    rgb, depth : str
+        Patterns.
+    truth, confidence : str
+        Ground truth and confidence map.
+    K : str
+        Intrinsics of colour: a file, see `ilf.io.cameras.read_camera_file`, with the name of one of several cameras in
+        it after #; a preset; or numbers fx,fy,cx,cy, followed by the width and height of the image that they apply to
+        if others are scaled.
+    depth_K : str
+        Intrinsics of depth of another size than colour, in the same forms.
+    pose : str
+        Camera poses: a file for each frame with a matrix, or one of the files that `ilf.sources.trajectories` reads.
+    units, encoding, invalid, min_confidence, truth_units
+        As the options of `ilf.load_frame`.
+    distance : str
+        "z": depth is measured along the camera's axis; "ray": along the ray of each pixel.
+    pose_maps, pose_axes : str
+        Poses map points from the camera to the world, or from the world to the camera; the camera's axes are x right, y
+        down, z forward ("y-down"), or x right, y up, z backward ("y-up").
+    needs : tuple of str
+        Further paths or patterns without which a folder is not recognised.
+    registered : bool
+        Whether depth has the pixels of colour, or `depth_K` registers it.
+    title, note : str
+        Name of the data set, and a sentence for the user.
+    name : str
+        Name of the layout.
+    """
+
+    rgb: str
+    depth: str
+    truth: str = ""
+    confidence: str = ""
+    K: str = ""
+    depth_K: str = ""
+    pose: str = ""
+    units: float | None = None
+    encoding: str | None = None
+    invalid: float | None = None
+    min_confidence: float | None = None
+    truth_units: float | None = None
+    distance: Literal["z", "ray"] = "z"
+    pose_maps: Literal["camera-to-world", "world-to-camera"] = "camera-to-world"
+    pose_axes: Literal["y-down", "y-up"] = "y-down"
+    needs: tuple[str, ...] = ()
+    registered: bool = True
+    title: str = ""
+    note: str = ""
+    name: str = ""
+
+    @property
+    def text(self) -> str:
+        """Its name and the title of the data set."""
+        return f"{self.name} ({self.title})" if self.title else self.name
+
+
+def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
+    """The layout with these values.
+
+    Parameters
+    ----------
+    values : mapping
+        Name of a field of `Layout` -> value; numbers may be text.
+    name : str
+        Name of the layout.
+    where : str
+        What contains it, for messages.
+
+    Raises
+    ------
+    FormatError
+        If a value is missing, unknown or not valid.
+    """
+    try:
+        layout = converted({**values, "name": name}, Layout, f"layout {name!r}", strict=False)
+        given = single_encoding(layout.encoding, layout.units)
+        if layout.encoding not in {None, "bop"}:
+            encoding_of(layout.encoding or "")
+        for units in (layout.units, layout.truth_units):
+            if units is not None:
+                checked_units(units)
+        if layout.invalid is not None:
+            checked_invalid(layout.invalid)
+        if layout.distance == "ray" and (isinstance(given, str) or not (layout.K or layout.depth_K)):
+            raise ParameterError("distance=ray needs K, and units instead of an encoding.")
+        for text in (layout.rgb, layout.depth, *layout.needs, layout.truth, layout.confidence, layout.pose):
+            check_pattern(text)
+        for text in (layout.K, layout.depth_K):
+            check_pattern(text.lstrip("/"))
+        known = _checked_images(layout)
+        others = layout.truth, layout.confidence, layout.K, layout.depth_K, layout.pose
+        for text in (one for other in others for one in alternatives(other)):
+            if unknown := [one for one in placeholders(text) if one and one not in known]:
+                raise ParameterError(f"{text!r} has {{{unknown[0]}}}, which neither rgb nor depth has.")
+    except (FormatError, ParameterError) as error:
+        raise FormatError(f"{where}: {error}") from error
+    return layout
+
+
+def _checked_images(layout: Layout) -> set[str]:
+    """The placeholders of the patterns of colour and depth; raises ParameterError if the two do not fit."""
+    known: list[set[str]] = []
+    for text in (layout.rgb, layout.depth):
+        first, *others = (
+            {*placeholders(one), *(["1"] if one.endswith(LIST_SUFFIX) else [])} for one in alternatives(text)
+        )
+        if any(other != first for other in others):
+            raise ParameterError(f"The alternatives of {text!r} must have the same placeholders.")
+        known.append(first)
+    if not known[0] & known[1]:
+        raise ParameterError(
+            f"rgb={layout.rgb} and depth={layout.depth} have no placeholder in common that tells which files belong "
+            "together: write * or {name} for the part of the name that both have."
+        )
+    return known[0] | known[1]
+
+
+def layout_from_text(text: str) -> Layout:
+    """The layout of a text such as "rgb=image/*.png depth=depth/*.png units=1000"; raises FormatError.
+
+    Examples
+    --------
+    >>> layout_from_text("rgb={}/image/*.png depth={}/sparse_depth/*.png units=256 K=K.txt").units
+    256.0
+    """
+    values: dict[str, Any] = {}
+    where = f"--layout {text!r:.200}"
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise FormatError(f"{where} cannot be read ({error}). Close the quotation marks.") from error
+    for word in words:
+        key, mark, value = word.partition("=")
+        if not mark or key in values or key == "name":
+            raise FormatError(f"{where}: {word!r:.60} is not key=value, or it is given twice.")
+        values[key] = tuple(value.split()) if key == "needs" else value
+    return layout_of(values, "given", where)
+
+
+def layouts_from_file(path: Path) -> list[Layout]:
+    """The layouts of a TOML file: a table for each, or one without a table, named as the file.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist.
+    FormatError
+        If it is not TOML, contains no layout, or one that is not valid.
+    """
+    content = read_file(path)
+    try:
+        data = tomllib.loads(content.data.tobytes().decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise FormatError(f"{content} is not valid TOML ({error}). Correct it.") from error
+    if "rgb" in data:
+        data = {content.path.stem: data}
+    wrong = [name for name, table in data.items() if not isinstance(table, dict)]
+    if wrong or not data:
+        raise FormatError(f"{content} must contain a table [NAME] for each layout, with rgb and depth.")
+    return [layout_of(table, name, str(content)) for name, table in data.items()]
+
+
+_NUMBERS = re.compile(r"[-+\d.e]+(,[-+\d.e]+){3}(,\d+,\d+)?")
+
+
+def camera_numbers(text: str) -> dict[str, float] | None:
+    """The intrinsics that a text states as four numbers, or six with width and height; None if it does not."""
+    if not _NUMBERS.fullmatch(text):
+        return None
+    try:
+        return dict(zip(("fx", "fy", "cx", "cy", "width", "height"), map(float, text.split(",")), strict=False))
+    except ValueError:
+        return None

@@ -1,0 +1,282 @@
+"""The frames of a folder with a layout: files that belong together, and how each frame is read."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, cast
+
+from .._runtime.formatting import counted
+from ..data.camera import CameraIntrinsics, camera_of, is_preset
+from ..errors import FormatError, InputError
+from ..io.cameras import IntrinsicsSpec, intrinsics_from, read_camera_file
+from ..io.encodings import ray_encoding
+from .file_patterns import FilePattern, Folders, Match, alternatives, filled, placeholders
+from .frame_source import FrameSource
+from .layout import ENTRY_MARK, LIST_SUFFIX, Layout, camera_numbers
+from .pairing import Pairs, natural
+from .reading_options import AS_STATED, ReadingOptions
+from .trajectories import Trajectory, as_camera_to_world, image_name, read_trajectory
+
+_LEVELS_ABOVE = 3
+"""Number of folders above the opened one in which a layout's other files are looked for."""
+
+
+_OPTIONS = {
+    "truth": "ground_truth",
+    "confidence": "confidence",
+    "K": "intrinsics",
+    "depth_K": "depth_intrinsics",
+    "pose": "pose",
+}
+"""Key of a layout's further files -> the reading option that they give."""
+
+
+class _Frame(NamedTuple):
+    """Paths of colour and depth relative to the opened folder, and the text of each placeholder."""
+
+    rgb: str
+    depth: str
+    texts: Mapping[str, str]
+
+
+class LayoutFrames:
+    """Listing of the frames of a folder by a layout.
+
+    Parameters
+    ----------
+    layout : Layout
+    folders : Folders
+        The opened folder.
+    """
+
+    def __init__(self, layout: Layout, folders: Folders) -> None:
+        self._layout, self._folders = layout, folders
+        self._cameras: dict[tuple[str, str], IntrinsicsSpec] = {}
+        self._trajectories: dict[str, Trajectory] = {}
+        self._shared: dict[tuple[str, str], str | None] = {}
+        self.unmatched = Pairs([], 0, 0)
+        """Numbers of colour and depth files without the other, after `sources`."""
+        self.not_found: tuple[str, ...] = ()
+        """Keys of the layout of whose files none was found, after `sources`."""
+
+    def sources(self, given: ReadingOptions = AS_STATED) -> list[FrameSource]:
+        """The frames, in natural order of their colour files; empty if there are none.
+
+        Raises
+        ------
+        InputError
+            If a file of intrinsics is missing.
+        FormatError
+            If a file of intrinsics or poses is damaged.
+        """
+        frames = self._frames()
+        poses = self._poses(frames)
+        root = self._folders.root
+        sources = [
+            FrameSource(
+                os.path.join(root, frame.rgb),
+                os.path.join(root, frame.depth),
+                options=given.or_else(self._options(frame, pose)),
+            )
+            for frame, pose in zip(frames, poses, strict=True)
+        ]
+        self.not_found = tuple(
+            f"{key}={text}"
+            for key, option in _OPTIONS.items()
+            if (text := getattr(self._layout, key)) and not any(getattr(one.options, option) for one in sources)
+        )
+        return sources
+
+    @property
+    def has_frames(self) -> bool:
+        """Whether there are colour and depth files that belong together."""
+        return bool(self._frames())
+
+    @property
+    def counts(self) -> str:
+        """How many files match the patterns of colour and depth, for messages."""
+        numbers = (
+            (text, len(self._files(text, is_depth)[1]))
+            for text, is_depth in ((self._layout.rgb, False), (self._layout.depth, True))
+        )
+        told = [f"{text} matches {counted(count, 'file')}" for text, count in numbers]
+        return f"{' and '.join(told)}, of which none belong together"
+
+    def _frames(self) -> list[_Frame]:
+        """Colour and depth files that belong together."""
+        colour_names, colours = self._files(self._layout.rgb, is_depth=False)
+        depth_names, depths = self._files(self._layout.depth, is_depth=True)
+        shared = [name for name in colour_names if name in depth_names]
+        at_colour, at_depth = ([names.index(name) for name in shared] for names in (colour_names, depth_names))
+        by_key: dict[tuple[str, ...], Match] = {}
+        for match in depths:
+            by_key.setdefault(tuple(match.texts[at] for at in at_depth), match)
+        frames: dict[tuple[str, ...], _Frame] = {}
+        for match in colours:
+            key = tuple(match.texts[at] for at in at_colour)
+            if key in by_key and key not in frames:
+                texts = dict(zip(depth_names, by_key[key].texts, strict=True))
+                texts |= zip(colour_names, match.texts, strict=True)
+                frames[key] = _Frame(match.path, by_key[key].path, texts)
+        count = len({tuple(match.texts[at] for at in at_colour) for match in colours})
+        self.unmatched = Pairs([], count - len(frames), len(by_key) - len(frames))
+        return sorted(frames.values(), key=lambda frame: natural(frame.rgb))
+
+    def _files(self, text: str, is_depth: bool) -> tuple[tuple[str, ...], list[Match]]:
+        """The names of a pattern's placeholders, and the files that match it or that the file it names lists."""
+        names: tuple[str, ...] = ()
+        found: list[Match] = []
+        for one in alternatives(text):
+            pattern = FilePattern(one)
+            matches = list(pattern.matches(self._folders))
+            if one.endswith(LIST_SUFFIX):
+                matches = [listed for match in matches for listed in self._listed(match, is_depth)]
+            own = *pattern.names, *(("1",) if one.endswith(LIST_SUFFIX) else ())
+            names = names or own
+            order = [own.index(name) for name in names]
+            found += [Match(match.path, tuple(match.texts[at] for at in order)) for match in matches]
+        return names, found
+
+    def _listed(self, match: Match, is_depth: bool) -> Iterator[Match]:
+        """The images, or their depth files, in a list of images."""
+        folder, files = os.path.dirname(match.path), self._trajectory(match.path).depth_files
+        stems = Counter(map(_stem, files))
+        for image, depth in files.items():
+            if path := depth if is_depth else image:
+                name = _stem(image) if stems[_stem(image)] == 1 else image_name(image)
+                yield Match(os.path.normpath(os.path.join(folder, path)), (*match.texts, name))
+
+    # What belongs to a frame besides colour and depth.
+
+    def _options(self, frame: _Frame, pose: str | tuple[float, ...] | None) -> ReadingOptions:
+        layout = self._layout
+        camera, depth_camera = (self._camera(text, frame) for text in (layout.K, layout.depth_K))
+        units, encoding = self._units(frame), layout.encoding
+        if layout.distance == "ray":
+            ray_camera = depth_camera if camera is None or depth_camera is not None else camera
+            units, encoding = None, _ray(ray_camera, units or 1.0)
+        truth = self._beside(layout.truth, frame)
+        return ReadingOptions(
+            encoding=encoding,
+            depth_units=units,
+            invalid=layout.invalid,
+            min_confidence=layout.min_confidence,
+            intrinsics=camera,
+            depth_intrinsics=depth_camera,
+            ground_truth=truth,
+            ground_truth_units=None if truth is None else layout.truth_units,
+            confidence=self._beside(layout.confidence, frame),
+            pose=pose,
+        )
+
+    def _units(self, frame: _Frame) -> float | None:
+        """The units per metre of depth: those that the file of the poses states, or the layout's."""
+        trajectory = self._trajectories.get(self._beside(self._layout.pose, frame) or "")
+        stated = None if trajectory is None else trajectory.depth_units
+        return self._layout.units if stated is None else stated
+
+    def _beside(self, text: str, frame: _Frame) -> str | None:
+        """The absolute path of another file of the layout, in the folders that {} stands for; one for several frames
+        may also lie above. None if there is none."""
+        if not text:
+            return None
+        scene = frame.texts.get("", "")
+        if any(_names(text)):
+            return self._existing(text, os.path.join(self._folders.root, scene), frame.texts)
+        if (text, scene) not in self._shared:
+            folder, found = os.path.join(self._folders.root, scene), None
+            for _ in range(scene.count("/") + bool(scene) + _LEVELS_ABOVE + 1):
+                found = found or self._existing(text, folder, frame.texts)
+                folder = os.path.dirname(folder)
+            self._shared[text, scene] = found
+        return self._shared[text, scene]
+
+    @staticmethod
+    def _existing(text: str, folder: str, texts: Mapping[str, str]) -> str | None:
+        paths = (os.path.join(folder, filled(one, texts)) for one in alternatives(text))
+        return next((path for path in paths if os.path.exists(path)), None)
+
+    def _camera(self, text: str, frame: _Frame) -> IntrinsicsSpec | None:
+        """The intrinsics that a text states, or those of the file that it names."""
+        numbers = camera_numbers(text)
+        if not text or is_preset(text):
+            return text or None
+        if numbers is not None:
+            return numbers if len(numbers) > 4 else CameraIntrinsics(**numbers, name=self._layout.name)
+        pattern, _, entry = text.partition(ENTRY_MARK)
+        path = self._beside(pattern, frame)
+        if path is None:
+            return None
+        if pattern == self._layout.pose:
+            return cast("IntrinsicsSpec | None", self._trajectory(path).camera(frame.rgb))
+        entry = filled(entry, frame.texts) if entry else ""
+        found = self._cameras.get((path, entry))
+        if found is None:
+            found = self._cameras[path, entry] = _checked_camera(Path(path), entry)
+        return found
+
+    def _trajectory(self, path: str) -> Trajectory:
+        path = os.path.join(self._folders.root, path)
+        found = self._trajectories.get(path)
+        if found is None:
+            found = self._trajectories[path] = read_trajectory(Path(path))
+        return found
+
+    def _poses(self, frames: list[_Frame]) -> list[str | tuple[float, ...] | None]:
+        """The pose of each frame: the path of its file, if that can be read as it is, or the numbers of its matrix."""
+        text, layout = self._layout.pose, self._layout
+        paths = [self._beside(text, frame) for frame in frames]
+        is_plain = (layout.pose_maps, layout.pose_axes) == ("camera-to-world", "y-down")
+        if is_plain and any(_names(text)):
+            return list(paths)
+        places: dict[str, int] = defaultdict(int)
+        counts: dict[str, int] = defaultdict(int)
+        for path in paths:
+            counts[path or ""] += 1
+        found: list[str | tuple[float, ...] | None] = []
+        for frame, path in zip(frames, paths, strict=True):
+            pose = None
+            if path is not None:
+                trajectory = self._trajectory(path)
+                pose = trajectory.pose(frame.rgb, places[path], counts[path])
+                places[path] += 1
+            pose = as_camera_to_world(pose, layout.pose_maps, layout.pose_axes)
+            found.append(None if pose is None else tuple(pose.ravel().tolist()))
+        return found
+
+
+def _stem(path: str) -> str:
+    return os.path.splitext(os.path.basename(path))[0]
+
+
+@cache
+def _names(text: str) -> tuple[str, ...]:
+    """The placeholders of all alternatives of a pattern."""
+    return tuple(name for one in alternatives(text) for name in placeholders(one))
+
+
+def _checked_camera(path: Path, entry: str) -> IntrinsicsSpec:
+    """The intrinsics in a file: with the size of the image that they apply to, if known."""
+    data: Any = read_camera_file(path, entry)
+    try:
+        camera = camera_of(data, None, path.name)
+    except InputError as error:
+        raise FormatError(f"{path}: {error}") from error
+    if not isinstance(data, Mapping) or "width" not in data or "height" not in data:
+        return camera
+    names = "fx", "fy", "cx", "cy"
+    return {**{name: getattr(camera, name) for name in names}, "width": data["width"], "height": data["height"]}
+
+
+def _ray(camera: IntrinsicsSpec | None, units: float) -> str:
+    """The encoding of distances along the rays of a camera."""
+    if camera is None:
+        raise InputError("Depth along the ray needs the camera's intrinsics, whose file K is missing. Put it there.")
+    intrinsics = intrinsics_from(camera)
+    assert isinstance(intrinsics, CameraIntrinsics)
+    size = (int(camera["width"]), int(camera["height"])) if isinstance(camera, Mapping) and "width" in camera else None
+    return ray_encoding(units, intrinsics, size)

@@ -1,0 +1,155 @@
+"""The table of layouts, and finding those that fit a folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import platformdirs
+
+from ..errors import InputError
+from .file_patterns import MAX_LEVELS, FilePattern, Folders, alternatives
+from .layout import Layout, layout_from_text, layouts_from_file
+
+_SUFFIX = ".toml"
+_TABLE = "layouts.toml"
+_MAX_SCENES = 300
+"""Number of folders below the opened one in which a layout is looked for."""
+
+
+def layouts_folder() -> Path:
+    """Folder of the user's layouts, which may not exist; the environment variable ILF_LAYOUTS overrides it."""
+    chosen = os.environ.get("ILF_LAYOUTS")
+    return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "layouts"
+
+
+@cache
+def built_in_layouts() -> tuple[Layout, ...]:
+    """The layouts that come with the program."""
+    with as_file(files(__package__) / _TABLE) as path:
+        return tuple(layouts_from_file(path))
+
+
+def all_layouts() -> tuple[Layout, ...]:
+    """The user's layouts, by file name, then the built-in ones that have no such name.
+
+    Raises
+    ------
+    FormatError
+        If a file of the user's folder is not valid.
+    """
+    own = {one.name: one for path in sorted(layouts_folder().glob(f"*{_SUFFIX}")) for one in layouts_from_file(path)}
+    return *own.values(), *(one for one in built_in_layouts() if one.name not in own)
+
+
+def given_layouts(given: str | os.PathLike[str]) -> tuple[Layout, ...]:
+    """The layouts that a user names.
+
+    Parameters
+    ----------
+    given : str or path-like
+        A text key=value ..., the name of a layout, or a TOML file, whose layouts are tried in order.
+
+    Raises
+    ------
+    InputError
+        If there is no such layout or file.
+    FormatError
+        If it is not valid.
+    """
+    text = os.fspath(given)
+    if text.lower().endswith(_SUFFIX) and "=" not in text:
+        return tuple(layouts_from_file(Path(text)))
+    if "=" in text:
+        return (layout_from_text(text),)
+    known = all_layouts()
+    found = tuple(one for one in known if one.name == text)
+    if not found:
+        names = ", ".join(one.name for one in known)
+        raise InputError(
+            f"There is no layout {text!r:.60}. Known: {names}. Or give a TOML file, or a text such as "
+            '"rgb=color/*.jpg depth=depth/*.png units=1000".'
+        )
+    return found
+
+
+def scenes(folders: Folders) -> Iterator[str]:
+    """The opened folder and folders below it: the first one of each level, then all, level by level, up to a limit."""
+    first: str | None = ""
+    for _ in range(MAX_LEVELS + 1):
+        if first is not None:
+            yield first
+            first = next(iter(_inside(folders, first)), None)
+    level, left = _inside(folders, ""), _MAX_SCENES
+    while level and left > 0:
+        level = level[:left]
+        yield from level
+        left -= len(level)
+        level = [inner for folder in level for inner in _inside(folders, folder)]
+
+
+def _inside(folders: Folders, folder: str) -> list[str]:
+    return [f"{folder}/{name}" if folder else name for name in folders.content(folder)[1]]
+
+
+def fitting(folders: Folders, layouts: Sequence[Layout], below: Sequence[str] | Iterator[str]) -> Iterator[Layout]:
+    """The layouts that fit one of these folders, taken for {}; each once.
+
+    Parameters
+    ----------
+    folders : Folders
+        The opened folder.
+    layouts : sequence of Layout
+    below : iterable of str
+        Folders relative to the opened one.
+    """
+    seen: set[str] = set()
+    for folder in below:
+        for layout in layouts:
+            if layout.name not in seen and not _lacking(folders, layout, folder):
+                seen.add(layout.name)
+                yield layout
+
+
+def _wanted(layout: Layout) -> list[str]:
+    """The patterns without which a folder does not fit a layout."""
+    return [layout.rgb, layout.depth, *layout.needs]
+
+
+def _lacking(folders: Folders, layout: Layout, below: str) -> list[str]:
+    """The patterns of `_wanted` that nothing in a folder matches."""
+    return [text for text in _wanted(layout) if not _is_there(folders, text, below)]
+
+
+def _is_there(folders: Folders, text: str, below: str) -> bool:
+    return any(next(_compiled(one).matches(folders, below), None) is not None for one in alternatives(text))
+
+
+@cache
+def _compiled(pattern: str) -> FilePattern:
+    return FilePattern(pattern)
+
+
+def nearest_layout(folders: Folders) -> str:
+    """A sentence with the layout of which a folder has most, and what it lacks; "" if it has nothing of any."""
+    best: tuple[int, str] = (0, "")
+    for folder in scenes(folders):
+        for layout in all_layouts():
+            lacking = _lacking(folders, layout, folder)
+            others = [text for text in (layout.truth, layout.confidence, layout.K, layout.pose) if text]
+            there = [text for text in _wanted(layout) if text not in lacking]
+            there += [text for text in others if _is_there(folders, text, folder)]
+            told = [text for text in there if not text.removeprefix("{}/").startswith("*.")]
+            if len(told) > best[0] and lacking:
+                where = f" in {folder}" if folder else ""
+                best = (
+                    len(told),
+                    (
+                        f"The nearest layout is {layout.text}: it finds {' and '.join(there)}{where}, but lacks "
+                        f"{' and '.join(lacking)}."
+                    ),
+                )
+    return best[1]

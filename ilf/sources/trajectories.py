@@ -1,0 +1,204 @@
+"""Files with the camera poses of many frames, in the forms of several programs."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._runtime.files import FileContent, read_file, read_json
+from ..errors import FormatError, ParameterError
+from ..io.cameras import named_camera
+from ..io.depth import checked_units
+from .poses import OPENGL_AXES, Matrix, as_pose, pose_at_time
+
+_LAST_NUMBER = re.compile(r"(\d+)\D*$")
+_LOG_ROWS = 5
+"""Lines of a pose in a .log file of Open3D: three integers, then the four rows of the matrix."""
+
+_UP = re.compile(r"^(\.\./)+")
+_MATTERPORT_SIZE = 1280, 1024
+"""Width and height [px] of the images of Matterport3D."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Camera poses, (4, 4), as in the file; None where there is none.
+
+    Attributes
+    ----------
+    in_order : list
+        Of one frame after the other.
+    by_name : mapping
+        Of images by the ends of their paths, see `image_name`.
+    by_time : ndarray, shape (N, 8)
+        Rows of time [s], position and quaternion x, y, z, w.
+    cameras : mapping
+        Intrinsics of images, by the same names as the poses.
+    depth_files : mapping
+        Paths of depth files relative to the folder of the file, by the paths of their images; "" where none is listed.
+    depth_units : float or None
+        File units per metre of depth, if stated.
+    """
+
+    in_order: list[Matrix | None] = field(default_factory=list)
+    by_name: Mapping[str, Matrix | None] = field(default_factory=dict)
+    by_time: Matrix = field(default_factory=lambda: np.empty((0, 8)))
+    cameras: Mapping[str, Any] = field(default_factory=dict)
+    depth_files: Mapping[str, str] = field(default_factory=dict)
+    depth_units: float | None = None
+
+    def pose(self, rgb: str, place: int, count: int) -> Matrix | None:
+        """The pose of a frame; None if not known.
+
+        Parameters
+        ----------
+        rgb : str
+            Path of its colour file.
+        place, count : int
+            Its place among the frames of the trajectory, from 0, and their number. Poses in order belong to the frames
+            in order if there are as many; otherwise to the number in a frame's name, from 0.
+        """
+        stem = os.path.splitext(os.path.basename(rgb))[0]
+        if self.by_name:
+            return _of_image(self.by_name, rgb)
+        if len(self.by_time):
+            return pose_at_time(self.by_time, stem)
+        number = place if count == len(self.in_order) else _number_in(stem)
+        return self.in_order[number] if number is not None and number < len(self.in_order) else None
+
+    def camera(self, rgb: str) -> Any:
+        """The intrinsics of an image, as `ilf.data.camera.camera_of` takes them; None if not known."""
+        return _of_image(self.cameras, rgb)
+
+
+def _of_image(named: Mapping[str, Any], rgb: str) -> Any:
+    """The value of the longest name in which the path of an image ends; None if there is none."""
+    parts = image_name(rgb).split("/")
+    keys = ("/".join(parts[start:]) for start in range(len(parts)))
+    return next((named[key] for key in keys if key in named), None)
+
+
+def _number_in(stem: str) -> int | None:
+    found = _LAST_NUMBER.search(stem)
+    return None if found is None or len(found[1]) > 12 else int(found[1])
+
+
+def read_trajectory(path: Path) -> Trajectory:
+    """Read the camera poses of many frames.
+
+    Parameters
+    ----------
+    path : Path
+        A transforms.json of nerfstudio; a .log of Open3D; a .conf of Matterport3D; or text with a row for each frame:
+        12 or 16 numbers of a matrix, or time, position and quaternion x, y, z, w as in the TUM benchmark. # marks
+        comments.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist.
+    FormatError
+        If it contains something else.
+    """
+    content = read_file(path)
+    reader = _READERS.get(path.suffix.lower(), _rows_of_text)
+    try:
+        return reader(content)
+    except (ValueError, TypeError, LookupError, ArithmeticError, ParameterError) as error:
+        raise FormatError(f"{content} contains no camera poses that can be read ({error!s:.80}).") from error
+
+
+def _lines(content: FileContent) -> list[str]:
+    text = content.data.tobytes().decode("utf-8", "replace")
+    return [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+
+
+def _rows_of_text(content: FileContent) -> Trajectory:
+    rows = [[float(word) for word in line.split()] for line in _lines(content)]
+    widths = {len(row) for row in rows}
+    if widths == {8}:
+        times = np.array(rows)
+        return Trajectory(by_time=times[np.isfinite(times).all(axis=1)])
+    if widths == {4}:  # a matrix in several lines
+        height = 4 if len(rows) % 4 == 0 else 3
+        return Trajectory([as_pose(rows[at : at + height]) for at in range(0, len(rows), height)])
+    if not widths <= {12, 16}:
+        raise ValueError(f"its lines have {', '.join(map(str, sorted(widths)[:4]))} numbers, not 8, 12 or 16")
+    return Trajectory([as_pose(row) for row in rows])
+
+
+def _log(content: FileContent) -> Trajectory:
+    rows = [[float(word) for word in line.split()] for line in _lines(content)]
+    if len(rows) % _LOG_ROWS or any(len(row) != (3 if at % _LOG_ROWS == 0 else 4) for at, row in enumerate(rows)):
+        raise ValueError("a pose must have a line of three integers and four lines of a matrix")
+    return Trajectory([as_pose(rows[at + 1 : at + _LOG_ROWS]) for at in range(0, len(rows), _LOG_ROWS)])
+
+
+def _conf(content: FileContent) -> Trajectory:
+    poses, cameras, numbers = {}, {}, [math.nan] * 9
+    for words in (line.split() for line in _lines(content)):
+        if words[0] == "intrinsics_matrix":
+            numbers = [float(word) for word in words[1:10]]
+        elif words[0] == "scan":
+            name = image_name(words[2])
+            poses[name] = as_pose([*map(float, words[3:])])
+            fx, cx, fy, cy = (numbers[at] for at in (0, 2, 4, 5))
+            width, height = _MATTERPORT_SIZE
+            # rows are counted from the bottom
+            cameras[name] = {"fx": fx, "fy": fy, "cx": cx, "cy": height - 1 - cy, "width": width, "height": height}
+    return Trajectory(by_name=poses, cameras=cameras)
+
+
+def _transforms(content: FileContent) -> Trajectory:
+    data = read_json(content)
+    frames = data.get("frames") if isinstance(data, dict) else None
+    if not isinstance(frames, list) or not frames:
+        raise ValueError("it has no frames")
+    named = [(image_name(_file(frame["file_path"])), frame) for frame in frames]
+    scale = data.get("depth_unit_scale_factor")
+    return Trajectory(
+        by_name={name: as_pose(frame["transform_matrix"]) for name, frame in named},
+        cameras={name: named_camera(data | frame) for name, frame in named if "fl_x" in data | frame},
+        depth_files={
+            os.path.normpath(frame["file_path"]): _file(frame.get("depth_file_path") or "") for _, frame in named
+        },
+        depth_units=None if scale is None else checked_units(1 / float(scale)),
+    )
+
+
+def _file(path: Any) -> str:
+    """A path of a file in JSON, or ""; raises ValueError for anything else."""
+    if not isinstance(path, str) or os.path.basename(os.path.normpath(path or "none")) in {"", ".", ".."}:
+        raise ValueError(f"{path!r:.40} is not the path of a file")
+    return path
+
+
+def image_name(path: str) -> str:
+    """The path of an image without extension, and without the way up from the file that lists it."""
+    return os.path.splitext(_UP.sub("", os.path.normpath(path).replace(os.sep, "/")))[0]
+
+
+_READERS: Mapping[str, Callable[[FileContent], Trajectory]] = {".log": _log, ".conf": _conf, ".json": _transforms}
+
+
+def as_camera_to_world(pose: Matrix | None, maps: str, axes: str) -> Matrix | None:
+    """A pose from the camera, with y down, to the world.
+
+    Parameters
+    ----------
+    pose : ndarray or None
+        (4, 4).
+    maps, axes : str
+        As `pose_maps` and `pose_axes` of `Layout`.
+    """
+    if pose is None:
+        return None
+    to_world = np.asarray(np.linalg.inv(pose), np.float64) if maps == "world-to-camera" else pose
+    return to_world @ OPENGL_AXES if axes == "y-up" else to_world

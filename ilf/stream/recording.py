@@ -1,0 +1,83 @@
+"""Recording completed frames: into one MCAP file, or into a folder with a folder for each frame."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Self
+
+from ..completion.confidence.expected_error import expected_error
+from ..data.results import Completion
+from ..errors import ExportError
+from ..io.depth import write_depth
+from ..io.rosbags import DepthRecorder, StampedDepth
+from ..run.options import ERROR_FILES
+from ..sources.frames import write_frame
+
+MCAP = ".mcap"
+
+
+class StreamRecorder:
+    """Writes completed frames as they come: after each, the output is complete up to it.
+
+    Parameters
+    ----------
+    path : path-like
+        A file *.mcap, which must not exist, or a folder without frames, created if missing.
+    encoding, frame_id : str
+        Of an MCAP file, as for `DepthRecorder`.
+    with_error : bool
+        Whether the expected error is computed and written.
+
+    Raises
+    ------
+    ExportError
+        If the file exists, the folder is not empty, or it cannot be written.
+    InputError
+        If the package rosbags is missing for an MCAP file.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        encoding: str = "32FC1",
+        frame_id: str = "camera",
+        with_error: bool = True,
+    ) -> None:
+        self.path = Path(path)
+        self._with_error = with_error
+        self.count = 0
+        """Number of frames written."""
+        self._file: DepthRecorder | None = None
+        if self.path.suffix.lower() == MCAP:
+            self._file = DepthRecorder(self.path, encoding=encoding, frame_id=frame_id)
+        elif self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
+            raise ExportError(f"{self.path} already exists and is not an empty folder. Choose another name.")
+
+    def write(self, completion: Completion, stamp: int) -> None:
+        """Write a frame with its time [ns], which a folder does not contain; raises ExportError."""
+        frame = completion.frame
+        error = expected_error(completion) if self._with_error else None
+        if self._file is not None:
+            self._file.write(StampedDepth(completion.depth, frame.intrinsics, stamp, frame.rgb, error, frame.pose))
+        else:
+            folder = self.path / f"{self.count:06d}"
+            write_frame(folder, replace(frame, depth=completion.depth, invalid_mask=None, ground_truth=None))
+            if error is not None:
+                write_depth(folder / ERROR_FILES["tiff"], error)
+        self.count += 1
+
+    def close(self) -> None:
+        """Close the file; one without frames is removed."""
+        if self._file is not None:
+            self._file.close()
+            if not self.count:
+                self.path.unlink()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,43 @@
+"""`ilf stream`: a recording, frame after frame, into one MCAP file or a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+from tests.ilf.bags import write_aligned
+from tests.ilf.small_frames import write_small_frame
+
+
+def test_a_recording_becomes_a_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source, out = write_aligned(tmp_path, "mcap"), tmp_path / "out.mcap"
+    assert main(["stream", str(source), "--out", str(out), "--preset", "best"]) == 0
+    assert capsys.readouterr().out.startswith("3 frames, 1 scene, ")
+    recording, given = ilf.open_source(out), ilf.open_source(source)
+    assert recording.keys == given.keys
+    for frame, before in zip(recording, given, strict=True):
+        assert np.array_equal(frame.rgb, before.rgb)
+        assert np.isfinite(frame.depth).all()
+        assert np.array_equal(frame.depth[before.known], before.depth[before.known])
+    assert main(["stream", str(source), "--out", str(out)]) == 1
+    assert "already exists" in capsys.readouterr().err
+
+
+def test_a_folder_gets_a_frame_in_each_of_its_folders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_small_frame(tmp_path / "in" / "a")
+    out = tmp_path / "out"
+    assert main(["stream", str(tmp_path / "in"), "--out", str(tmp_path / "no.mcap")]) == 1
+    assert "no timestamps. Give the frame rate (--rate)." in capsys.readouterr().err
+    assert main(["stream", str(tmp_path / "in"), "--out", str(out)]) == 0
+    (frame,) = ilf.open_source(out)
+    assert np.isfinite(frame.depth).all()
+    assert sorted(path.name for path in (out / "000000").iterdir()) == [
+        "depth.tiff",
+        "expected_error.tiff",
+        "meta.json",
+        "rgb.png",
+    ]

@@ -1,0 +1,107 @@
+"""`DepthRecorder`: one MCAP file, readable after every frame, also when the program is killed or the disk is full."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+import ilf
+from ilf.io.rosbags import DepthRecorder, StampedDepth
+from tests.ilf.bags import COLOUR, DEPTH
+
+METRES = np.where(DEPTH > 0, DEPTH / np.float32(1000), np.nan).astype(np.float32)
+CAMERA = ilf.CameraIntrinsics(30.0, 30.0, 15.5, 11.5)
+WRITER = """
+import resource, sys
+from ilf.errors import ExportError
+from ilf.io.rosbags import DepthRecorder
+from tests.ilf.io.test_recorder import moment
+if int(sys.argv[2]):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]),) * 2)
+recorder = DepthRecorder(sys.argv[1])
+for number in range(1000):
+    try:
+        recorder.write(moment(number))
+    except ExportError as error:
+        sys.exit(str(error))
+    print(number + 1, flush=True)
+    if not int(sys.argv[2]):
+        sys.stdin.readline()
+"""
+
+
+def moment(number: int) -> StampedDepth:
+    pose = np.eye(4)
+    pose[:3, 3] = number, 2, 3
+    return StampedDepth(METRES, CAMERA, (number + 1) * 10**8, COLOUR, METRES / 100, pose)
+
+
+def child(path: Path, limit: int) -> subprocess.Popen[str]:
+    """A process that writes frames: one for each line that it gets, or all up to a limit of the file's size [bytes]."""
+    command = [sys.executable, "-c", WRITER, str(path), str(limit)]
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
+
+
+def depths(path: Path) -> list[np.ndarray]:
+    return [frame.depth for frame in ilf.open_source(path)]
+
+
+def test_the_file_is_readable_after_every_frame(tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    with DepthRecorder(path) as recorder:
+        for number in range(3):
+            recorder.write(moment(number))
+            found = depths(path)
+            assert len(found) == number + 1
+            assert np.array_equal(found[-1], METRES, equal_nan=True)
+    source = ilf.open_source(path)
+    assert source.timestamps == (0.1, 0.2, 0.3)
+    assert source.calibration(source.keys[0]).colour == CAMERA
+    with pytest.raises(ilf.IlfError, match="already exists"):
+        DepthRecorder(path)
+
+
+def test_all_topics_are_written(tmp_path: Path) -> None:
+    with DepthRecorder(tmp_path / "out.mcap", encoding="16UC1", frame_id="eye") as recorder:
+        recorder.write(moment(4))
+    with AnyReader([tmp_path / "out.mcap"], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        found = {one.topic: reader.deserialize(raw, one.msgtype) for one, _, raw in reader.messages()}
+    assert set(found) == {"/depth_completed", "/camera_info", "/image_rect_color", "/expected_error", "/tf"}
+    assert np.array_equal(found["/depth_completed"].data.view(np.uint16).reshape(DEPTH.shape), DEPTH)
+    stamped = found["/tf"].transforms[0]
+    assert (stamped.header.frame_id, stamped.child_frame_id) == ("world", "eye")
+    moved = stamped.transform
+    assert (moved.translation.x, moved.translation.y, moved.rotation.w) == (4, 2, 1)
+
+
+def test_a_killed_program_leaves_all_frames_that_were_written(tmp_path: Path) -> None:
+    writer = child(tmp_path / "out.mcap", 0)
+    assert writer.stdin is not None
+    assert writer.stdout is not None
+    for number in range(1, 6):
+        assert int(writer.stdout.readline()) == number
+        writer.stdin.write("\n")
+        writer.stdin.flush()
+    os.kill(writer.pid, signal.SIGKILL)  # while it writes the sixth
+    writer.communicate()
+    assert len(depths(tmp_path / "out.mcap")) in {5, 6}
+
+
+def test_a_full_disk_leaves_the_frames_before_and_is_reported(tmp_path: Path) -> None:
+    writer = child(tmp_path / "out.mcap", 50_000)
+    out, error = writer.communicate()
+    written = len(out.split())
+    assert written >= 3
+    assert writer.returncode == 1
+    assert "could not be written" in error
+    assert "contains the frames up to here" in error
+    assert len(depths(tmp_path / "out.mcap")) == written

@@ -1,0 +1,207 @@
+"""Depth that is no image file: organised clouds, PCL's images, HDF5, raw floats of a Kinect v2, photos of phones."""
+
+from __future__ import annotations
+
+import struct
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import h5py
+import numpy as np
+import pytest
+
+import ilf
+from ilf.errors import FormatError
+from ilf.io.depth import read_depth_values
+from ilf.io.images import read_colour
+from ilf.io.pcl_files import lzf_decompressed
+
+H, W = 6, 8
+DEPTH = (1 + np.arange(H * W, dtype=np.float32).reshape(H, W) / 100).astype(np.float32)
+DEPTH[2, 3] = np.nan
+COLOUR = np.arange(H * W * 3, dtype=np.uint8).reshape(H, W, 3)
+FIELDS = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<f4"), ("label", "<u2", (2,))])
+
+
+def _points() -> np.ndarray:
+    points = np.zeros(H * W, FIELDS)
+    points["z"] = DEPTH.ravel()
+    red, green, blue = (COLOUR[..., channel].astype(np.uint32).ravel() for channel in range(3))
+    points["rgb"] = (red << 16 | green << 8 | blue).view(np.float32)
+    return points
+
+
+def lzf(data: bytes) -> bytes:
+    """LZF of literal runs alone."""
+    return b"".join(bytes([len(run) - 1]) + run for run in (data[at : at + 32] for at in range(0, len(data), 32)))
+
+
+def _pcd(kind: str, width: int = W, height: int = H) -> bytes:
+    header = (
+        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgb label\nSIZE 4 4 4 4 2\n"
+        f"TYPE F F F F U\nCOUNT 1 1 1 1 2\nWIDTH {width}\nHEIGHT {height}\nVIEWPOINT 0 0 0 1 0 0 0\n"
+        f"POINTS {width * height}\nDATA {kind}\n"
+    ).encode()
+    points = _points()
+    if kind == "ascii":
+        lines = (f"{p['x']} {p['y']} {p['z']} {p['rgb']:.9e} 0 0" for p in points)
+        return header + "\n".join(lines).encode()
+    if kind == "binary":
+        return header + points.tobytes()
+    fields = b"".join(np.ascontiguousarray(points[name]).tobytes() for name in FIELDS.names)
+    packed = lzf(fields)
+    return header + struct.pack("<2I", len(packed), len(fields)) + packed
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary", "binary_compressed"])
+def test_organised_clouds_are_colour_and_depth(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "a.pcd"
+    path.write_bytes(_pcd(kind))
+    assert np.allclose(read_depth_values(path), DEPTH, equal_nan=True)
+    assert np.array_equal(read_colour(path), COLOUR)
+    source = ilf.open_source(tmp_path)
+    assert (source.keys, source.layout.partition(" ")[0]) == (("a",), "pcd")
+    assert np.allclose(source[0].depth, DEPTH, equal_nan=True)
+    content = path.read_bytes()
+    for wrong, message in (
+        (content[:-9], "truncated|read|damaged"),
+        (content.replace(b"FIELDS x y z", b"FIELDS x y w"), "no field z"),
+        (content.replace(b"HEIGHT 6", b"HEIGHT 1").replace(b"WIDTH 8", b"WIDTH 48"), "not organised"),
+        (content.replace(b"SIZE 4", b"SIZE 3"), "header is damaged"),
+        (content.replace(b"WIDTH 8", b"WIDTH 900000").replace(b"HEIGHT 6", b"HEIGHT 900000"), "GB of memory"),
+        (content.replace(b"DATA", b"DATE"), "not a PCD"),
+    ):
+        path.write_bytes(wrong)
+        with pytest.raises(FormatError, match=message):
+            read_depth_values(path)
+
+
+def _pclzf(kind: str, data: bytes, width: int = W) -> bytes:
+    packed = lzf(data)
+    return struct.pack("<5s2I16s2I", b"PCLZF", width, H, kind.ljust(16).encode(), len(packed), len(data)) + packed
+
+
+def test_images_of_pcl_are_a_source(tmp_path: Path) -> None:
+    millimetres = np.nan_to_num(DEPTH * 1000).astype("<u2")
+    files = {name: tmp_path / f"frame_20130717T175216.303267{name}" for name in ("_rgb.pclzf", "_depth.pclzf", ".xml")}
+    files["_depth.pclzf"].write_bytes(_pclzf("depth16", millimetres.tobytes()))
+    files["_rgb.pclzf"].write_bytes(_pclzf("rgb24", COLOUR.transpose(2, 0, 1).tobytes()))
+    numbers = {"focal_length_x": 525, "focal_length_y": 525, "principal_point_x": 3.5, "principal_point_y": 2.5}
+    lines = "".join(f"\t\t<{name}>{value}</{name}>\n" for name, value in numbers.items())
+    files[".xml"].write_text(f"<?xml version='1.0'?>\n<rgb>\n{lines}</rgb>\n<depth>\n{lines}</depth>\n")
+    source = ilf.open_source(tmp_path)
+    frame = source[0]
+    assert source.layout.startswith("pclzf")
+    assert np.array_equal(np.nan_to_num(frame.depth * 1000).round(), millimetres)
+    assert np.array_equal(frame.rgb, COLOUR)
+    assert (frame.intrinsics.fx, frame.intrinsics.cx) == (525, 3.5)
+    for content, message in (
+        (_pclzf("rgb24", COLOUR.tobytes()), "not depth16"),
+        (_pclzf("depth16", millimetres.tobytes(), width=9), "header is damaged"),
+        (_pclzf("depth16", millimetres.tobytes())[:-3], "truncated"),
+        (b"PCLZF", "not a PCLZF"),
+    ):
+        files["_depth.pclzf"].write_bytes(content)
+        with pytest.raises(FormatError, match=message):
+            read_depth_values(files["_depth.pclzf"])
+
+
+def test_lzf_copies_from_what_it_has_written() -> None:
+    # 3 literal bytes; 5 from 3 back, which overlaps itself; 12 from 1 back
+    packed = b"\x02abc" + bytes([3 << 5, 2]) + bytes([7 << 5, 3, 0])
+    assert lzf_decompressed("file", packed, 20) == b"abcabcab" + b"b" * 12
+    for wrong in (packed[:-1], packed + b"\x05a", bytes([1 << 5, 9]) + packed, b""):
+        with pytest.raises(FormatError, match="is damaged"):
+            lzf_decompressed("file", wrong, 20)
+
+
+def test_raw_floats_of_a_kinect_v2_are_millimetres(tmp_path: Path) -> None:
+    values = np.linspace(500, 4500, 424 * 512, dtype="<f4").reshape(424, 512)
+    values[0] = 0
+    (tmp_path / "rgb.png").write_bytes(ilf_png(np.zeros((424, 512, 3), np.uint8)))
+    for name in ("depth.raw", "depth.bin"):
+        (tmp_path / name).write_bytes(values.tobytes())
+        frame = ilf.load_frame(tmp_path / "rgb.png", tmp_path / name)
+        assert (frame.depth[-1, -1], frame.inputs.depth_units) == (4.5, 1000)
+        assert np.isnan(frame.depth[0]).all()
+    (tmp_path / "depth.raw").write_bytes(values.tobytes()[:-4])
+    with pytest.raises(FormatError, match="512 x 424 float32"):
+        read_depth_values(tmp_path / "depth.raw")
+
+
+def ilf_png(image: np.ndarray) -> bytes:
+    from ilf.io.images import encode_image
+
+    return encode_image(".png", image)
+
+
+def test_one_channel_may_be_an_axis_and_hdf5_is_read(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", DEPTH[..., None])
+    assert np.array_equal(read_depth_values(tmp_path / "a.npy"), DEPTH, equal_nan=True)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["depth"], file["other"] = DEPTH.astype(np.float16), np.zeros(3)
+    assert read_depth_values(tmp_path / "a.h5").dtype == np.float16
+    with h5py.File(tmp_path / "b.hdf5", "w") as file:
+        file["normals"] = np.zeros((H, W, 3))
+    with pytest.raises(FormatError, match="no image named dataset or depth"):
+        read_depth_values(tmp_path / "b.hdf5")
+    (tmp_path / "b.hdf5").write_bytes(b"no HDF5")
+    with pytest.raises(FormatError, match="not a complete HDF5"):
+        read_depth_values(tmp_path / "b.hdf5")
+
+
+# Photos: no tool at hand writes HEIC with depth, so a stand-in for pillow-heif gives what it gives for a real one.
+
+
+class _Image:
+    def __init__(self, values: np.ndarray, metadata: dict[str, float] | None) -> None:
+        self._values, self.info = values, {"metadata": metadata}
+        self.size = values.shape[1], values.shape[0]
+
+    def __array__(self, dtype: object = None, copy: object = None) -> np.ndarray:
+        return self._values
+
+
+@pytest.fixture
+def photo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def show(values: np.ndarray | None, metadata: dict[str, float] | None = None, shape=(2 * H, 2 * W)) -> Path:
+        colour = np.broadcast_to(np.uint8(90), (*shape, 3)).copy()
+        images = [] if values is None else [_Image(values, metadata)]
+        opened = SimpleNamespace(
+            mode="RGB", size=shape[::-1], data=colour.tobytes(), stride=3 * shape[1], info={"depth_images": images}
+        )
+        module = ModuleType("pillow_heif")
+        module.open_heif = lambda file, convert_hdr_to_8bit: opened  # type: ignore[attr-defined]
+        monkeypatch.setitem(sys.modules, "pillow_heif", module)
+        (tmp_path / "a.heic").write_bytes(b"stand-in")
+        return tmp_path / "a.heic"
+
+    return show
+
+
+@pytest.mark.parametrize(
+    "metadata",
+    [
+        {"representation_type": 1, "d_min": 0.5, "d_max": 2.0},
+        {"representation_type": 0, "z_near": 0.5, "z_far": 2.0},
+        {"representation_type": 2, "z_near": 0.5, "z_far": 2.0},
+    ],
+    ids=["disparity", "inverse depth", "depth"],
+)
+def test_depth_of_photos_becomes_metres(photo, metadata) -> None:
+    values = np.linspace(0, 255, H * W).astype(np.uint8).reshape(H, W)
+    path = photo(values, metadata)
+    frame = ilf.open_source(path.parent)[0]
+    assert (frame.shape, frame.rgb.shape) == ((H, W), (H, W, 3)), "colour comes to the pixels of depth"
+    first, last = (0.5, 2.0) if metadata["representation_type"] == 2 else (2.0, 0.5)
+    assert (frame.depth[0, 0], frame.depth[-1, -1]) == (pytest.approx(first), pytest.approx(last))
+
+
+def test_photos_without_metres_are_refused(photo) -> None:
+    values = np.zeros((H, W), np.uint8)
+    for given, message in (((None,), "has no depth image"), ((values, {}), "does not state how its values become")):
+        with pytest.raises(FormatError, match=message):
+            read_depth_values(photo(*given))
+    with pytest.raises(FormatError, match="another view"):
+        read_colour(photo(values, {}, (2 * W, 2 * H)))

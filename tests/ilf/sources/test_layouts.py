@@ -1,0 +1,527 @@
+"""Layouts as data: every published one on files named and encoded as published, given ones, and what does not fit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import h5py
+import numpy as np
+import OpenEXR
+import pytest
+
+import ilf
+from ilf.cli import main
+from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
+from ilf.io.encodings import encoding_of
+from ilf.sources.file_patterns import FilePattern, Folders
+from ilf.sources.layout import layout_from_text, layouts_from_file
+from ilf.sources.layouts import all_layouts, built_in_layouts
+
+H, W = 48, 64
+METRES = (1.5 + 0.007 * np.arange(W)[None] + 0.02 * np.arange(H)[:, None]).astype(np.float32)
+METRES[10:20, 30:40] = 0
+TRUTH = np.where(METRES == 0, 2.25, METRES).astype(np.float32)
+K = np.array([[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]])
+POSE = np.array([[0, 0, 1, 1], [-1, 0, 0, 2], [0, -1, 0, 3], [0, 0, 0, 1]], float)
+"""From the camera, y down, to the world."""
+Y_UP = np.diag([1.0, -1, -1, 1])
+
+
+@pytest.fixture(autouse=True)
+def no_own_layouts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("ILF_LAYOUTS", str(tmp_path / "own-layouts"))
+    return tmp_path / "own-layouts"
+
+
+def _write(path: Path, values: np.ndarray, units: float = 1.0, key: str = "dataset") -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    stored = values * np.float32(units)
+    if path.suffix == ".npy":
+        np.save(path, stored[..., None])
+    elif path.suffix == ".exr":
+        header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+        channel = stored.astype(np.float32)
+        OpenEXR.File(header, {"RGB": np.repeat(channel[..., None], 3, axis=2)}).write(str(path))
+    elif path.suffix == ".hdf5":
+        with h5py.File(path, "w") as file:
+            file[key] = stored.astype(np.float16)
+    else:
+        cv2.imwrite(str(path), np.rint(stored).astype(np.uint16))
+
+
+def _colour(path: Path, shape: tuple[int, int] = (H, W)) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), np.full((*shape, 3), 90, np.uint8))
+
+
+def _text(path: Path, values: np.ndarray | str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(values) if isinstance(values, str) else np.savetxt(path, values)
+
+
+def _square(matrix: np.ndarray) -> np.ndarray:
+    return np.block([[matrix, np.zeros((3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]])
+
+
+def _poses(count: int) -> list[np.ndarray]:
+    return [POSE + number * np.eye(4, k=3) for number in range(count)]
+
+
+# What the data sets publish. Each writes two frames; the second pose is one metre further in x.
+
+
+def _scannet(root: Path) -> None:
+    scene = root / "scans/scene0000_00"
+    wide = np.array([[121.5, 0, 60.25], [0, 121.5, 47.75], [0, 0, 1]])
+    for number, pose in enumerate(_poses(2)):
+        _colour(scene / f"color/{number}.jpg", (96, 128))
+        _write(scene / f"depth/{number}.png", METRES, 1000)
+        _text(scene / f"pose/{number}.txt", pose)
+    _text(scene / "intrinsic/intrinsic_color.txt", _square(wide))
+    _text(scene / "intrinsic/intrinsic_depth.txt", _square(K))
+
+
+def _kitti_selection(root: Path) -> None:
+    for number in (5, 8):
+        drive, end = "2011_09_26_drive_0002_sync", f"{number:010d}_image_02"
+        _colour(root / f"image/{drive}_image_{end}.png")
+        _write(root / f"velodyne_raw/{drive}_velodyne_raw_{end}.png", METRES, 256)
+        _write(root / f"groundtruth_depth/{drive}_groundtruth_depth_{end}.png", TRUTH, 256)
+        _text(root / f"intrinsics/{drive}_image_{end}.txt", " ".join(map(str, K.ravel())))
+
+
+def _kitti(root: Path) -> None:
+    drive = "2011_09_26_drive_0001_sync"
+    for number in (5, 6):
+        for camera in ("02", "03"):
+            _colour(root / f"2011_09_26/{drive}/image_{camera}/data/{number:010d}.png")
+        _write(root / f"train/{drive}/proj_depth/velodyne_raw/image_02/{number:010d}.png", METRES, 256)
+        _write(root / f"train/{drive}/proj_depth/groundtruth/image_02/{number:010d}.png", TRUTH, 256)
+    projection = " ".join(f"{value:e}" for value in np.c_[K, [44.0, 0.2, 0.003]].ravel())
+    _text(
+        root / "2011_09_26/calib_cam_to_cam.txt",
+        f"calib_time: 09-Jan-2012 13:57:47\nP_rect_00: {'1 ' * 12}\nP_rect_02: {projection}\n",
+    )
+
+
+def _void(root: Path) -> None:
+    scene = root / "void_1500/data/classroom0"
+    for time, pose in zip(("1552625028.2387", "1552625028.3387"), _poses(2), strict=True):
+        _colour(scene / f"image/{time}.png")
+        _write(scene / f"sparse_depth/{time}.png", METRES, 256)
+        _write(scene / f"validity_map/{time}.png", (METRES > 0).astype(np.float32))
+        _write(scene / f"ground_truth/{time}.png", TRUTH, 256)
+        _text(scene / f"absolute_pose/{time}.txt", pose[:3])
+    _text(scene / "K.txt", K)
+
+
+_PANORAMA = "0b02e18654324edd8d74c078b66bfb20"
+
+
+def _matterport(root: Path) -> None:
+    house = root / "17DRP5sb8fy"
+    for yaw, pose in enumerate(_poses(2)):
+        _colour(house / f"matterport_color_images/{_PANORAMA}_i1_{yaw}.jpg")
+        _write(house / f"matterport_depth_images/{_PANORAMA}_d1_{yaw}.png", METRES, 4000)
+        _text(house / f"matterport_camera_poses/{_PANORAMA}_pose_1_{yaw}.txt", pose)
+    _text(
+        house / f"matterport_camera_intrinsics/{_PANORAMA}_intrinsics_1.txt",
+        f"{W} {H} 60 60 31.5 23.5 0.04 -0.16 0.0006 -0.0005 0.0",
+    )
+
+
+def _matterport_undistorted(root: Path) -> None:
+    folder = root / "17DRP5sb8fy"
+    lines = ["dataset matterport", "n_images 2", "depth_directory undistorted_depth_images"]
+    lines += ["color_directory undistorted_color_images", "intrinsics_matrix 1280 0 639.5  0 1280 511.5  0 0 1"]
+    for yaw, pose in enumerate(_poses(2)):
+        colour, depth = f"{_PANORAMA}_i0_{yaw}.jpg", f"{_PANORAMA}_d0_{yaw}.png"
+        _colour(folder / "undistorted_color_images" / colour, (64, 80))
+        _write(folder / "undistorted_depth_images" / depth, np.pad(METRES, ((0, 16), (0, 16))), 4000)
+        lines.append(f"scan {depth} {colour} {' '.join(map(str, (pose @ Y_UP).ravel()))}")
+    _text(folder / "undistorted_camera_parameters/17DRP5sb8fy.conf", "\n".join(lines))
+
+
+def _rays() -> np.ndarray:
+    fx = 886.8100134752653 * W / 1024
+    x, y = (np.arange(W) - 31.5) / fx, (np.arange(H) - 23.5) / fx
+    return np.sqrt(1 + x**2 + y[:, None] ** 2)
+
+
+def _hypersim(root: Path) -> None:
+    images = root / "ai_001_001/images"
+    for number in range(2):
+        _colour(images / f"scene_cam_00_final_preview/frame.{number:04d}.tonemap.jpg")
+        _colour(images / f"scene_cam_00_final_preview/frame.{number:04d}.color.jpg")
+        _write(images / f"scene_cam_00_geometry_hdf5/frame.{number:04d}.depth_meters.hdf5", METRES * _rays())
+        _write(images / f"scene_cam_00_geometry_hdf5/frame.{number:04d}.semantic.hdf5", METRES)
+
+
+def _dreds(root: Path) -> None:
+    for number in range(2):
+        at = root / f"DREDS-CatKnown/test/00000/{number:04d}"
+        _colour(at.with_name(f"{at.name}_color.png"), (45, 80))
+        padded = np.pad(METRES[:45], ((0, 0), (0, 16)), constant_values=1.5)
+        _write(at.with_name(f"{at.name}_simDepthImage.exr"), padded)
+        _write(at.with_name(f"{at.name}_depth_120.exr"), np.where(padded == 0, 2.25, padded))
+
+
+def _diode(root: Path) -> None:
+    for number in (10, 20):
+        at = root / f"val/indoors/scene_00019/scan_00183/00019_00183_indoors_000_{number:03d}"
+        _colour(at.with_name(f"{at.name}.png"))
+        _write(at.with_name(f"{at.name}_depth.npy"), TRUTH)
+        np.save(at.with_name(f"{at.name}_depth_mask.npy"), (METRES > 0).astype(np.float64))
+
+
+def _transcg(root: Path) -> None:
+    for number in range(2):
+        folder = root / f"scene1/{number}"
+        for camera, units in (("1", 1000), ("2", 4000)):
+            _colour(folder / f"rgb{camera}.png")
+            _write(folder / f"depth{camera}.png", METRES, units)
+            _write(folder / f"depth{camera}-gt.png", TRUTH, units)
+            _write(folder / f"depth{camera}-gt-mask.png", METRES)
+    (root / "camera_intrinsics").mkdir()
+    for name in ("D435", "L515"):
+        np.save(root / f"camera_intrinsics/camIntrinsics-{name}.npy", K)
+
+
+def _cleargrasp(root: Path) -> None:
+    folder = root / "real-test/d435"
+    for number in range(2):
+        start = f"{number:09d}"
+        _colour(folder / f"{start}-transparent-rgb-img.jpg")
+        _colour(folder / f"{start}-opaque-rgb-img.jpg")
+        _write(folder / f"{start}-transparent-depth-img.exr", METRES)
+        _write(folder / f"{start}-opaque-depth-img.exr", TRUTH)
+    _text(folder / "camera_intrinsics.yaml", f"# D435\nxres: {W}\nyres: {H}\nfx: 60.0\nfy: 60.0\ncx: 31.5\ncy: 23.5\n")
+
+
+def _transforms(root: Path, depth: bool = True) -> None:
+    frames = []
+    for number, pose in enumerate(_poses(2)):
+        _colour(root / f"images/{number:05d}.jpg")
+        _write(root / f"depth/{number:05d}.png", METRES, 1000)
+        frame = {"file_path": f"./images/{number:05d}.jpg", "transform_matrix": (pose @ Y_UP).tolist()}
+        frames.append(frame | ({"depth_file_path": f"depth/{number:05d}.png"} if depth else {}))
+    camera = {"camera_model": "OPENCV", "fl_x": 60, "fl_y": 60, "cx": 32.0, "cy": 24.0, "w": W, "h": H}
+    _text(root / "transforms.json", json.dumps(camera | {"frames": frames}))
+
+
+def _replica(root: Path) -> None:
+    for number in range(2):
+        _colour(root / f"room0/results/frame{number:06d}.jpg")
+        _write(root / f"room0/results/depth{number:06d}.png", METRES, 6553.5)
+    _text(root / "room0/traj.txt", np.array([pose.ravel() for pose in _poses(2)]))
+    camera = {"w": W, "h": H, "fx": 60.0, "fy": 60.0, "cx": 31.5, "cy": 23.5, "scale": 6553.5}
+    _text(root / "cam_params.json", json.dumps({"camera": camera}))
+
+
+def _open3d(root: Path) -> None:
+    log = ""
+    for number, pose in enumerate(_poses(2)):
+        _colour(root / f"color/{number:06d}.jpg")
+        _write(root / f"depth/{number:06d}.png", METRES, 1000)
+        rows = "\n".join(" ".join(map(str, row)) for row in pose)
+        log += f"{number} {number} {number + 1}\n{rows}\n"
+    _text(root / "trajectory.log", log)
+    camera = {"width": W, "height": H, "intrinsic_matrix": K.T.ravel().tolist()}
+    _text(root / "camera.json", json.dumps(camera))
+
+
+PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = {
+    # writer, focal length in the frame, whether there is ground truth, and whether there are poses
+    "kitti-selection": (_kitti_selection, 60.0, True, False),
+    "kitti": (_kitti, 60.0, True, False),
+    "void": (_void, 60.0, True, True),
+    "matterport3d": (_matterport, 60.0, False, True),
+    "matterport3d-undistorted": (_matterport_undistorted, 80.0, False, True),
+    "hypersim": (_hypersim, 886.81 * W / 1024, False, False),
+    "dreds": (_dreds, 446.31 * 80 / 640, True, False),
+    "diode": (_diode, 886.81 * W / 1024, False, False),
+    "transcg": (_transcg, 60.0, True, False),
+    "cleargrasp": (_cleargrasp, 60.0, True, False),
+    "nerfstudio": (_transforms, 60.0, False, True),
+    "replica": (_replica, 60.0, False, True),
+    "open3d": (_open3d, 60.0, False, True),
+}
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_published_layouts_are_read_right_at_once(tmp_path: Path, name: str) -> None:
+    write, focal, has_truth, has_pose = PUBLISHED[name]
+    write(tmp_path / "data")
+    source = ilf.open_source(tmp_path / "data")
+    assert (source.layout.partition(" ")[0], len(source)) == (name, 2), source.notes
+    frame = source[1]
+    height, width = min(H, frame.shape[0]), min(W, frame.shape[1])
+    wanted = np.where(METRES == 0, np.nan, METRES)[:height, :width]
+    assert np.allclose(frame.depth[:height, :width], wanted, atol=2e-3, equal_nan=True)
+    assert frame.intrinsics.fx == pytest.approx(focal, rel=1e-4)
+    assert frame.plausibility_warnings == ()
+    assert (frame.ground_truth is not None) == has_truth
+    if has_truth:
+        assert frame.ground_truth[15, 35] == pytest.approx(2.25, abs=2e-3)
+    if has_pose:
+        assert np.allclose(source.pose(source.keys[1]), _poses(2)[1])
+        assert np.allclose(frame.pose, _poses(2)[1])
+    else:
+        assert frame.pose is None
+    again = ilf.load_frame(**frame.sources)
+    assert np.array_equal(again.depth, frame.depth if frame.invalid_mask is None else frame.measured, equal_nan=True)
+
+
+def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path: Path) -> None:
+    _scannet(tmp_path / "data")
+    source = ilf.open_source(tmp_path / "data/scans/scene0000_00")
+    assert (source.keys, source.is_registered) == (("color/0", "color/1"), False)
+    frame = source[1]
+    assert frame.shape == (96, 128)
+    assert frame.intrinsics.fx == pytest.approx(121.5)
+    # the pixel of colour sees the same direction as a pixel of depth
+    column, row = (
+        round((value - centre) / 60 * 121.5 + middle)
+        for value, centre, middle in ((10, 31.5, 60.25), (30, 23.5, 47.75))
+    )
+    assert frame.depth[row, column] == pytest.approx(METRES[30, 10], abs=0.02)
+    assert np.allclose(frame.pose, _poses(2)[1])
+    pair = source.read("color/1", registered=False)
+    assert (pair.rgb.shape[:2], pair.depth.shape, pair.depth_camera.intrinsics.fx) == ((96, 128), (H, W), 60.0)
+    calibration = source.calibration("color/1")
+    assert (calibration.colour.fx, calibration.depth.fx) == (121.5, 60.0)
+    again = ilf.load_frame(**frame.sources)
+    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+    every = ilf.open_source(tmp_path / "data")
+    assert every.keys == ("scans/scene0000_00/color/0", "scans/scene0000_00/color/1")
+
+
+def test_scannet_with_colour_of_the_size_of_depth_has_the_camera_of_depth(tmp_path: Path) -> None:
+    _scannet(tmp_path)
+    scene = tmp_path / "scans/scene0000_00"
+    for number in range(2):
+        _colour(scene / f"color/{number}.jpg")
+    frame = ilf.open_source(scene)[0]
+    assert (frame.shape, frame.intrinsics.fx, frame.inputs.depth_intrinsics) == ((H, W), 60.0, None)
+
+
+def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tmp_path: Path, capsys) -> None:
+    _colour(tmp_path / "rgb.png", (96, 128))
+    _write(tmp_path / "depth.png", METRES, 1000)
+    files = [str(tmp_path / name) for name in ("rgb.png", "depth.png")]
+    assert main(["complete", *files, "--out", str(tmp_path / "out")]) == 1
+    assert "--intrinsics and --depth-intrinsics" in capsys.readouterr().err
+    with pytest.raises(InputError, match="also give the intrinsics of colour"):
+        ilf.load_frame(*files, depth_intrinsics=(60, 60, 31.5, 23.5))
+    cameras = ["--intrinsics", "120,120,63.5,47.5", "--depth-intrinsics", "60,60,31.5,23.5"]
+    assert main(["info", *files, *cameras]) == 0
+    assert "registered:   on reading" in capsys.readouterr().out
+    how = ["--out", str(tmp_path / "out"), "--max-iterations", "5", "--no-cloud", "--quiet"]
+    assert main(["complete", *files, *cameras, *how]) == 0
+    again = ["complete", "--replay", str(tmp_path / "out/run.json"), "--out", str(tmp_path / "again"), "--quiet"]
+    assert main(again) == 0
+    assert (tmp_path / "again/depth.npy").read_bytes() == (tmp_path / "out/depth.npy").read_bytes()
+
+
+def test_replica_is_named_and_found_one_folder_up(tmp_path: Path, capsys) -> None:
+    _replica(tmp_path)
+    assert main(["info", str(tmp_path / "room0")]) == 0
+    told = capsys.readouterr().out
+    assert "layout:        replica (Replica, as rendered for NICE-SLAM)" in told
+    assert "depth camera:  fx 60" in told, "cam_params.json lies above"
+    assert main(["info", "--layouts", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)["layouts"]
+    assert [layout["name"] for layout in listed] == [layout.name for layout in built_in_layouts()]
+
+
+def test_other_layouts_that_fit_are_named(tmp_path: Path) -> None:
+    _transcg(tmp_path)
+    source = ilf.open_source(tmp_path / "scene1")
+    assert "transcg-l515" in source.notes[-1]
+    other = ilf.open_source(tmp_path / "scene1", layout="transcg-l515")
+    assert other.keys == ("0/rgb2", "1/rgb2")
+    assert other[0].inputs.depth_units == 4000
+    assert other[0].ground_truth[15, 35] == pytest.approx(2.25, abs=1e-3)
+
+
+def test_depth_beside_the_images_of_a_transforms_json(tmp_path: Path) -> None:
+    _transforms(tmp_path, depth=False)
+    source = ilf.open_source(tmp_path)
+    assert source.layout.startswith("nerfstudio")
+    assert np.allclose(source[1].pose, _poses(2)[1])
+    assert source[1].intrinsics.cx == 31.5, "its pixels are counted from a corner"
+    data = json.loads((tmp_path / "transforms.json").read_text()) | {"depth_unit_scale_factor": 0.0005}
+    (tmp_path / "transforms.json").write_text(json.dumps(data))
+    assert ilf.open_source(tmp_path)[1].inputs.depth_units == 2000
+    assert set(ilf.open_source(tmp_path).frame_source("images/00001").options.intrinsics) == {
+        *("fx", "fy", "cx", "cy", "width", "height")
+    }
+    (tmp_path / "transforms.json").write_text('{"frames": [{"file_path": 3}]}')
+    with pytest.raises(FormatError, match=r"transforms\.json contains no camera poses"):
+        ilf.open_source(tmp_path)
+
+
+def test_images_of_one_name_in_two_folders_keep_their_own_depth_and_pose(tmp_path: Path) -> None:
+    frames = []
+    for camera, pose in zip("ab", _poses(2), strict=True):
+        _colour(tmp_path / f"{camera}/0001.jpg")
+        _write(tmp_path / f"depth_{camera}/0001.png", METRES * (1 if camera == "a" else 2), 1000)
+        names = {"file_path": f"{camera}/0001.jpg", "depth_file_path": f"depth_{camera}/0001.png"}
+        frames.append(names | {"transform_matrix": (pose @ Y_UP).tolist(), "fl_x": 60.0, "cx": 32, "cy": 24})
+    _text(tmp_path / "transforms.json", json.dumps({"frames": frames}))
+    source = ilf.open_source(tmp_path)
+    assert source.keys == ("a/0001", "b/0001")
+    assert [round(float(frame.depth[0, 0]), 3) for frame in source] == [1.5, 3.0]
+    assert np.allclose(source[1].pose, _poses(2)[1])
+    assert source[1].intrinsics.fy == 60
+
+
+def test_a_layout_is_given_as_text(tmp_path: Path) -> None:
+    _void(tmp_path)
+    text = "rgb={}/image/*.png depth={}/ground_truth/*.png units=256 K=K.txt pose=absolute_pose/*.txt"
+    source = ilf.open_source(tmp_path / "void_1500", layout=text)
+    assert source.keys[0] == "data/classroom0/image/1552625028.2387"
+    assert source.timestamps == (1552625028.2387, 1552625028.3387)
+    frame = source[0]
+    assert not np.isnan(frame.depth).any()
+    assert frame.intrinsics.fx == 60
+    assert np.allclose(frame.pose, POSE)
+    assert source.notes == ()
+    told = ilf.open_source(tmp_path / "void_1500", layout=f"{text} truth=gt/*.png").notes
+    assert told == ("There is no file truth=gt/*.png: frames are read without.",)
+    mine = ilf.open_source(tmp_path / "void_1500", layout=text, depth_units=512, intrinsics="50,50,1,1")
+    assert (mine[0].inputs.depth_units, mine[0].intrinsics.fx) == (512, 50), "what the user states precedes the layout"
+
+
+def test_poses_from_the_world_and_with_y_up_are_turned(tmp_path: Path) -> None:
+    for number, pose in enumerate(_poses(2)):
+        _colour(tmp_path / f"rgb/{number}.png")
+        _write(tmp_path / f"depth/{number}.png", METRES, 1000)
+        _text(tmp_path / f"w2c/{number}.txt", np.linalg.inv(pose @ Y_UP))
+    text = "rgb=rgb/*.png depth=depth/*.png pose=w2c/*.txt pose_maps=world-to-camera pose_axes=y-up"
+    assert np.allclose(ilf.open_source(tmp_path, layout=text)[1].pose, _poses(2)[1])
+
+
+def test_poses_of_a_file_in_order_belong_to_the_numbers_of_fewer_frames(tmp_path: Path) -> None:
+    _replica(tmp_path)
+    (tmp_path / "room0/results/frame000000.jpg").unlink()
+    source = ilf.open_source(tmp_path / "room0")
+    assert source.keys == ("results/frame000001",)
+    assert np.allclose(source[0].pose, _poses(2)[1])
+    assert "1 depth file left out" in source.notes[0]
+
+
+def test_own_layouts_precede_the_table(tmp_path: Path, no_own_layouts: Path) -> None:
+    _void(tmp_path)
+    no_own_layouts.mkdir()
+    own = no_own_layouts / "lab.toml"
+    own.write_text(
+        '[lab]\ntitle = "Our lab"\nrgb = "{}/image/*.png"\ndepth = "{}/ground_truth/*.png"\nunits = 256\n'
+        '[void]\nrgb = "{}/image/*.jpg"\ndepth = "{}/sparse_depth/*.png"\n'
+    )
+    source = ilf.open_source(tmp_path / "void_1500")
+    assert source.layout == "lab (Our lab)"
+    assert [layout.name for layout in all_layouts()].count("void") == 1
+    alone = tmp_path / "own.toml"
+    alone.write_text('rgb = "image/*.png"\ndepth = "sparse_depth/*.png"\nunits = 256\n')
+    assert ilf.open_source(tmp_path / "void_1500/data/classroom0", layout=alone).layout == "own"
+    own.write_text('[lab]\nrgb = "a/*.png"\n')
+    with pytest.raises(FormatError, match=r"lab\.toml: The layout 'lab' has no 'depth'"):
+        ilf.open_source(tmp_path / "void_1500")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("rgb=a.png", "has no 'depth'"),
+        ("rgb=a.png depth=b.png", "no placeholder in common"),
+        ("rgb=*.png depth={x}.png", "no placeholder in common"),
+        ("rgb=*.png depth=d/*.png K={camera}.txt", r"has \{camera\}"),
+        ("rgb=*.png depth=d/*.png colour=1", "unknown field"),
+        ("rgb=*.png depth=d/*.png units=mm", "units"),
+        ("rgb=*.png depth=d/*.png units=0", "positive number"),
+        ("rgb=*.png depth=d/*.png units=5 encoding=mm", "only one of them"),
+        ("rgb=*.png depth=d/*.png distance=ray", "needs K"),
+        ("rgb=*.png depth=d/*.png pose_axes=left", "pose_axes"),
+        ("rgb=*.png rgb=d/*.png", "given twice"),
+        ("rgb='*.png depth=d/*.png", "quotation"),
+        ("rgb={*.png,x/*_*.png} depth=*.png", "same placeholders"),
+        ("rgb=*_*_*_*_*.png depth=d/*.png", "placeholders in a name"),
+        ("rgb=/*.png depth=d/*.png", "path in the data set"),
+        ("rgb=a/{}/*.png depth=d/*.png", "path in the data set"),
+        ("nothing", "There is no layout 'nothing'"),
+    ],
+)
+def test_layouts_that_are_not_valid_say_why(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        ilf.open_source(tmp_path, layout=text)
+
+
+def test_what_does_not_fit_names_the_layout_and_the_nearest(tmp_path: Path) -> None:
+    _void(tmp_path)
+    scene = tmp_path / "void_1500/data/classroom0"
+    with pytest.raises(InputError, match=r"scannet \(.*color.* matches 0 files.*It fits the layout void"):
+        ilf.open_source(scene, layout="scannet")
+    (scene / "sparse_depth").rename(scene / "sparse")
+    with pytest.raises(
+        InputError, match=r"The nearest layout is void \(VOID\): it finds .*K\.txt.*, but lacks .*sparse_depth"
+    ):
+        ilf.open_source(scene)
+    with pytest.raises(FormatError, match="not valid TOML"):
+        layouts_from_file(_wrong(tmp_path / "a.toml", "rgb = "))
+    with pytest.raises(FormatError, match=r"must contain a table"):
+        layouts_from_file(_wrong(tmp_path / "a.toml", "a = 1"))
+    (scene / "sparse").rename(scene / "sparse_depth")
+    (scene / "K.txt").write_text("1 2 3")
+    with pytest.raises(FormatError, match=r"K\.txt must contain a camera matrix"):
+        ilf.open_source(scene)
+
+
+def _wrong(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path
+
+
+def test_patterns_match_names_within_a_folder(tmp_path: Path) -> None:
+    for name in ("a/x_1_b_1.png", "a/b/x_1_b_2.png", ".hidden/x_3_b_3.png", "x_4_b_.png", "x_5_b_5.jpg"):
+        _text(tmp_path / name, "")
+    folders = Folders(str(tmp_path))
+    found = {match.path: match.texts for match in FilePattern("{}/x_{n}_b_{n}.png").matches(folders)}
+    assert found == {"a/x_1_b_1.png": ("a", "1")}
+    assert [match.texts for match in FilePattern("{}/x_*_b_*.png").matches(folders)] == [
+        ("a", "1", "1"),
+        ("a/b", "1", "2"),
+    ]
+    assert layout_from_text("rgb={}/*.png depth={}/*.exr needs='a.txt b.txt'").needs == ("a.txt", "b.txt")
+
+
+def test_distance_along_the_ray_becomes_depth() -> None:
+    encoding = encoding_of("ray:1000,60,60,31.5,23.5")
+    x, y = (np.arange(W) - 31.5) / 60, (np.arange(H) - 23.5) / 60
+    values = np.rint(METRES * 1000 * np.sqrt(1 + x**2 + y[:, None] ** 2)).astype(np.uint16)
+    assert np.allclose(np.nan_to_num(encoding.metres(values)), METRES, atol=1e-3)
+    assert encoding_of(encoding.name) == encoding
+    for wrong in ("ray:1000,60", "ray:0,1,1,1,1", "ray:1,0,1,1,1", "ray:1,1,1,1,1,inf,5", "ray:x"):
+        with pytest.raises(ParameterError):
+            encoding_of(wrong)
+    with pytest.raises(FormatError, match="aspect ratio"):
+        encoding_of("ray:1,60,60,31.5,23.5,64,64").metres(values)
+
+
+def test_lists_by_time_in_millimetres_are_doubted_with_the_cure(tmp_path: Path, capsys) -> None:
+    for what in ("rgb", "depth"):
+        _text(tmp_path / f"{what}.txt", "".join(f"1.{number} {what}/1.{number}.png\n" for number in range(2)))
+    for number in range(2):
+        _colour(tmp_path / f"rgb/1.{number}.png")
+        _write(tmp_path / f"depth/1.{number}.png", np.maximum(METRES[::-1] - 0.3, 0), 1000)
+    assert main(["info", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert "give mm as the depth encoding (--depth-encoding mm)" in told.err
+    assert "most likely mm, with a median of" in told.out
+    assert main(["info", str(tmp_path), "--depth-encoding", "mm", "--strict"]) == 0
+    assert "likely" not in capsys.readouterr().out
+    with pytest.warns(DepthWarning, match="Give mm"):
+        ilf.open_source(tmp_path)[0]
