@@ -54,11 +54,9 @@ from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, 
 from .usage import Parser, UsageError, add_json, add_progress, count
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
-       ilf batch SOURCE... --out DIR --jobs 4
-       ilf batch SOURCE... --out DIR --shard 3/40
-       ilf batch SOURCE... --shards DIR [--per-shard N] [--keep LIST]
-       ilf batch --shards DIR [--verify] [--merge]
-       ilf batch SOURCE... --out DIR --dask ADDRESS"""
+       ilf batch SOURCE... --out DIR [--jobs 4] [--shard 3/40]
+       ilf batch SOURCE... --out DIR --dask ADDRESS
+       ilf batch [SOURCE...] --shards DIR [--verify] [--merge]"""
 
 _STATIC_RADIUS = 3
 """Default number of frames before and after each for --static-camera."""

@@ -40,8 +40,8 @@ def add_shard_arguments(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--shards",
         metavar="DIR",
-        help="write shards into this folder, instead of a folder for each frame: WebDataset tars, each with a Parquet "
-        "table of its frames. Depth has one format, png (default) or npy",
+        help="write WebDataset tars, each with a table, instead of a folder per frame. The tables are Parquet, depth "
+        "has one format: png (default) or npy",
     )
     group.add_argument("--per-shard", type=count, metavar="N", help=f"frames in a shard (default: {_PER_SHARD})")
     group.add_argument(
