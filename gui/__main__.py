@@ -1,4 +1,4 @@
-"""`python -m gui`: the same as `ilf-gui`."""
+"""`python -m gui` in a clone, `python -m ilf_studio` once installed: the same as `ilf-gui`."""
 
 import sys
 

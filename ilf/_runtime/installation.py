@@ -98,7 +98,7 @@ def remedy(module: str, extra: str, error: ImportError | OSError, libraries: Seq
         System libraries that it is linked against, so that the message names all missing ones at once.
     """
     if isinstance(error, ModuleNotFoundError):
-        return f"which is not installed. Install it: pip install 'ilf-studio[{extra}]'."
+        return f'which is not installed. Install it: pip install "ilf-studio[{extra}]".'
     missing = [name for name in SYSTEM_PACKAGES if name in str(error)]
     if missing and sys.platform.startswith("linux"):
         missing = list(dict.fromkeys([*missing, *missing_libraries(libraries)]))

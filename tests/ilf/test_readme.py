@@ -160,9 +160,10 @@ def test_every_command_of_the_documents_is_known_here():
     assert set(commands(README)) <= set(commands()), "what README shows is explained in commands.md"
 
 
-def test_readme_sets_up_and_tests_by_one_line_each():
+def test_readme_installs_by_name_sets_up_and_tests_by_one_line_each():
     lines = [line for line in indented(README) if line.startswith("python3 -m venv ")]
-    assert ["pytest" in line for line in lines] == [False, True]
+    assert ["pytest" in line for line in lines] == [False, False, True]
+    assert ['"ilf-studio[app]"' in line for line in lines] == [True, False, False]
 
 
 @pytest.mark.parametrize("beginning", WRITTEN)

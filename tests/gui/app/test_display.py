@@ -204,7 +204,7 @@ def test_a_package_that_is_not_installed_is_named_with_its_extra(package: str) -
     )
     assert run.returncode == 1
     assert f"needs the package {package}, " in run.stderr
-    assert "pip install 'ilf-studio[app]'" in run.stderr
+    assert 'pip install "ilf-studio[app]"' in run.stderr
     assert run.stderr.count("\n") == 1
 
 

@@ -1,0 +1,125 @@
+"""Names of the installed packages, the package's page, credits, citation. `.ci/wheel` tests the wheel itself."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import ilf
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+NOTICE = (ROOT / "assets" / "NOTICE").read_text(encoding="utf-8")
+EXTRAS = PROJECT["project"]["optional-dependencies"]
+FOR_DEVELOPERS = {"test", "dev", "mutants"}
+
+EDITABLE = os.pathsep.join(
+    str((ROOT / folder).resolve()) for folder in PROJECT["tool"]["hatch"]["build"]["dev-mode-dirs"]
+)
+"""The search path of an editable install."""
+
+
+def _python(*arguments: str, path: str = EDITABLE) -> subprocess.CompletedProcess[str]:
+    # -P: not from the current folder
+    return subprocess.run(
+        [sys.executable, "-P", *arguments], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": path}
+    )
+
+
+def test_the_windows_modules_name_neither_their_folder_nor_their_package():
+    names = re.compile(r"(gui|ilf_studio)(\.\w+)*")
+    for path in (ROOT / "gui").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                found = [node.module or ""] if node.level == 0 else []
+            else:
+                found = [node.value] if isinstance(node, ast.Constant) and isinstance(node.value, str) else []
+            assert not [name for name in found if names.fullmatch(name)], f"{path}:{getattr(node, 'lineno', 0)}"
+
+
+def test_an_editable_install_imports_the_window_by_its_installed_name():
+    module = PROJECT["project"]["gui-scripts"]["ilf-gui"].partition(":")[0]
+    found = _python("-c", f"import {module} as start; print(start.__name__, start.__file__, start.main.__module__)")
+    assert found.stdout.split() == [module, str(ROOT / "gui" / "app" / "start.py"), module], found.stderr
+    told = _python("-m", module.partition(".")[0], "--version")
+    assert (told.returncode, told.stdout, told.stderr) == (0, f"ilf-gui {ilf.__version__}\n", "")
+
+
+def test_entry_points_are_functions_in_the_clone():
+    packages = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
+    installed = {packages["sources"].get(name, name): name for name in packages["packages"]}
+    assert sorted(installed) == PROJECT["tool"]["check-wheel-contents"]["toplevel"]
+    for entry in (PROJECT["project"]["scripts"] | PROJECT["project"]["gui-scripts"]).values():
+        module, _, function = entry.partition(":")
+        package, _, rest = module.partition(".")
+        file = ROOT / installed[package] / rest.replace(".", "/")
+        source = (file / "__init__.py" if file.is_dir() else file.with_suffix(".py")).read_text(encoding="utf-8")
+        assert function in {node.name for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)}
+
+
+def test_the_packages_page_has_no_link_that_only_a_clone_can_follow():
+    hook = PROJECT["tool"]["hatch"]["metadata"]["hooks"]["fancy-pypi-readme"]
+    (fragment,) = hook["fragments"]
+    assert fragment["path"] == "README.md"
+    page = README.partition(fragment["end-before"])[0]
+    for substitution in hook["substitutions"]:
+        page = re.sub(substitution["pattern"], substitution["replacement"], page)
+    assert [link for link in re.findall(r"\]\(([^)]*)\)", page) if not link.startswith(("https:", "#"))] == []
+    assert "Windows, servers, extras and supported platforms: installation." in page
+    assert "[doi:10.3390/app14020696](https://doi.org/10.3390/app14020696)" in page
+
+
+def test_every_package_that_a_user_needs_is_in_the_notice():
+    needed = list(PROJECT["project"]["dependencies"])
+    for extra in EXTRAS.keys() - FOR_DEVELOPERS:
+        needed += EXTRAS[extra]
+    names = {re.match(r"[\w.-]+", line)[0] for line in needed} - {"ilf-studio"}
+    entries = re.findall(r"^- ([^:\n]+): ", NOTICE, re.MULTILINE)
+    listed = {name for entry in entries for name in re.split(", (?!with )", entry.partition(", with")[0])}
+    assert listed == names
+
+
+def test_the_notice_credits_all_frames_of_the_training():
+    card = (ROOT / "assets" / "models" / "README.md").read_text(encoding="utf-8")
+    rows = card.partition("| frames | from | licence |")[2].partition("\n\n")[0].splitlines()[2:]
+    credit = " ".join(NOTICE.partition("2. Packages")[0].split())
+    assert len(rows) == 6
+    for row in rows:
+        _, origins, licence = (cell.strip() for cell in row.strip("|").split("|"))
+        assert all(origin in credit for origin in re.findall(r"`([^`]+)`", origins))
+        assert licence in credit
+
+
+@pytest.mark.parametrize("name", PROJECT["project"]["license-files"])
+def test_files_with_terms_are_there(name):
+    assert (ROOT / name).stat().st_size > 500
+
+
+def test_the_citation_is_that_of_the_readme():
+    citation = (ROOT / ".github" / "CITATION.cff").read_text(encoding="utf-8")
+    fields = dict(re.findall(r"(\w+) = \{([^}]+)\}", README))
+    assert f'title: "{fields["title"]}"' in citation
+    assert f"doi: {fields['doi']}\n" in citation
+    people = zip(*(re.findall(rf"{part}: (.+)", citation) for part in ("family-names", "given-names")), strict=True)
+    assert " and ".join(f"{family}, {given}" for family, given in people) == fields["author"]
+    assert PROJECT["project"]["urls"]["Paper"] == f"https://doi.org/{fields['doi']}"
+
+
+def test_documents_name_extras_that_there_are_and_users_install_by_name():
+    documents = [ROOT / "README.md", *(ROOT / "assets").rglob("*.md"), *(ROOT / ".github").rglob("*.md")]
+    for document in documents:
+        if "decisions" in document.parts:
+            continue
+        text = document.read_text(encoding="utf-8")
+        for form, extras in re.findall(r"(ilf-studio|['\"]\.)\[([\w,]+)\]", text):
+            assert set(extras.split(",")) <= EXTRAS.keys(), document
+            if document.parent.name == "docs" and document.name not in ("install.md", "reliability.md"):
+                assert form == "ilf-studio", f"{document} is for users, who have no clone"
