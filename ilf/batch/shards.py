@@ -292,9 +292,9 @@ def _freeze(folder: Path, facts: dict[str, Any], request: dict[str, Any], list_f
             yield line
 
     write_parts(ensure_folder(folder) / LIST_FILE, lines())
-    per_shard = facts["shards"]["per_shard"]
+    per_shard, keep = facts["shards"]["per_shard"], tuple(facts["shards"]["keep"])
     sha256 = sha256_of(facts | {"keys": keys.hexdigest()})
-    shards = ShardSet(facts, request, sha256, len(frames), per_shard, size, whole.hexdigest())
+    shards = ShardSet(facts, request, sha256, len(frames), per_shard, keep, size, whole.hexdigest())
     data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(shards)}
     write_bytes(folder / SHARDS_FILE, f"{json.dumps(data, indent=2)}\n".encode())
 

@@ -310,7 +310,6 @@ def _is_source(folder: Path) -> bool:
 def _shards_sections(folder: Path, arguments: argparse.Namespace) -> list[Section]:
     """Make the sections of a folder of shards and of their completed frames."""
     state, shards = check_shards(folder, contents=False), read_shard_set(folder)
-    kept = shards.settings["shards"]["keep"]
     left = state.frames - state.completed - state.failed
     facts = [
         Fact(
@@ -323,7 +322,7 @@ def _shards_sections(folder: Path, arguments: argparse.Namespace) -> list[Sectio
             f"{counted(state.frames, 'frame')}: {state.completed} completed, {state.failed} failed, {left} not done",
             {"frames": state.frames, "completed": state.completed, "failed": state.failed},
         ),
-        Fact("contents", ", ".join(kept), {"keep": kept}),
+        Fact("contents", ", ".join(shards.keep), {"keep": shards.keep}),
         Fact("settings", shards.sha256, {"settings": shards.sha256}),
         *(Fact("problem", text) for text in state.problems),
     ]

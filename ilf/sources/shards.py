@@ -56,6 +56,8 @@ class ShardSet:
         Number of frames in the frozen list.
     per_shard : int
         Number of frames in a shard; the last one may have fewer.
+    keep : tuple of str
+        What the shards contain of each frame.
     list_bytes : int
     list_sha256 : str
         Size and hash of the file with the frozen list.
@@ -66,6 +68,7 @@ class ShardSet:
     sha256: str
     frames: int
     per_shard: int
+    keep: tuple[str, ...]
     list_bytes: int
     list_sha256: str
 
@@ -117,6 +120,10 @@ def read_shard_set(folder: Path) -> ShardSet:
     return found
 
 
+_TYPES = {"time_s": "double", "offset": "int64", "size": "int64"}
+"""Types of the columns that are read here; the others are text."""
+
+
 class ShardTable:
     """The Parquet table of a shard, opened; its rows are the frames of the shard in the order of the list.
 
@@ -148,9 +155,13 @@ class ShardTable:
         """Read some columns, or all, as a table of pyarrow; raises FormatError if it is damaged."""
         pyarrow = optional("pyarrow", "shards", "Reading shards")
         try:
-            return self._file.read(list(columns) or None, use_threads=False)
-        except (pyarrow.ArrowException, OSError) as error:
+            found = self._file.read(list(columns) or None, use_threads=False)
+            wrong = [name for name in columns if str(found.schema.field(name).type) != _TYPES.get(name, "string")]
+            if wrong:
+                raise ValueError(f"its column {wrong[0]} has another type")
+        except (pyarrow.ArrowException, OSError, KeyError, ValueError) as error:
             raise self._damaged(error) from error
+        return found
 
     def close(self) -> None:
         """Close the file."""
@@ -275,8 +286,8 @@ class Shards(Recording):
         try:
             with open(path, "rb") as file:
                 data = read_sample(file, row)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read ({cause(error)}). Check the folder.") from error
+        except (OSError, TypeError, ValueError) as error:
+            raise InputError(f"{path}: cannot be read ({cause(error):.80}). Check the folder.") from error
         if sha256_of(data) != row["sha256"]:
             raise FormatError(f"{path} is damaged in {key}. Check it by `ilf batch --shards {self.path} --verify`.")
         self._last = key, members_of(data, path)

@@ -263,6 +263,14 @@ def test_damage_is_found(source, tmp_path, in_this_process, capsys):
                 [frame.depth for frame in ilf.open_source(out)]
         path.write_bytes(content)
     assert main(verify) == 0
+    path = sorted(out.glob("*.parquet"))[0]
+    table, content = parquet.read_table(path), path.read_bytes()
+    for wrong in (table.drop_columns(["offset"]), table.set_column(2, "time_s", table["key"])):
+        close_all()
+        parquet.write_table(wrong, path)
+        with pytest.raises(FormatError, match="is damaged"):
+            ilf.open_source(out)
+    path.write_bytes(content)
     shards = json.loads((out / "shards.json").read_text())
     for wrong in ([], {**shards, "frames": "5"}, {**shards, "schema": 2}, {**shards, "per_shard": 0}):
         (out / "shards.json").write_text(json.dumps(wrong))
