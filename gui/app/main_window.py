@@ -32,6 +32,7 @@ from ..features.inspect.feature import InspectFeature
 from ..features.layouts.feature import LayoutsFeature
 from ..features.live import LiveFeature
 from ..features.menus import ToolBar, fill_menu_bar
+from ..features.neighbours import NeighboursFeature
 from ..features.palette.palette import PaletteFeature
 from ..features.presets import PresetsFeature
 from ..features.project.autosave import AutosaveFeature
@@ -93,6 +94,7 @@ _FURTHER: tuple[type[Feature], ...] = (
     SweepFeature,
     AccuracyFeature,
     GuideFeature,
+    NeighboursFeature,
     InspectFeature,
     CompareFeature,
     ColourRangeFeature,
@@ -200,7 +202,8 @@ class MainWindow(QMainWindow):
         workspace, entries = self.workspace, self.workspace.frames.entries
         for signal in (
             *(workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.blocks.infos_changed),
-            *(workspace.blocks.selection_changed, workspace.parameters.changed, workspace.blocks.guide_changed),
+            *(workspace.blocks.selection_changed, workspace.parameters.changed),
+            *(workspace.blocks.guide_changed, workspace.blocks.neighbours_changed),
             *(workspace.runs.results_changed, workspace.runs.results_added, workspace.runs.history_changed),
             *(workspace.blocks.ground_truth_changed, entries.added, entries.removed),
             *(self.runs.state_changed, self.loader.busy_changed),

@@ -154,8 +154,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
     add_options(parser, OPTIONS, short=True)
-    parser.add_argument("--live", metavar="SOURCE", help="play a recording or folder, completed as it plays")
-    parser.add_argument("--rate", type=float, metavar="HZ", help="frames a second of --live")
+    played = parser.add_mutually_exclusive_group()
+    played.add_argument("--live", metavar="SOURCE", help="play a recording or folder, completed as it plays")
+    played.add_argument("--realsense", action="store_true", help="play the connected RealSense camera, as with --live")
+    parser.add_argument("--rate", type=float, metavar="HZ", help="frames a second of --live or --realsense")
     parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame on start")
     parser.add_argument(
         "--screenshot", metavar="FILE.png", help="save a screenshot of the window when all work is done, and exit"
@@ -195,7 +197,7 @@ def _open(
         window.centre.show_cloud()
     if options.sample:
         window.documents.open_sample()
-    if options.live is not None:
+    if options.live is not None or options.realsense:
         from ..features.live import LiveFeature
 
         window.feature(LiveFeature).play(options.live, options.rate)

@@ -176,6 +176,7 @@ class CloudFeature(Feature):
             workspace.runs.compared_changed,
             workspace.runs.error_changed,
             workspace.blocks.invalid_mask_changed,
+            workspace.blocks.neighbours_changed,
             workspace.by_hand.proposed,
             workspace.runs.viewed_iteration_changed,
         )

@@ -178,12 +178,16 @@ class _Derived(QObject):
     def request(self, question: _Request | None, otherwise: Any = None) -> None:
         """Request the result unless it is there or pending; None shows `otherwise` at once."""
         if question is None:
-            self._requested = None
-            self._questions.forget()
+            self.forget()
             self._show(self._nothing if otherwise is None else otherwise)
         elif question != self._requested:
             self._requested = question
             self._questions.ask(question)
+
+    def forget(self) -> None:
+        """Drop what is pending, and show nothing of it."""
+        self._requested = None
+        self._questions.forget()
 
     def shutdown(self) -> bool:
         """Stop permanently. True if the thread has ended."""
@@ -221,6 +225,7 @@ class DerivedPresenter(QObject):
         self._all = self._edges, self._interpolated, self._guide, self._spectrum
         for one in self._all:
             one.failed.connect(self.failed)
+            workspace.frames.session_changed.connect(one.forget)  # the views may show another frame before `show`
 
     @property
     def busy(self) -> bool:
@@ -310,13 +315,14 @@ class CompareFeature(Feature):
                 *results,
                 *compared,
                 *(workspace.blocks.invalid_mask_changed, workspace.blocks.guide_changed),
-                *(workspace.blocks.selection_changed, views.shownChanged),
+                *(workspace.blocks.neighbours_changed, workspace.blocks.selection_changed, views.shownChanged),
             ),
             (workspace.runs.results_added,),
         )
         views.layoutChanged.connect(self._follow_layout)
         edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
-        for changed in (workspace.frames.session_changed, workspace.blocks.guide_changed, *edits):
+        inputs = workspace.frames.session_changed, workspace.blocks.guide_changed, workspace.blocks.neighbours_changed
+        for changed in (*inputs, *edits):
             changed.connect(lambda *_: actions["blink"].setChecked(False))  # an edit must show its effect on the result
 
     def _commands(self) -> Sequence[Command]:

@@ -164,7 +164,8 @@ class ScrubPresenter(QObject):
         self._questions.answered.connect(self._take)
         self._bar.moved.connect(lambda _: self._show_iteration())
         edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
-        for changed in (workspace.frames.session_changed, workspace.blocks.guide_changed, *edits):
+        inputs = workspace.frames.session_changed, workspace.blocks.guide_changed, workspace.blocks.neighbours_changed
+        for changed in (*inputs, *edits):
             changed.connect(lambda *_: self._bar.go_to_end())
         runs.state_changed.connect(self._follow_run)
 

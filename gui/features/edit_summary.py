@@ -37,6 +37,7 @@ _EQUAL = 0.05
 """Errors that differ by a smaller share count as equal."""
 
 _MARGIN = 8
+_EMPTY = "The effect of your last edit appears here."
 
 
 class _Labels(NamedTuple):
@@ -83,6 +84,8 @@ class EditSummaryLine(QWidget):
         layout.addWidget(self.label, 1)
         self._content: tuple[str, EditSummary | None, str] | None = None
         self._looks = False
+        self._empty = ""
+        """What is shown before the first edit."""
         self._write()
 
     def show_message(self, text: str, effect: EditSummary | None = None, note: str = "") -> None:
@@ -95,9 +98,9 @@ class EditSummaryLine(QWidget):
         self._looks = on
         self._write()
 
-    def clear(self) -> None:
-        """Show that there has been no edit."""
-        self._content = None
+    def clear(self, editable: bool) -> None:
+        """Show that there has been no edit; nothing if there is nothing to edit."""
+        self._content, self._empty = None, _EMPTY if editable else ""
         self._write()
 
     def changeEvent(self, event: QEvent) -> None:
@@ -113,7 +116,7 @@ class EditSummaryLine(QWidget):
     def _write(self) -> None:
         if self._content is None:
             tone = theme.colours(self.palette()).muted.name()
-            self.label.setText(f'<span style="color:{tone}">The effect of your last edit appears here.</span>')
+            self.label.setText(f'<span style="color:{tone}">{self._empty}</span>')
             return
         text, effect, note = self._content
         if self._looks:
@@ -223,11 +226,13 @@ class EditSummaryPresenter(QObject):
         workspace.frames.session_changed.connect(self._forget)
         workspace.blocks.replaced.connect(self._forget)
         workspace.blocks.guide_changed.connect(self._forget)
+        workspace.blocks.neighbours_changed.connect(self._forget)
         workspace.blocks.invalid_mask_changed.connect(self._take_invalid_mask)
         workspace.by_hand.changed.connect(self._take_by_hand)
         workspace.blocks.ground_truth_changed.connect(self._ask_again)
         for changed in (workspace.parameters.changed, workspace.runs.results_changed, runs.state_changed):
             changed.connect(self._go_on)
+        line.clear(workspace.has_session)
 
     @property
     def busy(self) -> bool:
@@ -261,7 +266,7 @@ class EditSummaryPresenter(QObject):
     def _take_invalid_mask(self) -> None:
         """Handle a change of the invalid mask, which affects all blocks."""
         frame = self._workspace.session.frame
-        self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known)))
+        self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.own)))
 
     def _take_by_hand(self, change: HandDepthChange) -> None:
         """Handle a change of depth by hand."""
@@ -273,12 +278,12 @@ class EditSummaryPresenter(QObject):
         before = self._present
         self._forget()
         self._edited, self._before = True, before
-        self._line.show_message(title, note=f"{grouped(count)} px" if count else "none")
+        self._line.show_message(title, note=f"{grouped(count)} px in all" if count else "none left")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
         self._questions.forget()
-        self._line.clear()
+        self._line.clear(self._workspace.has_session)
         self._note_present()
 
     def _go_on(self) -> None:
@@ -339,7 +344,10 @@ class EditSummaryFeature(Feature):
         views = context.feature(ViewsFeature).presenter
         self.presenter = EditSummaryPresenter(workspace, runs, views, self.line, actions["live"])
         edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
-        for changed in (workspace.frames.session_changed, *edits, workspace.by_hand.changed):
+        for changed in (
+            *(workspace.frames.session_changed, *edits),
+            *(workspace.by_hand.changed, workspace.blocks.neighbours_changed),
+        ):
             # an edit shows the current state again
             changed.connect(lambda *_: actions["show_before_edit"].setChecked(False))
         runs.resolved.connect(self._tell_resolved)

@@ -1,4 +1,5 @@
-"""Playing a recording live: colour, measured and completed depth, recording it, and freezing a frame to correct it."""
+"""Playing a recording or a camera live: colour, measured and completed depth, recording, and freezing a frame to
+correct it."""
 
 from __future__ import annotations
 
@@ -6,16 +7,29 @@ import statistics
 import threading
 import time
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterable
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSettings, QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QPixmap, QResizeEvent
-from PySide6.QtWidgets import QDialog, QFileDialog, QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QDialog,
+    QFileDialog,
+    QHBoxLayout,
+    QMenu,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
+from ilf._runtime.cancellation import acquired
 from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
@@ -23,11 +37,15 @@ from ilf.data.results import Completion
 from ilf.drawing.colours import robust_depth_levels, to_indices
 from ilf.errors import IlfError
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import write_frame
 from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.realsense import camera_pairs
+from ilf.sources.registration import register
 from ilf.sources.source import Source
 from ilf.stream.recording import StreamRecorder
 from ilf.stream.stream import Stream, StreamStatistics
 
+from ..base import theme
 from ..base.commands import Command
 from ..views.colours import depth_table
 from ..views.pixel_items import rgb_image
@@ -37,9 +55,12 @@ from ..work.jobs import Worker
 from .context import Context, Feature, PendingWork
 from .documents.feature import DocumentsFeature
 from .documents.frame_files import RECORDING_FILES
+from .menus import insert_menu
 
 USUAL_RATE = 10.0
-"""Frames a second of a source without timestamps."""
+"""Frames a second of a source without timestamps, and of a camera."""
+
+_CAMERA = "RealSense camera"
 
 _FOLDER_KEY = "live/folder"
 _RECENT = 20
@@ -97,18 +118,26 @@ class Tape:
             self._recorder = None
 
 
-def play(path: str, rate: float | None, parameters: Parameters, tape: Tape) -> Generator[float | LiveFrame, None, None]:
-    """Play a source at its rate: yields the rate, then completed frames."""
-    source = Source.of(path, ReadingOptions())
-    chosen = rate or _rate_of(source)
-    yield chosen
-    try:
-        with Stream(parameters, rate=chosen) as stream:
-            for completion in stream.play(_readable(source)):
+_playing = threading.Lock()
+"""Held by the thread that plays: one that was cancelled may still be completing a frame."""
+
+
+def play(
+    path: str | None, rate: float | None, parameters: Parameters, tape: Tape
+) -> Generator[float | LiveFrame, None, None]:
+    """Play a source at its rate, or the connected RealSense camera (None): yields the rate, then completed frames."""
+    with acquired(_playing), closing(tape):
+        if path is None:
+            usual, frames = USUAL_RATE, _captured()
+        else:
+            source = Source.of(path, ReadingOptions())
+            usual, frames = _rate_of(source), _readable(source.frame_source(key).load for key in source.keys)
+        chosen = rate or usual
+        yield chosen
+        with closing(frames), Stream(parameters, rate=chosen) as stream, closing(stream.play(frames)) as played:
+            for completion in played:
                 recorded, problem = tape.write(completion, time.time_ns())
                 yield LiveFrame(completion, stream.statistics, recorded, problem)
-    finally:
-        tape.close()
 
 
 def _rate_of(source: Source) -> float:
@@ -118,13 +147,21 @@ def _rate_of(source: Source) -> float:
     return 1 / statistics.median(gaps.tolist()) if gaps.size else USUAL_RATE
 
 
-def _readable(source: Source) -> Iterator[RGBDFrame]:
+def _captured() -> Generator[RGBDFrame, None, None]:
+    """The frames of the connected camera; the first must be valid."""
+    with closing(camera_pairs()) as pairs:
+        yield register(next(pairs))
+        yield from _readable(partial(register, pair) for pair in pairs)
+
+
+def _readable(readers: Iterable[Callable[[], RGBDFrame]]) -> Generator[RGBDFrame, None, None]:
     """The frames that can be read; one without any depth, for example, is left out."""
-    for key in source.keys:
+    for read in readers:
         try:
-            yield source.frame_source(key).load()
+            frame = read()
         except IlfError:
             continue
+        yield frame
 
 
 # The window.
@@ -172,12 +209,12 @@ class LiveWindow(QDialog):
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)
         self.worker.finished.connect(lambda _: self._end("The recording has ended."))
-        self.worker.failed.connect(lambda error: self._end(error_text(error)))
+        self.worker.failed.connect(lambda error: self._end(error_text(error), "warning"))
         self.worker.cancelled.connect(lambda: self._end("Stopped."))
         self.tape = Tape()
         self.shown: LiveFrame | None = None
         """The frame shown at present."""
-        self._what: tuple[str, float | None, Parameters] | None = None
+        self._what: tuple[str | None, float | None, Parameters] | None = None
         self._times = deque[float](maxlen=_RECENT)
         self._rate = 0.0
         self._problem = ""
@@ -194,6 +231,9 @@ class LiveWindow(QDialog):
             column.addWidget(PlainLabel(name))
             row.addLayout(column, 1)
         self.state = Message(lines=2)
+        self.saver = Worker(self, must_finish=True)
+        self.saver.finished.connect(self.frozen)
+        self.saver.failed.connect(lambda error: self.state.show_message(error_text(error), "warning"))
         self.freeze_button = QPushButton("&Freeze")
         self.freeze_button.setToolTip("Open the frame shown here in the main window, to correct it")
         self.record_button = QPushButton("&Record…")
@@ -218,10 +258,10 @@ class LiveWindow(QDialog):
         layout.addLayout(buttons)
         self.resize(1100, 420)
 
-    def play(self, path: str, rate: float | None, parameters: Parameters) -> None:
-        """Play a source; what is being played ends first."""
+    def play(self, path: str | None, rate: float | None, parameters: Parameters) -> None:
+        """Play a source, or the connected RealSense camera (None); what is being played ends first."""
         self._what = path, rate, parameters
-        self.setWindowTitle(f"Play live: {Path(path).name}")
+        self.setWindowTitle(f"Play live: {_CAMERA if path is None else Path(path).name}")
         if self.worker.busy:
             self.worker.cancel()
             self.worker.cancelled.connect(self._begin, Qt.ConnectionType.SingleShotConnection)
@@ -229,10 +269,30 @@ class LiveWindow(QDialog):
             self._begin()
 
     def freeze(self) -> None:
-        """Open the shown frame as a normal frame; playing stops."""
-        if self.shown is not None and self.shown.completion.frame.inputs is not None:
-            self.worker.cancel()
-            self.frozen.emit(FrameSource.of(self.shown.completion.frame.inputs))
+        """Open the shown frame as a normal frame; playing stops. A camera's frame is first written into a folder."""
+        if self.shown is None:
+            return
+        frame = self.shown.completion.frame
+        self.worker.cancel()
+        if frame.inputs is not None:
+            self.frozen.emit(FrameSource.of(frame.inputs))
+            return
+        path, _ = QFileDialog.getSaveFileName(
+            self, "Folder for the frozen frame", f"{last_folder(_FOLDER_KEY)}/frame", "Folder (*)"
+        )
+        if path:
+            self.save(frame, path)
+
+    def save(self, frame: RGBDFrame, folder: str) -> None:
+        """Write a frame into a folder, and open it from there."""
+
+        def job() -> Generator[None, None, FrameSource]:
+            yield None
+            write_frame(folder, frame)
+            return FrameSource(folder)
+
+        if not self.saver.busy:
+            self.saver.start(job)
 
     def toggle(self) -> None:
         """Stop, or play again."""
@@ -269,7 +329,7 @@ class LiveWindow(QDialog):
         self._times.clear()
         self._levels = None
         self.play_button.setText("&Stop")
-        self.state.show_message(f"Reading {path} …")
+        self.state.show_message(f"Waiting for the {_CAMERA} …" if path is None else f"Reading {path} …")
         tape = self.tape
         self.worker.start(lambda: play(path, rate, parameters, tape))
 
@@ -308,43 +368,78 @@ class LiveWindow(QDialog):
             "warning" if self._problem else "muted",
         )
 
-    def _end(self, why: str) -> None:
+    def _end(self, why: str, tone: str = "muted") -> None:
         self.tape.record(None)
         self.record_button.setText("&Record…")
         self.play_button.setText("&Play again")
-        self.state.show_message(f"{why} {self.state.text()}" if self.shown is not None else why)
+        self.state.show_message(f"{why} {self.state.text()}" if self.shown is not None else why, tone)
 
 
 class LiveFeature(Feature):
-    """The command *File > Play live…* and its window."""
+    """The menu *File > Play live* and its window."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
+        installed = find_spec("pyrealsense2") is not None
+        missing = "" if installed else 'Install pyrealsense2 first: pip install "ilf-studio[realsense]".'
         context.actions.add(
             (
                 Command(
-                    "play_live",
-                    "Play live…",
-                    "ph.play-circle",
+                    "play_recording",
+                    "&Recording…",
+                    "",
                     "",
                     "Play a recording at its rate, and complete it as it plays",
-                    handler=self.ask,
+                    handler=self.ask_recording,
+                ),
+                Command(
+                    "play_folder",
+                    "&Folder…",
+                    "",
+                    "",
+                    "Play the frames of a folder or data set, and complete them as they play",
+                    handler=self.ask_folder,
+                ),
+                Command(
+                    "play_camera",
+                    "RealSense &camera",
+                    "",
+                    "",
+                    "Play the connected RealSense camera, and complete its frames as they come",
+                    handler=lambda: self.play(None),
+                    why_off=lambda: missing,
                 ),
             )
         )
         self.window = LiveWindow(context.window)
         self.window.frozen.connect(self._open)
 
-    def ask(self) -> None:
+    def begin(self) -> None:
+        """Insert the menu."""
+        menu = QMenu("Play &live", self.context.window)
+        menu.setIcon(theme.icon("ph.play-circle", menu.palette()))
+        menu.setToolTipsVisible(True)
+        menu.addActions([self.context.actions[name] for name in ("play_recording", "play_folder", "play_camera")])
+        insert_menu(self.context.window.menuBar(), menu, self.context.actions["open_recording"])
+
+    def ask_recording(self) -> None:
         """Choose a recording, and play it."""
         path, _ = QFileDialog.getOpenFileName(
             self.context.window, "Play live", last_folder(_FOLDER_KEY), RECORDING_FILES
         )
+        self._play_chosen(path)
+
+    def ask_folder(self) -> None:
+        """Choose a folder of frames, a data set or a recording that is a folder, and play it."""
+        self._play_chosen(QFileDialog.getExistingDirectory(self.context.window, "Play live", last_folder(_FOLDER_KEY)))
+
+    def _play_chosen(self, path: str) -> None:
         if path:
+            QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
             self.play(path)
 
-    def play(self, path: str, rate: float | None = None) -> None:
-        """Play a recording or folder with the current parameters."""
+    def play(self, path: str | None, rate: float | None = None) -> None:
+        """Play a recording, a folder, or the connected RealSense camera (None) with the current parameters."""
         self.window.show()
         self.window.raise_()
         self.window.play(path, rate, self.context.workspace.parameters.current)
@@ -356,7 +451,7 @@ class LiveFeature(Feature):
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if all threads have ended."""
-        ended = self.window.worker.shutdown()
+        ended = self.window.worker.shutdown() & self.window.saver.shutdown()
         self.window.close()
         return ended
 

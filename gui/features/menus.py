@@ -33,8 +33,9 @@ _INSPECT = (
 )
 _GOING = "next_frame previous_frame next_untouched mark_done note_frame"
 _MENUS = {
-    "&File": "open open_folder open_recording play_live open_sample open_run | new_project open_project save_project "
-    "save_project_as | load_ground_truth remove_ground_truth | load_guide remove_guide | load_blocks "
+    "&File": "open open_folder open_recording open_sample open_run | new_project open_project save_project "
+    "save_project_as | load_ground_truth remove_ground_truth | load_guide remove_guide | "
+    "use_neighbours remove_neighbours | load_blocks "
     "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | {_BY_HAND} | cancel_stroke",

@@ -7,6 +7,7 @@ import html
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt
+from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
 
 from ..state.session import Session
@@ -24,12 +25,24 @@ _PROGRESS = 200
 _MARGIN = 6
 
 
+class _Hint(PlainLabel):
+    """A label that ends with "…" where its text is too long."""
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        text = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, self.width())
+        place = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        role = self.foregroundRole()
+        self.style().drawItemText(
+            QPainter(self), self.rect(), place.value, self.palette(), self.isEnabled(), text, role
+        )
+
+
 class StatusBar(QStatusBar):
     """Status bar with a hint on the left, readout and progress on the right. Messages are shown elsewhere."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.hint = PlainLabel()
+        self.hint = _Hint()
         self.readout = QLabel()
         self.progress = QProgressBar()
         # their texts must not limit the width of the window
@@ -181,6 +194,9 @@ class ReadoutPresenter(QObject):
         outside = session.frame.outside_view
         if outside is not None and outside[y, x]:
             given = "outside the depth camera's view"
+        added = session.frame.from_neighbours
+        if added is not None and added[y, x]:
+            given = f"from neighbours {_metres(depth_in)}"
         by_hand = float("nan") if session.by_hand is None else float(session.by_hand.depth[y, x])
         if session.frame.missing[y, x] and np.isfinite(by_hand):
             given = f"by hand {_metres(by_hand)}"

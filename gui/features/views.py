@@ -75,6 +75,8 @@ class ViewsPresenter(QObject):
         if session is not None and session.frame.invalid_mask is not self._invalid_mask:
             self._invalid_mask = session.frame.invalid_mask
             self._views.set_invalid_mask(self._invalid_mask)
+        if session is not None and session.frame.from_neighbours is not self._views.material.from_neighbours:
+            self._views.set_from_neighbours(session.frame.from_neighbours)
         if session is not None and (session.by_hand, session.frame) != self._by_hand:
             self._by_hand = session.by_hand, session.frame
             mask = None if session.by_hand is None else session.by_hand.pixels & session.frame.missing
@@ -250,7 +252,8 @@ class ViewsFeature(Feature):
         self.bar = ViewBar(views, context.centre, [context.actions[name] for name in shown])
         turned, blocks, add = workspace.frames.session_changed, workspace.blocks.labels_changed, context.refresh.add
         by_hand = workspace.by_hand.changed
-        add("picture", presenter.show_frame, (turned, workspace.blocks.invalid_mask_changed, by_hand))
+        known = workspace.blocks.invalid_mask_changed, workspace.blocks.neighbours_changed
+        add("picture", presenter.show_frame, (turned, *known, by_hand))
         infos, selected = workspace.blocks.infos_changed, workspace.blocks.selection_changed
         add(
             "blocks",

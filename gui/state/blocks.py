@@ -1,4 +1,4 @@
-"""Blocks of the workspace and their attributes, invalid mask, guide and ground truth, and their commands."""
+"""Blocks of the workspace and their attributes, the frame's invalid mask, guide and the like, and their commands."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from ilf._runtime.formatting import counted
 from ilf.data.blocks import Box
 from ilf.data.frame import GroundTruthFile, RGBDFrame
 from ilf.data.guide import Guide
+from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_colour
 from ilf.evaluation.quality.ignored import IgnoredPlace, ignore
@@ -26,7 +27,7 @@ from ilf.segmentation.reextraction import fill_around, overlay_kept
 
 from .frames import WorkspaceFrames
 from .parameters import WorkspaceParameters
-from .results import BlockErrors, same_guide, same_mask
+from .results import BlockErrors, same_guide, same_mask, same_neighbours
 from .session import Session, touched_by
 from .stroke import StrokeInProgress
 
@@ -71,7 +72,8 @@ class KeptBlocks(NamedTuple):
 
 
 class WorkspaceBlocks(QObject):
-    """The blocks of the frames (label maps, attributes, selection), invalid mask, guide, ground truth and rectangle."""
+    """The blocks of the frames (label maps, attributes, selection), and the frame's invalid mask, guide,
+    depth of neighbours, ground truth and rectangle."""
 
     about_to_change = Signal()
     """The current frame or its label map is about to change: strokes in progress must end."""
@@ -89,6 +91,8 @@ class WorkspaceBlocks(QObject):
     """The invalid mask of the current frame has changed."""
     guide_changed = Signal()
     """The guide of the current frame has changed or was removed."""
+    neighbours_changed = Signal()
+    """The depth of neighbours of the current frame has changed or was removed."""
     ground_truth_changed = Signal()
     """The ground truth of the current frame has changed or was removed."""
     block_errors_changed = Signal()
@@ -292,6 +296,15 @@ class WorkspaceBlocks(QObject):
         session.undo_stack.push(TakeFrame(session, frame, text, self._note_guide_changed))
         return True
 
+    def set_neighbours(self, neighbours: NeighbourDepth | None, text: str) -> bool:
+        """Set or remove the depth of neighbours as one undo step; False if it is equal to the present one."""
+        session = self._frames.session
+        if same_neighbours(session.frame.neighbours, neighbours):
+            return False
+        frame = session.frame.with_neighbours(neighbours)
+        session.undo_stack.push(TakeFrame(session, frame, text, self._note_neighbours_changed))
+        return True
+
     def set_region(self, box: Box | None) -> None:
         """Set or remove the current frame's rectangle (rows, columns)."""
         if box != self._frames.session.region:
@@ -375,6 +388,11 @@ class WorkspaceBlocks(QObject):
     def _note_guide_changed(self, session: Session) -> None:
         if self._frames.is_current(session):
             self.guide_changed.emit()
+        self.validity_changed.emit(session)
+
+    def _note_neighbours_changed(self, session: Session) -> None:
+        if self._frames.is_current(session):
+            self.neighbours_changed.emit()
         self.validity_changed.emit(session)
 
     def note_checked(self, session: Session) -> None:
@@ -480,7 +498,7 @@ class EditInfo(QUndoCommand):
 
 
 class TakeFrame(QUndoCommand):
-    """A change of the frame's invalid mask or guide. `notify` is called after it."""
+    """A change of the frame's invalid mask, guide or depth of neighbours. `notify` is called after it."""
 
     def __init__(self, session: Session, frame: RGBDFrame, text: str, notify: Callable[[Session], None]) -> None:
         super().__init__(text)

@@ -14,6 +14,7 @@ from ilf.data.blocks import Block, Box, drawn_of, union
 from ilf.data.by_hand import DepthByHand, by_hand_of
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
+from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
 
@@ -22,19 +23,21 @@ Preview = tuple[Block, NDArray[np.float32]]
 
 
 class StoredBlockResult(NamedTuple):
-    """A result with the invalid mask and the guide of its frame."""
+    """A result with the invalid mask, the guide and the neighbours of its frame."""
 
     result: BlockResult
     invalid_mask: NDArray[np.bool_] | None
     guide: Guide | None = None
+    neighbours: NeighbourDepth | None = None
 
     @classmethod
     def of(cls, result: BlockResult, frame: RGBDFrame) -> Self:
         """Make it from a result and its frame."""
-        return cls(result, frame.invalid_mask, frame.guide)
+        return cls(result, frame.invalid_mask, frame.guide, frame.neighbours)
 
     def is_of_state(self, other: StoredBlockResult) -> bool:
-        """Whether both have the same block pixels, drawn borders, depth by hand, edges, invalid mask and guide."""
+        """Whether both have the same block pixels, drawn borders, depth by hand, edges, invalid mask, guide and depth
+        of neighbours."""
         one, another = self.result, other.result
         return (
             one.edges == another.edges
@@ -44,6 +47,7 @@ class StoredBlockResult(NamedTuple):
             and same_by_hand(one.by_hand, another.by_hand)
             and same_mask(self.invalid_mask, other.invalid_mask)
             and same_guide(self.guide, other.guide)
+            and same_neighbours(self.neighbours, other.neighbours)
         )
 
     def fits(
@@ -56,7 +60,7 @@ class StoredBlockResult(NamedTuple):
         extraction: BlockParameters | None,
     ) -> bool:
         """Whether its block has the same pixels in a label map, `pixels` in number, and the same drawn borders, depth
-        by hand, extraction parameters, invalid mask and guide."""
+        by hand, extraction parameters, invalid mask, guide and depth of neighbours."""
         result = self.result
         block = result.block
         return (
@@ -65,6 +69,7 @@ class StoredBlockResult(NamedTuple):
             and np.array_equal(labels[block.box] == block.label, block.mask)
             and same_mask(self.invalid_mask, frame.invalid_mask)
             and same_guide(self.guide, frame.guide)
+            and same_neighbours(self.neighbours, frame.neighbours)
             and same_mask(result.drawn, drawn_of(block, drawn))
             and same_by_hand(result.by_hand, by_hand_of(block, by_hand, frame))
         )
@@ -202,6 +207,11 @@ class Results:
 
 def same_guide(one: Guide | None, other: Guide | None) -> bool:
     """Return whether two guides are equal; None is no guide."""
+    return one is other or (one is not None and one.is_same_as(other))
+
+
+def same_neighbours(one: NeighbourDepth | None, other: NeighbourDepth | None) -> bool:
+    """Return whether two depths of neighbours are equal; None is none."""
     return one is other or (one is not None and one.is_same_as(other))
 
 

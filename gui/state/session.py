@@ -262,7 +262,7 @@ class Session:
         return former
 
     def take_frame(self, frame: RGBDFrame) -> None:
-        """Replace the frame by itself with another invalid mask or guide; its ground truth stays."""
+        """Replace the frame by itself with another invalid mask, guide or neighbours; its ground truth stays."""
         if frame.ground_truth is not self.frame.ground_truth:
             frame = frame.with_ground_truth(
                 self.frame.ground_truth, None if self.frame.inputs is None else self.frame.inputs.ground_truth
@@ -408,8 +408,9 @@ class Session:
     def valid_results(self) -> dict[int, BlockResult]:
         """Return block label -> result that fits the current state, in ascending order of labels.
 
-        A result fits if the block's pixels, drawn borders, depth by hand, invalid mask, guide and the edges of the
-        extraction are unchanged. Of several, the one with the current parameters; if there is none, the latest.
+        A result fits if the block's pixels, drawn borders, depth by hand, invalid mask, guide, depth of neighbours and
+        the edges of the extraction are unchanged. Of several, the one with the current parameters; if there is none,
+        the latest.
         """
         if self._valid is None:
             found = {label: self._best(label) for label in sorted(self.results.kept)}

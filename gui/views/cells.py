@@ -60,6 +60,7 @@ _PAINTERS: dict[str, type[Painter]] = {
     "creases": StrengthPainter,
     "extrapolated": MaskPainter,
     "invalid_mask": MaskPainter,
+    "from_neighbours": MaskPainter,
     "spectrum": SpectrumPainter,
 }
 
@@ -69,6 +70,7 @@ _PAINTERS: dict[str, type[Painter]] = {
 _UNAVAILABLE_TEXTS = {
     "ground_truth": "This frame has no ground truth",
     "guide": "This frame has no guide: File > Load guide…",
+    "from_neighbours": "No depth of neighbours is used: File > Use neighbours…",
     "error": "This frame has no ground truth to compare the result with",
 }
 _SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
@@ -96,8 +98,10 @@ class ContentMenu(QMenu):
         self._add(self, "error", TITLES["error"], material.ground_truth is not None)
         self._add(self, "expected-error", TITLES["expected-error"])
         self.addSeparator()
-        for name in ("strength", "creases", "extraction", "extrapolated", "invalid_mask", "spectrum"):
+        for name in ("strength", "creases", "extraction", "extrapolated", "invalid_mask"):
             self._add(self, name, TITLES[name])
+        self._add(self, "from_neighbours", TITLES["from_neighbours"], material.from_neighbours is not None)
+        self._add(self, "spectrum", TITLES["spectrum"])
         self.addSeparator()
         for side, depth in zip(SIDES, material.sides, strict=True):
             self._add(self, side, f"{_SIDE_TEXTS[side]} of the comparison ({short_title(depth, material.names)})")

@@ -57,16 +57,16 @@ class ColourPainter(Painter):
         self.cell.view.shows_missing = False
 
 
-# Extrapolated and invalid pixels over the dimmed colour image.
+# Extrapolated pixels, invalid ones and those from neighbours over the dimmed colour image.
 
-_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32)}
+_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32), "from_neighbours": (120, 220, 110)}
 
 
 class MaskPainter(Painter):
-    """Painter of a mask (extrapolated or invalid pixels), with its share of the frame."""
+    """Painter of a mask (extrapolated, invalid or from neighbours), with its share of the frame."""
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
-        self.uses = frozenset({"frame", "invalid_mask" if content == "invalid_mask" else "result"})
+        self.uses = frozenset({"frame", "result" if content == "extrapolated" else content})
         super().__init__(content, cell, material)
         self._drawn: Mask | None = None
 
@@ -83,18 +83,22 @@ class MaskPainter(Painter):
             share = np.count_nonzero(mask) / mask.size
             self.cell.view.set_picture(marked_picture(rgb, mask, colour))
             self.cell.strip.set_text(f"{share:.1%} of the frame")
-            if self.content == "extrapolated":  # invalid depth has stripes, which have a legend already
-                self.cell.set_legend([(QBrush(QColor(*colour)), "extrapolated")])
+            if self.content != "invalid_mask":  # invalid depth has stripes, which have a legend already
+                self.cell.set_legend([(QBrush(QColor(*colour)), self.content.replace("_", " "))])
 
     def _mask(self) -> Mask | None:
         if self.content == "invalid_mask":
             return self.material.invalid_mask
+        if self.content == "from_neighbours":
+            return self.material.from_neighbours
         layer = self.material.layer("result")
         return None if layer is None else layer.extrapolated
 
     def _reason(self) -> str:
         if self.content == "invalid_mask":
             return "No invalid depth"
+        if self.content == "from_neighbours":
+            return "No depth of neighbours is used"
         return NO_RESULT if self.material.result is None else "Nothing is extrapolated"
 
     def leave(self) -> None:

@@ -33,6 +33,7 @@ TITLES = {
     "extraction": "Extraction",
     "extrapolated": "Extrapolated",
     "invalid_mask": "Invalid",
+    "from_neighbours": "From neighbours",
     "spectrum": "Spectrum",
 }
 """Titles of the contents with a fixed title."""

@@ -31,6 +31,7 @@ from .side_comparison import SideComparison
 
 _ALL = (
     *("frame", "invalid_mask", "result", "moment", "expected-error", "ground_truth", "guide", "runs"),
+    "from_neighbours",
     *("interpolated", "edges", "stage", "spectrum", "levels"),
 )
 """All parts of the material (names for `uses` of painters)."""
@@ -242,6 +243,12 @@ class LinkedViews(QWidget):
         self._layers.set_invalid_mask(wrong)
         self._changed("invalid_mask")
         self._show_marks()
+
+    def set_from_neighbours(self, mask: NDArray[np.bool_] | None) -> None:
+        """Set the pixels whose depth only neighbours have measured, bool (H, W); None for none."""
+        self._check(mask, "a mask")
+        self.material.from_neighbours = mask
+        self._changed("from_neighbours")
 
     def set_by_hand(self, mask: NDArray[np.bool_] | None) -> None:
         """Set the pixels with depth by hand, bool (H, W), which are striped; None for none.

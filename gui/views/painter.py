@@ -64,6 +64,8 @@ class Material:
         Measured depth [m], with and without invalid depth.
     outside_view : ndarray of bool, shape (H, W), or None
         Pixels that the depth camera could not see.
+    from_neighbours : ndarray of bool, shape (H, W), or None
+        Pixels whose depth only neighbours have measured.
     result : Layer or None
     moment : str
         Which earlier iteration the result is from; "" for the current one.
@@ -96,6 +98,7 @@ class Material:
         self.depth_in: Depth | None = None
         self.invalid_mask: Mask | None = None
         self.outside_view: Mask | None = None
+        self.from_neighbours: Mask | None = None
         self.ground_truth: Depth | None = None
         self.guide: Depth | None = None
         self.runs: tuple[ShownRun, ...] = ()
@@ -194,7 +197,7 @@ def _plain(depth: Depth | None) -> Layer | None:
 
 
 EVERYWHERE: Box = slice(None), slice(None)
-NO_RESULT = "No result yet"
+NO_RESULT = "No result yet: run the blocks (F5)"
 NO_GUIDE = "This frame has no guide"
 
 

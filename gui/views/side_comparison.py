@@ -142,9 +142,13 @@ class Swipe(QObject):
         self.show()
 
     def set_on(self, on: bool) -> None:
-        """Show or hide the divider."""
+        """Show or hide the divider; if it would be out of sight, it moves to the middle of what is visible."""
         if on != self.on:
             self.on, self._dragged = on, None
+            for view in (view for view in self._items if self._takes_part(view) and view.isVisible()):
+                columns = view.visible_box()[1]
+                if not columns.start < self.x < columns.stop:
+                    self.x = float((columns.start + columns.stop) // 2)
             self.show()
             self.moved.emit()
 

@@ -113,7 +113,7 @@ class Docks(QObject):
         action.triggered.disconnect()  # the default handler shows the dock behind the other tabs
         action.triggered.connect(lambda on: self.reveal(title) if on else dock.close())
         for changed in (action.toggled, dock.topLevelChanged):
-            changed.connect(lambda _: self._show_titles_soon())
+            changed.connect(self._titles_timer.start)
         action.setIcon(theme.icon(icon, self._window.palette()))
         self.rail.insertAction(self._ends[group], action)
 
@@ -189,7 +189,7 @@ class Docks(QObject):
         if self._arranged:
             return
         self._arranged = True
-        self._show_titles_soon()
+        self._titles_timer.start()
         self._declared = self._window.saveState(_VERSION)
         self.take(*self._requested)
 
@@ -202,12 +202,10 @@ class Docks(QObject):
     def _members(self, group: PanelGroup) -> list[QDockWidget]:
         return [panel.dock for panel in self._panels.values() if panel.group is group]
 
-    def _show_titles_soon(self) -> None:
-        if self._window.isVisible():  # closing the window hides its panels
-            self._titles_timer.start()
-
     def _show_titles(self) -> None:
         """Leave out the title of panels that have a tab with the same text."""
+        if not self._window.isVisible():  # closing the window hides its panels
+            return
         for dock, *_ in self._panels.values():
             tabbed = any(not other.isHidden() for other in self._window.tabifiedDockWidgets(dock))
             empty = dock.titleBarWidget()

@@ -201,6 +201,7 @@ class LiveSolver(QObject):
         workspace.by_hand.changed.connect(self._take)
         workspace.blocks.invalid_mask_changed.connect(self._take_all)
         workspace.blocks.guide_changed.connect(self._take_all)
+        workspace.blocks.neighbours_changed.connect(self._take_all)
         workspace.frames.session_changed.connect(self._turn)
         runs.state_changed.connect(self._go_on)
 

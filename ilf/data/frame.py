@@ -307,6 +307,8 @@ class RGBDFrame:
 
     def with_neighbours(self, neighbours: NeighbourDepth | None) -> Self:
         """Return the frame with depth of other neighbours, or of none."""
+        if neighbours is self.neighbours:
+            return self
         return replace(self, depth=self.measured, neighbours=neighbours)
 
     def with_guide(self, guide: ArrayLike | Guide | None) -> Self:

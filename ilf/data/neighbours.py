@@ -74,6 +74,10 @@ class NeighbourDepth:
     def __post_init__(self) -> None:
         self.layers.setflags(write=False)
 
+    def is_same_as(self, other: NeighbourDepth | None) -> bool:
+        """Whether another one has the same depth."""
+        return self is other or (other is not None and np.array_equal(self.layers, other.layers, equal_nan=True))
+
     def fused(self, depth: Depth) -> Depth:
         """Fuse the neighbours' depth: the median where most of those that show a pixel agree, except beside jumps.
 

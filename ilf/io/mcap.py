@@ -1,14 +1,19 @@
-"""MCAP files of ROS 2 that are readable after every write, whatever ends the program."""
+"""MCAP files of ROS 2: written so that they are readable after every write, and read without their end."""
 
 from __future__ import annotations
 
+import io
 import os
 import struct
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
+from .._runtime.cancellation import check_cancelled
 from ..errors import ExportError, cause
+
+if TYPE_CHECKING:
+    from _typeshed import WriteableBuffer
 
 _MAGIC = b"\x89MCAP0\r\n"
 _HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
@@ -43,7 +48,8 @@ def _text(text: str) -> bytes:
     return struct.pack("<I", len(encoded)) + encoded
 
 
-_END = _record(_DATA_END, bytes(4)) + _record(_FOOTER, bytes(20)) + _MAGIC
+_FOOTER_AND_MAGIC = _record(_FOOTER, bytes(20)) + _MAGIC
+_END = _record(_DATA_END, bytes(4)) + _FOOTER_AND_MAGIC
 """The end of a file without summary: readers scan the chunks."""
 
 
@@ -125,3 +131,98 @@ class McapFile:
         left = memoryview(content)
         while left:
             left = left[self._file.write(left) :]
+
+
+# Reading a file whose writer was killed or had no more room, so that its end is missing.
+
+_HEAD = struct.Struct("<BQ")
+"""Kind of a record and length of its content [bytes]."""
+
+
+def whole_size(path: Path) -> int | None:
+    """Return the size [bytes] of a file's whole records, if its end is missing; None if it has an end, or is no MCAP
+    file. Raises OSError."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        if file.read(len(_MAGIC)) != _MAGIC:
+            return None
+        file.seek(max(size - len(_FOOTER_AND_MAGIC), 0))
+        end = file.read()
+        ends = end.endswith(_MAGIC)
+        if ends and end[: _HEAD.size] == _FOOTER_AND_MAGIC[: _HEAD.size] and end != _FOOTER_AND_MAGIC:
+            return None  # it has a summary
+        whole = len(_MAGIC)
+        while True:
+            check_cancelled()
+            file.seek(whole)
+            head = file.read(_HEAD.size)
+            code, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, 0)
+            if code in (0, _FOOTER, _DATA_END) or whole + _HEAD.size + length > size:
+                # the start of a chunk may lie over an end that is longer
+                return None if ends and code == _DATA_END else whole
+            whole += _HEAD.size + length
+
+
+class EndedMcap:
+    """The path of an MCAP file without its end, for `rosbags`: it opens its whole records, followed by an end.
+
+    Parameters
+    ----------
+    path : Path
+    whole : int
+        Size [bytes] of its whole records, from `whole_size`.
+    """
+
+    def __init__(self, path: Path, whole: int) -> None:
+        self._path, self._whole = path, whole
+        self.suffix = path.suffix
+
+    def __str__(self) -> str:
+        return str(self._path)
+
+    def exists(self) -> bool:
+        """Whether the file exists."""
+        return self._path.exists()
+
+    def is_dir(self) -> bool:
+        """False: it is a file."""
+        return False
+
+    def open(self, _mode: str) -> io.BufferedReader:
+        """Open it for reading bytes."""
+        return io.BufferedReader(_Ended(self._path, self._whole))
+
+
+class _Ended(io.RawIOBase):
+    """The first bytes of a file, followed by the end of an MCAP file."""
+
+    def __init__(self, path: Path, whole: int) -> None:
+        self._file = path.open("rb", buffering=0)
+        self._whole, self._place = whole, 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        starts = {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: self._whole + len(_END)}
+        self._place = starts[whence] + offset
+        return self._place
+
+    def readinto(self, buffer: WriteableBuffer) -> int:
+        target = memoryview(buffer).cast("B")
+        beyond = self._place - self._whole
+        if beyond < 0:
+            self._file.seek(self._place)
+            found = self._file.read(min(len(target), -beyond)) or b""
+        else:
+            found = _END[beyond : beyond + len(target)]
+        target[: len(found)] = found
+        self._place += len(found)
+        return len(found)
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()

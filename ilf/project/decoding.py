@@ -15,11 +15,13 @@ from .._runtime.schema import Section
 from ..data.by_hand import DepthByHand
 from ..data.frame import GroundTruthFile, RGBDFrame
 from ..data.guide import Guide
+from ..data.neighbours import NeighbourDepth
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
 from ..evaluation.hold_out import HoldOutTest
 from ..evaluation.quality.ignored import IgnoredPlace
+from ..run.record import RecordedNeighbour
 from ..run.run import Run
 from ..sources.frame_source import FrameSource
 from .archive import Parts
@@ -106,7 +108,7 @@ def decode(frame_id: str, parts: Parts, frame: RGBDFrame, places: Places | None 
     parts : Parts
         Store with `frames/<id>.json` and the parts that it refers to.
     frame : RGBDFrame
-        As read from its files; invalid mask, ground truth and guide are taken from the state.
+        As read from its files; invalid mask, ground truth, guide and neighbours are taken from the state.
     places : Places, optional
         Possible locations of its ground-truth file.
 
@@ -131,6 +133,7 @@ class _Decoding:
         self.arrays: dict[tuple[str, object], NDArray[Any]] = {}
         self.frames: dict[str, RGBDFrame] = {}
         self.guides: dict[str, Guide] = {}
+        self.neighbours: dict[str, NeighbourDepth] = {}
         self.by_hands: dict[str, DepthByHand] = {}
         self.packs: dict[str, list[BlockResult]] = {}
         self.same_depth = True
@@ -154,7 +157,9 @@ class _Decoding:
             return bare
         self.same_depth = described.values.get("measured") == measured_sha256(self.frame)
         frame = self._read_or_report(
-            "The frame's invalid mask, ground truth and guide are", lambda: self._frame_with_layers(data), self.frame
+            "The frame's invalid mask, ground truth, guide and depth of neighbours are",
+            lambda: self._frame_with_layers(data),
+            self.frame,
         )
         labels = self._read_or_report("The blocks and their results are", lambda: self._labels(data, "labels"), None)
         notes = self._read_or_report(
@@ -243,13 +248,16 @@ class _Decoding:
         return mask
 
     def _frame_with_layers(self, data: Section) -> RGBDFrame:
-        """Return the frame with the invalid mask, ground truth and guide of `data`; equal ones share one frame."""
-        key = json.dumps([data.values.get(name) for name in ("invalid_mask", "ground_truth", "guide")], sort_keys=True)
+        """Return the frame with the invalid mask, ground truth, guide and depth of neighbours of `data`; equal ones
+        share one frame."""
+        layers = "invalid_mask", "ground_truth", "guide", "neighbours"
+        key = json.dumps([data.values.get(name) for name in layers], sort_keys=True)
         if key not in self.frames:
             mask = self._read_or_report("The invalid mask is", lambda: self._mask(data, "invalid_mask"), None)
             frame = self._read_or_report("The ground truth is", lambda: self._with_ground_truth(data), self.frame)
             guide = self._read_or_report("The guide is", lambda: self._guide_of(data), None)
-            seen = frame.with_invalid_mask(mask).with_guide(guide)
+            neighbours = self._read_or_report("Depth of neighbours is", lambda: self._neighbours_of(data), None)
+            seen = frame.with_invalid_mask(mask).with_guide(guide).with_neighbours(neighbours)
             if seen.ground_truth is not None and seen.inputs is None:
                 self.origins.append((seen.ground_truth, data.section("ground_truth").get("array", str)))
             self.frames[key] = seen
@@ -269,6 +277,20 @@ class _Decoding:
                     self.origins.append((array, section.get(name, str)))
             self.guides[key] = guide
         return self.guides[key]
+
+    def _neighbours_of(self, data: Section) -> NeighbourDepth | None:
+        """Return the depth of neighbours of `data`; equal ones share one object."""
+        if "neighbours" not in data.values:
+            return None
+        section = data.section("neighbours")
+        key = json.dumps(section.values, sort_keys=True)
+        if key not in self.neighbours:
+            used = tuple(one.neighbour() for one in section.get("used", tuple[RecordedNeighbour, ...]))
+            name, shape = section.get("layers", str), (len(used), *self.frame.shape)
+            layers = Npz(name, self._content(name)).array("depth", np.float32, shape)
+            self.neighbours[key] = NeighbourDepth(layers, used)
+            self.origins.append((layers, name))
+        return self.neighbours[key]
 
     def _by_hand(self, data: Section) -> DepthByHand | None:
         """Return depth by hand of `data`; equal ones share one object."""

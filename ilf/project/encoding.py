@@ -16,8 +16,9 @@ from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.guide import Guide
+from ..data.neighbours import NeighbourDepth
 from ..data.results import BlockResult
-from ..run.record import array_sha256
+from ..run.record import RecordedNeighbour, array_sha256
 from ..run.run import Run
 from .frame_state import BlockNotes, FrameState, InspectionState
 from .packing import array_name, colour_to_bytes, labels_to_bytes, mask_to_bytes, npz
@@ -194,19 +195,30 @@ class _Encoding:
         return data | {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
 
     def _encode_layers(self, frame: RGBDFrame) -> dict[str, Any]:
-        """Encode the frame's invalid mask, ground truth (as a file or an array) and guide."""
+        """Encode the frame's invalid mask, ground truth (as a file or an array), guide and depth of neighbours."""
         ground_truth: dict[str, Any] | None = None
         file = None if frame.inputs is None else frame.inputs.ground_truth
         if file is not None:
             ground_truth = dataclasses.asdict(file)
         elif frame.ground_truth is not None:
             ground_truth = {"array": self._array(frame.ground_truth, _depth)}
-        seen = {"invalid_mask": self._array(frame.invalid_mask, mask_to_bytes), "ground_truth": ground_truth}
-        return seen if frame.guide is None else seen | {"guide": self._encode_guide(frame.guide)}
+        seen: dict[str, Any] = {
+            "invalid_mask": self._array(frame.invalid_mask, mask_to_bytes),
+            "ground_truth": ground_truth,
+        }
+        if frame.guide is not None:
+            seen["guide"] = self._encode_guide(frame.guide)
+        if frame.neighbours is not None:
+            seen["neighbours"] = self._encode_neighbours(frame.neighbours)
+        return seen
 
     def _encode_guide(self, guide: Guide) -> dict[str, Any]:
         values, confidence = (self._array(array, _depth) for array in (guide.values, guide.confidence))
         return {"values": values, "confidence": confidence, "path": guide.path}
+
+    def _encode_neighbours(self, depth: NeighbourDepth) -> dict[str, Any]:
+        used = [dataclasses.asdict(RecordedNeighbour.of(one)) for one in depth.neighbours]
+        return {"layers": self._array(depth.layers, _depth), "used": used}
 
     def _encode_by_hand(self, by_hand: DepthByHand | None) -> dict[str, Any]:
         """Encode depth by hand; nothing for none."""

@@ -8,7 +8,7 @@ import json
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,11 @@ from .._runtime.networks.session import device
 from .._runtime.schema import PlainName, plain
 from ..completion.correction_network import load_correction_network
 from ..data.by_hand import DepthByHand
+from ..data.camera import checked_transform
 from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Guide
-from ..data.neighbours import NeighbourDepth
+from ..data.neighbours import Neighbour, NeighbourDepth
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockOutcome, Completion
 from ..errors import InputError
@@ -116,6 +117,16 @@ class RecordedNeighbour:
     motion: tuple[tuple[float, ...], ...]
     sha256: tuple[str, ...]
     source: dict[str, Any]
+
+    @classmethod
+    def of(cls, one: Neighbour) -> Self:
+        """The record of a neighbour."""
+        return cls(one.name, _rows(one.motion), one.sha256, dict(one.source))
+
+    def neighbour(self) -> Neighbour:
+        """The recorded neighbour; raises InputError if its motion is not a transform."""
+        motion = checked_transform(self.motion, f"The motion of the neighbour {self.name}")
+        return Neighbour(self.name, motion, self.sha256, self.source)
 
 
 @dataclass(frozen=True)
@@ -307,10 +318,7 @@ def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
 
 
 def _recorded_neighbours(depth: NeighbourDepth | None) -> tuple[RecordedNeighbour, ...]:
-    return tuple(
-        RecordedNeighbour(one.name, _rows(one.motion), one.sha256, dict(one.source))
-        for one in (() if depth is None else depth.neighbours)
-    )
+    return () if depth is None else tuple(map(RecordedNeighbour.of, depth.neighbours))
 
 
 def _rows(matrix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:

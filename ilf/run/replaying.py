@@ -331,9 +331,7 @@ def _with_recorded_neighbours(record: RunRecord, frame: RGBDFrame, folders: Sequ
     """The frame with the depth of the recorded neighbours, read again."""
     if not record.neighbours:
         return frame
-    neighbours = [
-        Neighbour(one.name, np.array(one.motion, np.float64), one.sha256, one.source) for one in record.neighbours
-    ]
+    neighbours = [one.neighbour() for one in record.neighbours]
     layers = [seen_by(frame, _recorded_neighbour(one, folders), one.motion) for one in neighbours]
     return frame.with_neighbours(NeighbourDepth(np.stack(layers), tuple(neighbours)))
 

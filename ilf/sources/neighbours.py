@@ -6,7 +6,7 @@ the frame's colour shows something else, and as a whole where it does not agree 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
@@ -96,9 +96,28 @@ def with_neighbours(
     >>> int(frame.from_neighbours.sum()), int(frame.missing.sum()), frame.notes
     (50, 50, ('Depth of 1 neighbour is used at 50 pixels (100% of the missing ones).',))
     """
+    steps = neighbour_steps(frame, before, after, step=step)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            added: RGBDFrame = end.value
+            return added
+
+
+def neighbour_steps(
+    frame: RGBDFrame,
+    before: Sequence[RGBDFrame | FrameSource] = (),
+    after: Sequence[RGBDFrame | FrameSource] = (),
+    *,
+    step: int = 1,
+) -> Generator[float, None, RGBDFrame]:
+    """`with_neighbours` step by step, for progress and cancellation: yields the share done, 0-1, after each neighbour
+    and returns the frame."""
     if step < 1:
         raise ParameterError(f"The step of neighbours must be at least 1, not {step}.")
     _camera_of(frame)
+    count = len(before) // step + len(after) // step
     layers: list[Array] = []
     used: list[Neighbour] = []
     refused: list[str] = []
@@ -107,9 +126,10 @@ def with_neighbours(
             layer = None if other is None or motion is None else seen_by(frame, other, motion)
             if layer is None or other is None or motion is None or not _agrees(layer, frame.own_depth):
                 refused.append(given.name)
-                continue
-            layers.append(layer)
-            used.append(_neighbour(given, other, motion))
+            else:
+                layers.append(layer)
+                used.append(_neighbour(given, other, motion))
+            yield (len(used) + len(refused)) / count
     added = frame.with_neighbours(NeighbourDepth(np.stack(layers), tuple(used)) if layers else None)
     return replace(added, depth=added.measured, notes=(*added.notes, _note(added, len(used), refused)))
 

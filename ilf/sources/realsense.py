@@ -1,7 +1,9 @@
-"""Capturing a frame with a connected RealSense camera."""
+"""Capturing frames with a connected RealSense camera."""
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import closing, suppress
 from typing import Any
 
 import numpy as np
@@ -38,9 +40,24 @@ def capture_frame(settle: int = SETTLING) -> RGBDFrame:
         If the package is not installed (extra `realsense`), there is no camera, it delivers no frames, or its images do
         not make a valid frame.
     """
-    library = load_realsense()
-    if not len(library.context().query_devices()):
-        raise InputError("No RealSense camera is connected. Connect one via USB 3.")
+    with closing(camera_pairs(settle)) as pairs:
+        return register(next(pairs))
+
+
+def camera_pairs(settle: int = SETTLING) -> Generator[RawPair, None, None]:
+    """Yield what the connected RealSense camera captures, always the latest, until it is closed.
+
+    Parameters
+    ----------
+    settle : int
+        Number of frames to skip first, until exposure and white balance have settled.
+
+    Raises
+    ------
+    InputError
+        If the package is not installed (extra `realsense`), there is no camera, or it delivers no more frames.
+    """
+    library = connected_realsense()
     pipeline, stream_config = library.pipeline(), library.config()
     stream_config.enable_stream(library.stream.depth, library.format.z16)
     stream_config.enable_stream(library.stream.color, library.format.rgb8)
@@ -53,12 +70,27 @@ def capture_frame(settle: int = SETTLING) -> RGBDFrame:
         ) from error
     try:
         for _ in range(settle):
-            pipeline.wait_for_frames(_TIMEOUT_MS)
-        return register(pair_of(pipeline.wait_for_frames(_TIMEOUT_MS)))
+            _wait(pipeline)
+        while True:
+            yield pair_of(_wait(pipeline))
+    finally:
+        with suppress(RuntimeError):  # a camera that is no longer connected
+            pipeline.stop()
+
+
+def _wait(pipeline: Any) -> Any:
+    try:
+        return pipeline.wait_for_frames(_TIMEOUT_MS)
     except RuntimeError as error:
         raise InputError(f"The RealSense camera sent no frame ({error}). Reconnect it via USB 3.") from error
-    finally:
-        pipeline.stop()
+
+
+def connected_realsense() -> Any:
+    """Load pyrealsense2; raises InputError if this fails, or no camera is connected."""
+    library = load_realsense()
+    if not len(library.context().query_devices()):
+        raise InputError("No RealSense camera is connected. Connect one via USB 3.")
+    return library
 
 
 def load_realsense() -> Any:

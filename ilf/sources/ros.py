@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from .._runtime.installation import optional
 from ..errors import FormatError, IlfError, InputError, cause
 from ..io.images import image_header
+from ..io.mcap import EndedMcap, whole_size
 from .recording import (
     Cameras,
     RecordedFrame,
@@ -223,7 +224,10 @@ class RosBag(Recording):
         with self._reading():
             known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
             # recordings from before ROS 2 Iron do not contain their message definitions
-            self._reader = highlevel.AnyReader([path], default_typestore=known)
+            whole = whole_size(path) if path.suffix.lower() == ".mcap" and path.is_file() else None
+            self._is_cut = whole is not None
+            opened = path if whole is None else EndedMcap(path, whole)
+            self._reader = highlevel.AnyReader([opened], default_typestore=known)
             with limited(path, self._reader):
                 self._reader.open()
         own = known.fielddefs
@@ -267,7 +271,8 @@ class RosBag(Recording):
         camera, note = self._camera(topics)
         found = self._pairs(camera).index(max_gap, self.path)
         before = "" if topics is None else f"{'+'.join(topics)}/"
-        notes = (note, *found.notes) if note else found.notes
+        cut = f"{self.path} has no end: its recording was cut off. It is read up to its last whole record."
+        notes = (*([cut] if self._is_cut else []), *([note] if note else []), *found.notes)
         return RecordingIndex(tuple(before + key for key in found.keys), found.times, notes)
 
     def frame(self, key: str) -> RecordedFrame:

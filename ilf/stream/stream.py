@@ -7,7 +7,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -364,7 +364,7 @@ class Stream:
         self._late += self._rate is not None and seconds > 1 / self._rate
         return replace(completion, notes=tuple(dict.fromkeys((*notes, *scene.notes, *completion.notes))))
 
-    def play(self, frames: Iterable[RGBDFrame]) -> Iterator[Completion]:
+    def play(self, frames: Iterable[RGBDFrame]) -> Generator[Completion, None, None]:
         """Complete frames as they come. Without a rate, every one; with a rate, frames are taken at that rate, in a
         thread, and while one is being completed, of those that come only the latest waits: the others are dropped. The
         first, which takes longest, is completed before others are taken.

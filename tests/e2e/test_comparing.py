@@ -246,3 +246,14 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(
     opened.refresh.now()
     assert views.levels == pytest.approx(robust, abs=0.01), "the lower end must be below the upper one"
     assert panel.low.value() == pytest.approx(robust[0], abs=0.01)
+
+
+def test_the_divider_starts_where_it_is_seen(run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot) -> None:
+    window, _ = run_twice
+    settle(window, qtbot)
+    window.views.zoom_to(slice(0, 12), slice(0, 12))
+    window.actions_["swipe"].trigger()
+    swipe = window.views.sides.swipe
+    seen = window.views.cells["depth-out"].view.visible_box()[1]
+    assert seen.stop < window.workspace.session.frame.shape[1] / 2, "the middle of the frame is out of sight"
+    assert seen.start < swipe.x < seen.stop

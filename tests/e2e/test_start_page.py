@@ -5,12 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QTextDocumentFragment
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.project.start_page import StartPageFeature
+from gui.features.edit_summary import EditSummaryFeature
+from gui.features.project.start_page import StartPageFeature, _pictures
 from ilf.data.frame import RGBDFrame
 from ilf.sources.frame_source import FrameSource
 
@@ -21,21 +23,25 @@ from .test_projects import save
 def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
 ) -> None:
-    page = window.feature(StartPageFeature).page
+    page, summary = window.feature(StartPageFeature).page, window.feature(EditSummaryFeature).line.label
     assert page.isVisible()
     assert not page.recent.isVisible(), "nothing was opened yet"
+    assert not QTextDocumentFragment.fromHtml(summary.text()).toPlainText(), "there is nothing to edit"
     for button in page.findChildren(QToolButton):
         assert button.focusPolicy() == Qt.FocusPolicy.StrongFocus
         assert button.defaultAction().isEnabled()
     for number in range(2):
         open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / f"frame-{number}", small_frame))))
         assert not page.isVisible()
+    assert "last edit" in summary.text()
     save(window, qtbot, tmp_path / "both.ilf")
     window.project.new()
     qtbot.waitUntil(page.isVisible)
     names = [page.recent.item(row).text() for row in range(page.recent.count())]
     assert names == [f"{tmp_path.name}/both.ilf", "frame-1", "frame-0"]
     qtbot.waitUntil(lambda: all(page.has_picture(row) for row in range(3)), timeout=WAIT_MS)
+
+    assert len({page.recent.visualItemRect(page.recent.item(row)).top() for row in range(3)}) == 1, "all in a row"
 
     page.recent.setFocus()
     page.recent.setCurrentRow(2)
@@ -46,3 +52,9 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(
     window.actions_["close_frame"].trigger()
     qtbot.waitUntil(page.isVisible)
     assert page.recent.item(1).text() == "frame-0", "the latest frame first"
+
+
+def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path: Path, small_frame: RGBDFrame) -> None:
+    write_frame(tmp_path / "frame-0", small_frame)
+    ((_, image),) = _pictures([FrameSource(str(tmp_path))])
+    assert not image.isNull()

@@ -86,6 +86,7 @@ class AccuracyFeature(Feature):
             (
                 *(*changed, *shown, workspace.parameters.changed, panel.part_changed),
                 *(workspace.blocks.invalid_mask_changed, workspace.blocks.guide_changed),
+                workspace.blocks.neighbours_changed,
             ),
         )
         context.refresh.add(

@@ -25,7 +25,7 @@ from ilf.sources.frame_source import FrameSource
 from ...base.commands import Command
 from ...base.paths import sort_paths
 from ...state.entries import Entry
-from ...state.results import same_by_hand, same_guide, same_mask
+from ...state.results import same_by_hand, same_guide, same_mask, same_neighbours
 from ...state.session import Session
 from ...work.found_blocks import describe_blocks
 from ...work.jobs import Worker
@@ -399,11 +399,13 @@ class DocumentsFeature(Feature):
 
 def _is_recorded_run(session: Session, recorded: Run, completion: Completion) -> bool:
     """Whether the completion is of the recorded run: the same blocks with drawn borders, depth by hand, invalid mask,
-    guide and parameters."""
+    guide, depth of neighbours and parameters."""
     if session.extrapolated != recorded.extrapolate or not np.array_equal(session.labels, recorded.blocks):
         return False
     drawn, invalid_mask = session.notes.drawn, session.frame.invalid_mask
     if not (same_mask(drawn, recorded.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
+        return False
+    if not same_neighbours(session.frame.neighbours, recorded.frame.neighbours):
         return False
     if not (same_guide(session.frame.guide, recorded.frame.guide) and same_by_hand(session.by_hand, recorded.by_hand)):
         return False

@@ -308,7 +308,8 @@ class InspectFeature(Feature):
             workspace.runs.results_changed,
         )
         coming = workspace.runs.results_added, workspace.runs.previews_changed
-        depth = turned, blocks, results, workspace.blocks.invalid_mask_changed, workspace.runs.viewed_iteration_changed
+        known = workspace.blocks.invalid_mask_changed, workspace.blocks.neighbours_changed
+        depth = turned, blocks, results, *known, workspace.runs.viewed_iteration_changed
         line, measured = self.inspection.line_changed, self.measurements.changed
         seen = self.profile_panel.shown, self.measure_panel.shown
         compared = workspace.runs.error_changed, workspace.blocks.ground_truth_changed, workspace.runs.compared_changed

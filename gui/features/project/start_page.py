@@ -11,10 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QIcon, QImage, QPixmap, QShowEvent
+from PySide6.QtGui import QAction, QIcon, QImage, QPainter, QPixmap, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
+    QLabel,
     QListWidget,
     QListWidgetItem,
     QSizePolicy,
@@ -23,30 +24,36 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ilf._runtime.installation import asset_path
 from ilf.errors import IlfError
 from ilf.project.archive import Archive
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.listing import list_frames
 
 from ...base import theme
 from ...views.pixel_items import rgb_image
 from ...widgets.basics import Message, PlainLabel, literal_text
 from ...work.jobs import Worker
+from ...work.loading import contains_frames
 from ..context import Context, Feature
 from ..frame_list.thumbnails import read_thumbnail, thumbnail_of
 from .feature import ProjectFeature
 from .recent import Origin, RecentFeature, is_missing, key_of, name_of
 
-_WIDTH = 720
-_PICTURE = QSize(160, 120)
+_WIDTH, _MARGIN = 720, 16
+_PICTURE, _NO_PICTURE, _LOGO = QSize(160, 120), QSize(64, 64), QSize(56, 56)
+_SLACK = 4
+"""Height [px] that the list needs beyond its entries."""
 _MOST_PROJECTS, _MOST = 4, 8
 """Maximum number of projects, and of all that is listed."""
 _COMMANDS = "open", "open_folder", "open_project", "open_sample"
+_NAME, _PURPOSE = "ILF Studio", "Complete the missing depth of RGB-D frames, and watch it converge."
 _DROP = "Or drop images, a folder of frames, a recording or a project anywhere in this window."
 _ORIGIN, _HAS_PICTURE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
 
 
 class StartPage(QWidget):
-    """Buttons of the commands that open something, and what was opened last, with thumbnails.
+    """The program's name and purpose, commands that open something, and what was opened last, with thumbnails.
 
     Signals
     -------
@@ -79,7 +86,11 @@ class StartPage(QWidget):
         self.recent.setMovement(QListWidget.Movement.Static)
         self.recent.setResizeMode(QListWidget.ResizeMode.Adjust)
         self.recent.setIconSize(_PICTURE)
-        self.recent.setGridSize(QSize(_WIDTH // 4 - 4, _PICTURE.height() + 2 * self.fontMetrics().height() + 8))
+        self.recent.setUniformItemSizes(True)
+        self._bar_width = self.recent.verticalScrollBar().sizeHint().width() + 1
+        """Width that the list leaves for its scroll bar."""
+        width = (_WIDTH - 2 * _MARGIN - self._bar_width) // 4
+        self._cell = QSize(width, _PICTURE.height() + 2 * self.fontMetrics().height() + 8)
         self.recent.setFrameShape(QListWidget.Shape.NoFrame)
         self.recent.viewport().setAutoFillBackground(False)
         self.recent.setTextElideMode(Qt.TextElideMode.ElideMiddle)
@@ -91,8 +102,11 @@ class StartPage(QWidget):
         middle = QWidget()
         middle.setMaximumWidth(_WIDTH)
         column = QVBoxLayout(middle)
-        column.setContentsMargins(16, 32, 16, 16)
+        column.setContentsMargins(*4 * (_MARGIN,))
         column.setSpacing(12)
+        column.addStretch(1)
+        column.addLayout(_heading())
+        column.addSpacing(12)
         column.addLayout(buttons)
         column.addWidget(self._message)
         column.addSpacing(12)
@@ -112,9 +126,11 @@ class StartPage(QWidget):
             item = QListWidgetItem(name_of(origin), self.recent)
             item.setToolTip(literal_text(key_of(origin)))
             item.setData(_ORIGIN, origin)
+            item.setSizeHint(self._cell)
         self._paint()
         for widget in (self.title, self.recent):
             widget.setVisible(self.recent.count() > 0)
+        self._limit_height()
 
     def has_picture(self, row: int) -> bool:
         """Whether an entry of the list has its thumbnail."""
@@ -124,15 +140,20 @@ class StartPage(QWidget):
         """Show the thumbnail of what has this key."""
         for item in map(self.recent.item, range(self.recent.count())):
             if key_of(item.data(_ORIGIN)) == key and not picture.isNull():
-                item.setIcon(QIcon(picture))
+                item.setIcon(_centred(picture))
                 item.setData(_HAS_PICTURE, True)
 
     def _choose(self, item: QListWidgetItem) -> None:
         self.chosen.emit(item.data(_ORIGIN))
 
+    def _limit_height(self) -> None:
+        """Limit the list to its rows, so that the page is in the middle."""
+        columns = max((self.recent.width() - self._bar_width) // self._cell.width(), 1)
+        self.recent.setMaximumHeight(-(-self.recent.count() // columns) * self._cell.height() + _SLACK)
+
     def _paint(self) -> None:
         """Draw the icons of what has no thumbnail."""
-        icon = theme.icon("ph.image", self.palette())
+        icon = _centred(theme.icon("ph.image", self.palette()).pixmap(_NO_PICTURE, QIcon.Mode.Disabled))
         for row in range(self.recent.count()):
             if not self.has_picture(row):
                 self.recent.item(row).setIcon(icon)
@@ -143,9 +164,46 @@ class StartPage(QWidget):
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_message"):
             self._paint()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._limit_height()
+
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self.shown.emit()
+
+
+def _centred(picture: QPixmap) -> QIcon:
+    """A picture in the middle of the space for pictures, so that the names of a row are at one height."""
+    space = QPixmap(_PICTURE.scaled(picture.size().expandedTo(_PICTURE), Qt.AspectRatioMode.KeepAspectRatioByExpanding))
+    space.fill(Qt.GlobalColor.transparent)
+    area = picture.rect()
+    area.moveCenter(space.rect().center())
+    painter = QPainter(space)
+    painter.drawPixmap(area, picture)
+    painter.end()
+    return QIcon(space)
+
+
+def _heading() -> QHBoxLayout:
+    """The program's icon and name, and what it is for."""
+    logo = QLabel()
+    logo.setPixmap(QIcon(str(asset_path("icons/ilf-studio.png"))).pixmap(_LOGO))
+    name, purpose = PlainLabel(_NAME), Message()
+    font = name.font()
+    font.setPointSizeF(2 * font.pointSizeF())
+    font.setBold(True)
+    name.setFont(font)
+    purpose.show_message(_PURPOSE)
+    text = QVBoxLayout()
+    text.setSpacing(0)
+    text.addWidget(name)
+    text.addWidget(purpose)
+    row = QHBoxLayout()
+    row.setSpacing(16)
+    row.addWidget(logo)
+    row.addLayout(text, 1)
+    return row
 
 
 class StartPageFeature(Feature):
@@ -202,7 +260,8 @@ def _pictures(origins: Iterable[Origin]) -> Generator[tuple[str, QImage], None, 
         image = QImage()
         with suppress(IlfError, OSError, cv2.error):
             if isinstance(origin, FrameSource):
-                image = rgb_image(read_thumbnail(origin))
+                first = list_frames(origin.rgb, origin.options).sources[0] if contains_frames(origin.rgb) else origin
+                image = rgb_image(read_thumbnail(first))
             elif (picture := _picture_in(origin)) is not None:
                 image = rgb_image(thumbnail_of(picture))
         yield key_of(origin), image

@@ -96,6 +96,7 @@ class QualityCheckFeature(Feature):
         for changed in (
             workspace.blocks.labels_changed,
             workspace.blocks.invalid_mask_changed,
+            workspace.blocks.neighbours_changed,
             workspace.runs.error_changed,
         ):
             changed.connect(lambda *_: self._ask_again())
@@ -255,10 +256,17 @@ class QualityCheckFeature(Feature):
         extraction = session.notes.extraction or BlockParameters()
         self._fresh = False
         self._drop_remedy()
-        self._requested = _Request(
-            session, session.frame, session.labels.copy(), extraction, session.expected_error(), to_check
-        )
+        labels = session.labels.copy()
+        self._requested = _Request(session, session.frame, labels, extraction, self._error(labels), to_check)
         self._questions.ask(self._requested)
+
+    def _error(self, labels: NDArray[np.int32]) -> NDArray[np.float32] | None:
+        """Return the expected error; until depth has been completed again, the former one where blocks are the same."""
+        session, former = self._workspace.session, self._requested
+        error = session.expected_error()
+        if error is None and former is not None and former.error is not None:
+            return np.where(labels == former.labels, former.error, np.float32(np.nan))
+        return error
 
     def _take(self, question: _Request, found: Sequence[Place]) -> None:
         if question is self._requested:
@@ -269,7 +277,7 @@ class QualityCheckFeature(Feature):
         former = self.review.present
         gone = self.review.take(without_ignored(self._found, search.session.ignored, search.frame, search.labels))
         # the expected error is unknown until the depth has been completed again
-        fixed = gone and former is not None and (former.kind != "error" or search.error is not None)
+        fixed = gone and former is not None and (former.kind != "error" or search.session.expected_error() is not None)
         pending_step, self._pending_step = self._pending_step, 0
         if pending_step:
             self._show(self.review.step(pending_step))

@@ -69,7 +69,8 @@ class InvalidDepthFeature(Feature):
         self._questions.answered.connect(self._take_answer)
         self._questions.failed.connect(self._fail)
         workspace.frames.session_changed.connect(self.leave)
-        workspace.blocks.invalid_mask_changed.connect(self.leave)
+        for changed in (workspace.blocks.invalid_mask_changed, workspace.blocks.neighbours_changed):
+            changed.connect(self.leave)
 
     @property
     def busy(self) -> bool:

@@ -6,14 +6,16 @@ import base64
 from dataclasses import replace
 
 import pytest
+import shiboken6
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolButton
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.layouts.layout import Arrangement, LayoutStore
+from gui.widgets.docks import Docks, PanelGroup
 
 
 def _shown(qtbot: QtBot) -> tuple[MainWindow, LayoutsFeature]:
@@ -203,3 +205,13 @@ def test_places_that_were_damaged_are_left_out() -> None:
     del packed["seal"]
     with pytest.raises(KeyError):
         Arrangement.unpacked(packed)
+
+
+def test_a_window_with_open_panels_may_be_deleted_without_being_closed(qtbot: QtBot) -> None:
+    window = QMainWindow()
+    panels = Docks(window, persistent=False)
+    panels.add("Blocks", QWidget(), PanelGroup.WORK, "ph.stack", is_open=True)
+    window.show()
+    with qtbot.captureExceptions() as raised:
+        shiboken6.delete(window)
+    assert not raised

@@ -1,4 +1,4 @@
-"""The window that plays a recording: pictures, figures, recording, freezing."""
+"""The window that plays a recording or a camera: pictures, figures, recording, freezing."""
 
 from __future__ import annotations
 
@@ -6,11 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 import ilf
-from gui.features.live import LiveWindow
+from gui.app.main_window import MainWindow
+from gui.base.commands import WHY_NOT
+from gui.features.live import LiveFeature, LiveWindow
+from ilf.errors import InputError
+from ilf.sources.realsense import load_realsense
 from tests.ilf.bags import write_aligned
+from tests.ilf.software_camera import connect
 
 FRAMES = 6
 
@@ -30,9 +35,9 @@ def live(qtbot):
     qtbot.waitUntil(lambda: not window.worker.busy)
 
 
-def played(qtbot, window: LiveWindow, path: Path, rate: float) -> None:
+def played(qtbot, window: LiveWindow, path: Path | None, rate: float) -> None:
     window.show()
-    window.play(str(path), rate, ilf.preset("best"))
+    window.play(None if path is None else str(path), rate, ilf.preset("best"))
     qtbot.waitUntil(lambda: window.play_button.text() == "&Play again", timeout=60_000)
 
 
@@ -72,3 +77,56 @@ def test_what_cannot_be_played_or_recorded_is_told(qtbot, live, recording, tmp_p
     assert "already exists" in live.state.text()
     assert live.record_button.text() == "&Record…"
     assert taken.stat().st_size == 0
+
+
+def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tmp_path, monkeypatch) -> None:
+    try:
+        library = load_realsense()
+    except InputError as error:
+        pytest.skip(str(error))
+    played(qtbot, live, None, 10.0)
+    assert "No RealSense camera is connected" in live.state.text()
+    camera, out = connect(library, monkeypatch, last=34), tmp_path / "out.mcap"
+    live.record(out)
+    played(qtbot, live, None, 1000.0)
+    assert "sent no frame" in live.state.text()
+    assert "Reconnect it" in live.state.text()
+    assert not camera.running
+    assert live.shown is not None
+    last = live.shown.completion.frame
+    assert last.intrinsics is not None
+    recorded = ilf.open_source(out)
+    assert len(recorded) == live.shown.statistics.frames
+    assert recorded.read(recorded.keys[-1]).intrinsics == last.intrinsics
+    frozen, answers = [], ["", str(tmp_path / "frozen"), str(tmp_path / "frozen")]
+    live.frozen.connect(frozen.append)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (answers.pop(0), ""))
+    live.freeze()
+    assert not live.saver.busy, "cancelled"
+    live.freeze()
+    qtbot.waitUntil(lambda: len(frozen) == 1)
+    assert np.array_equal(frozen[0].load().depth, last.depth, equal_nan=True)
+    live.freeze()
+    qtbot.waitUntil(lambda: "already exists" in live.state.text())
+    assert len(frozen) == 1
+
+
+def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr("gui.features.live.find_spec", lambda _: None)
+    window = MainWindow(persistent=False)
+    qtbot.addWidget(window)
+    asked = []
+    monkeypatch.setattr(window.feature(LiveFeature).window, "play", lambda path, *_: asked.append(path))
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(tmp_path / "a.mcap"), ""))
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path))
+    for name in ("play_recording", "play_folder"):
+        window.actions_[name].trigger()
+    assert asked == [str(tmp_path / "a.mcap"), str(tmp_path)]
+    camera = window.actions_["play_camera"]
+    window.actions_.refresh()
+    assert not camera.isEnabled()
+    assert "ilf-studio[realsense]" in camera.property(WHY_NOT)
+    camera.setEnabled(True)  # as where the package is installed
+    camera.trigger()
+    assert asked[2:] == [None]
+    window.close()

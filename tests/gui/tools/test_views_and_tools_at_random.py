@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from threading import Event
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
 from gui.features.blocks.commands import BlockCommands
+from gui.features.compare import DerivedPresenter
 from gui.features.documents.export import behind
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from gui.features.views import ViewsPresenter
@@ -22,6 +24,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.results import Completion
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.run.run import Run
+from ilf.segmentation.edges.frame_edges import FrameEdges
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 from ..scripted_runs import Bench, Until
@@ -182,6 +185,25 @@ def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
     effect.look(False)  # as the window does when another frame is shown, before anything is drawn
     assert views._views.material.rgb is frame.rgb
     np.testing.assert_array_equal(views._views._overlay.labels, bench.labels[small])
+
+
+def test_edges_of_one_frame_do_not_come_to_the_next(
+    bench: Bench, views: ViewsPresenter, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = Event()
+    monkeypatch.setattr("gui.features.compare.find_edges", lambda *_: found.wait() and FrameEdges(*3 * [edges], None))
+    monkeypatch.setattr(views._views, "shows", lambda part: part == "edges")
+    edges = np.zeros(bench.frame.shape, np.float32)
+    derived = DerivedPresenter(bench.workspace, views._views)
+    derived.show()
+    small = np.s_[:20, :30]
+    frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
+    bench.workspace.add_session(Session.of(Run(frame, bench.labels[small]), None, "small"))
+    views.show_present()  # as when the key that shows the state before an edit is released
+    found.set()
+    until(lambda: not derived.busy)
+    assert views._views.material.edges is None
+    assert derived.shutdown()
 
 
 def test_blocks_of_one_frame_are_not_solved_in_another(bench: Bench, until: Until) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -41,3 +42,18 @@ def test_a_folder_gets_a_frame_in_each_of_its_folders(tmp_path: Path, capsys: py
         "meta.json",
         "rgb.png",
     ]
+
+
+@pytest.mark.parametrize("played", [["room"], ["--realsense"]])
+def test_live_starts_the_window_as_it_is_installed(monkeypatch: pytest.MonkeyPatch, played: list[str]) -> None:
+    commands: list[list[str]] = []
+    monkeypatch.setattr("ilf.cli.live.connected_realsense", lambda: None)
+    monkeypatch.setattr(subprocess, "call", lambda command: commands.append(command) or 3)
+    with pytest.raises(SystemExit) as ended:
+        main(["live", *played, "--rate", "5"])
+    assert ended.value.code == 3
+    (command,) = commands
+    wanted = ["--realsense"] if played == ["--realsense"] else ["--live", *played]
+    assert command[-len(wanted) - 2 :] == [*wanted, "--rate", "5.0"]
+    found = subprocess.run([*command[: -len(wanted) - 2], "--version"], capture_output=True, text=True, check=True)
+    assert found.stdout.startswith("ilf-gui ")

@@ -15,7 +15,8 @@ from rosbags.typesys import Stores, get_typestore
 
 import ilf
 from ilf.io.rosbags import DepthRecorder, StampedDepth
-from tests.ilf.bags import COLOUR, DEPTH
+from ilf.sources.opening import close_all
+from tests.ilf.bags import COLOUR, DEPTH, write_aligned
 
 METRES = np.where(DEPTH > 0, DEPTH / np.float32(1000), np.nan).astype(np.float32)
 CAMERA = ilf.CameraIntrinsics(30.0, 30.0, 15.5, 11.5)
@@ -94,6 +95,39 @@ def test_a_killed_program_leaves_all_frames_that_were_written(tmp_path: Path) ->
     os.kill(writer.pid, signal.SIGKILL)  # while it writes the sixth
     writer.communicate()
     assert len(depths(tmp_path / "out.mcap")) in {5, 6}
+
+
+@pytest.mark.parametrize("cut", [6, 9, 40, 51, 3000, -51, -50, -20, -1])
+def test_a_file_that_was_cut_while_a_frame_was_written_is_read_up_to_it(tmp_path: Path, cut: int) -> None:
+    """As a kill leaves it: the new chunk up to some byte, over the end of the file."""
+    path = tmp_path / "out.mcap"
+    with DepthRecorder(path) as recorder:
+        for number in range(2):
+            recorder.write(moment(number))
+        before = path.read_bytes()
+        recorder.write(moment(2))
+    after = path.read_bytes()
+    end = len(after) + cut if cut < 0 else len(before) - 50 + cut
+    path.write_bytes(after[:end] + before[end:])
+    source = ilf.open_source(path)
+    assert source.notes[0] == f"{path} has no end: its recording was cut off. It is read up to its last whole record."
+    assert len(source) == (3 if -50 <= cut < 0 else 2)
+    assert all(np.array_equal(frame.depth, METRES, equal_nan=True) for frame in source)
+
+
+def test_a_recording_of_another_program_that_was_cut_is_read_too(tmp_path: Path) -> None:
+    """It has a summary, the end of which is missing; and one without any whole chunk has no images."""
+    (path,) = write_aligned(tmp_path, "mcap").glob("*.mcap")
+    whole, expected = path.read_bytes(), depths(path)
+    close_all()
+    path.write_bytes(whole[:-20])
+    found = depths(path)
+    close_all()
+    assert len(found) == 3
+    assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(found, expected, strict=True))
+    path.write_bytes(whole[:1000])
+    with pytest.raises(ilf.IlfError, match="It has no images"):
+        ilf.open_source(path)
 
 
 def test_a_full_disk_leaves_the_frames_before_and_is_reported(tmp_path: Path) -> None:

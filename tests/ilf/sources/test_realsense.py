@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,11 @@ import ilf
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.sources.opening import close_all
-from ilf.sources.realsense import capture_frame, load_realsense, pair_of
+from ilf.sources.realsense import camera_pairs, capture_frame, load_realsense
 from ilf.sources.registration import register
-from tests.ilf.bags import COLOUR, DEPTH, H, W
+from tests.ilf.bags import COLOUR, H, W
 from tests.ilf.realsense_bags import SHIFTS, write_library_db3, write_viewer_bag
+from tests.ilf.software_camera import SoftwareDevice, connect
 
 
 @pytest.fixture(autouse=True)
@@ -76,87 +77,18 @@ def library() -> Any:
         pytest.skip(str(error))
 
 
-class SoftwareDevice:
-    """A device of software with a depth and a colour camera, 15 mm apart."""
-
-    def __init__(self, library: Any) -> None:
-        self.library = library
-        self.device = library.software_device()
-        self.sensors = {name: self.device.add_sensor(name) for name in ("Stereo Module", "RGB Camera")}
-        stereo, colour = self.sensors.values()
-        stereo.add_read_only_option(library.option.depth_units, 0.001)
-        self.depth_profile = stereo.add_video_stream(self._stream(library.stream.depth, library.format.z16, 2, 25.0))
-        self.colour_profile = colour.add_video_stream(self._stream(library.stream.color, library.format.rgb8, 3, 30.0))
-        motion = library.extrinsics()
-        # a quarter of a degree about the viewing axis, column by column
-        sine, cosine = math.sin(0.004), math.cos(0.004)
-        motion.rotation, motion.translation = [cosine, sine, 0, -sine, cosine, 0, 0, 0, 1], [0.015, 0, 0]
-        self.depth_profile.register_extrinsics_to(self.colour_profile, motion)
-        self._kept: list[np.ndarray] = []
-
-    def _stream(self, kind: Any, pixels: Any, size: int, focal: float) -> Any:
-        seen = self.library.intrinsics()
-        seen.width, seen.height, seen.fx, seen.fy, seen.ppx, seen.ppy = W, H, focal, focal, 15.5, 11.5
-        seen.model, seen.coeffs = self.library.distortion.brown_conrady, [0.0] * 5
-        stream = self.library.video_stream()
-        stream.type, stream.index, stream.uid, stream.fps = kind, 0, size, 30
-        stream.width, stream.height, stream.bpp, stream.fmt, stream.intrinsics = W, H, size, pixels, seen
-        return stream
-
-    def show(self, number: int) -> None:
-        """Send a frame."""
-        stereo, colour = self.sensors.values()
-        for sensor, profile, pixels in (
-            (stereo, self.depth_profile, DEPTH + np.uint16(number) * (DEPTH > 0)),
-            (colour, self.colour_profile, COLOUR + np.uint8(number)),
-        ):
-            pixels = np.ascontiguousarray(pixels)
-            self._kept.append(pixels)  # the library does not copy them
-            frame = self.library.software_video_frame()
-            frame.pixels, frame.bpp = pixels, pixels.nbytes // (W * H)
-            frame.stride, frame.timestamp = W * frame.bpp, 33.0 * number
-            frame.domain, frame.frame_number = self.library.timestamp_domain.system_time, number
-            frame.profile = profile.as_video_stream_profile()
-            if sensor is stereo:
-                frame.depth_units = 0.001
-            sensor.on_video_frame(frame)
-
-
 def test_a_frame_of_a_device(library: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What comes of a device of software is what was shown to it, and lies in a folder as every other frame."""
-    software = SoftwareDevice(library)
-    software.device.create_matcher(library.matchers.default)
-    syncer = library.syncer()
-    for sensor in software.sensors.values():
-        sensor.open(sensor.get_stream_profiles())
-        sensor.start(syncer)
-    shown = 0
-
-    class Pipeline:
-        def start(self, wish: Any) -> None: ...
-
-        def wait_for_frames(self, patience: int) -> Any:
-            nonlocal shown
-            while True:
-                software.show(shown)
-                shown += 1
-                frames = syncer.wait_for_frames(patience)
-                if frames.get_depth_frame() and frames.get_color_frame():
-                    return frames
-
-        def stop(self) -> None:
-            for sensor in software.sensors.values():
-                sensor.stop()
-                sensor.close()
-
-    pair = pair_of(Pipeline().wait_for_frames(1000))
+    software = connect(library, monkeypatch)
+    with closing(camera_pairs(settle=0)) as pairs:
+        pair = next(pairs)
+        assert len(software.running) == 2
+    assert not software.running
     assert pair.depth[0, 0] == pytest.approx(1.5 + pair.rgb[0, 0, 0] / 1000)  # both of one moment
     assert (pair.depth_camera.intrinsics.fx, pair.colour_camera.intrinsics.fx) == (25, 30)
     assert pair.depth_to_colour[:2, :2] == pytest.approx(
         np.array([[math.cos(0.004), -math.sin(0.004)], [math.sin(0.004), math.cos(0.004)]]), abs=1e-6
     )
-    monkeypatch.setattr(library, "pipeline", Pipeline)
-    monkeypatch.setattr(library, "context", lambda: SimpleNamespace(query_devices=lambda: [software.device]))
     assert main(["capture", "--out", str(tmp_path / "taken"), "--settle", "2"]) == 0
     frame = ilf.load_frame(tmp_path / "taken")
     assert (frame.shape, frame.intrinsics.fx) == ((H, W), 30)
@@ -164,8 +96,25 @@ def test_a_frame_of_a_device(library: Any, tmp_path: Path, monkeypatch: pytest.M
     assert main(["capture", "--out", str(tmp_path / "taken"), "--settle", "1"]) == 1
 
 
-def test_no_camera_is_one_message(library: Any, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert main(["capture", "--out", str(tmp_path / "none")]) == 1
+def test_frames_come_until_the_camera_is_lost(library: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    software = connect(library, monkeypatch, last=5)
+    pairs = camera_pairs(settle=2)
+    assert next(pairs).depth[0, 0] >= np.float32(1.502)
+    with pytest.raises(InputError, match=r"sent no frame \(.*\)\. Reconnect it"):
+        list(pairs)
+    assert not software.running
+
+
+@pytest.mark.parametrize("command", [["capture", "--out", "none"], ["live", "--realsense"]])
+def test_no_camera_is_one_message(
+    library: Any,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: list[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(command) == 1
     said = capsys.readouterr().err
     assert said.startswith("ilf: error: No RealSense camera is connected")
     assert said.count("\n") == 1
@@ -217,7 +166,9 @@ def test_the_librarys_layout_as_it_is_written_here(tmp_path: Path) -> None:
     assert (pair.depth[0, 0], pair.inputs.depth_units) == (1.5, 1000)
 
 
-def test_without_the_library(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_without_the_library(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
     with pytest.raises(InputError, match=r"needs the package pyrealsense2, .*ilf-studio\[realsense\]"):
         capture_frame()
+    assert main(["live", "--realsense"]) == 1
+    assert "ilf-studio[realsense]" in capsys.readouterr().err
