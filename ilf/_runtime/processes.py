@@ -8,10 +8,11 @@ import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
+from itertools import islice
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
@@ -174,7 +175,7 @@ Item = TypeVar("Item")
 
 def run_in_processes(
     work: Callable[[Item], Result],
-    items: Sequence[Item],
+    items: Iterable[Item],
     *,
     jobs: int = 1,
     tidy: Callable[[Item], object] = lambda item: None,
@@ -188,7 +189,8 @@ def run_in_processes(
     ----------
     work : callable
         At the top level of a module, so that other processes find it; exceptions that it raises are raised here.
-    items : sequence
+    items : iterable
+        Only those in progress, and as many more, are held in memory.
     jobs : int
         Number of processes.
     tidy : callable
@@ -200,22 +202,32 @@ def run_in_processes(
         If the work of this thread is cancelled.
     """
     again: list[Item] = []
-    waiting = deque(items)
-    while waiting:
-        again += yield from _run_until_crash(work, waiting, jobs, tidy)
+    waiting, more = deque[Item](), iter(items)
+    while _refill(waiting, more, jobs):
+        again += yield from _run_until_crash(work, waiting, more, jobs, tidy)
     for item in again:
-        if (yield from _run_until_crash(work, deque([item]), 1, tidy)):
+        if (yield from _run_until_crash(work, deque([item]), iter(()), 1, tidy)):
             yield item, None
 
 
+def _refill(waiting: deque[Item], more: Iterator[Item], count: int) -> bool:
+    """Take further items until `count` are waiting; return whether any is."""
+    waiting.extend(islice(more, max(count - len(waiting), 0)))
+    return bool(waiting)
+
+
 def _run_until_crash(
-    work: Callable[[Item], Result], waiting: deque[Item], jobs: int, tidy: Callable[[Item], object]
+    work: Callable[[Item], Result],
+    waiting: deque[Item],
+    more: Iterator[Item],
+    jobs: int,
+    tidy: Callable[[Item], object],
 ) -> Generator[tuple[Item, Result], None, list[Item]]:
     """Process items until none is waiting, or a process crashes; return the items in progress at that time."""
     pending_work: dict[Future[Result], Item] = {}
     try:
         with process_pool(min(jobs, len(waiting))) as pool:
-            while waiting or pending_work:
+            while _refill(waiting, more, jobs) or pending_work:
                 while waiting and len(pending_work) < jobs:
                     pending_work[pool.submit(work, waiting[0])] = waiting[0]
                     waiting.popleft()

@@ -15,7 +15,7 @@ from .._runtime.processes import run_in_processes
 from .._runtime.threads import available_cores
 from ..errors import InputError
 from ..io.tables import write_csv
-from .frame_record import FRAME_FILE, FrameOutcome, FrameRecord, current_content, read_frame_record
+from .frame_record import COLUMNS_WITH_UNITS, FRAME_FILE, FrameOutcome, FrameRecord, current_content, read_frame_record
 from .frames import BatchFrame
 from .pictures import depth_levels
 from .settings import BatchSettings, differences, read_settings, sha256_of, write_settings
@@ -63,17 +63,7 @@ def _batch_frame_state(frame: BatchFrame, record: FrameRecord | None, same: bool
 
 MANIFEST_FILE = "manifest.csv"
 
-_UNITS = {
-    "time": "time_s",
-    "expected_error_median": "expected_error_median_m",
-    "expected_error_p90": "expected_error_p90_m",
-    "hold_out_mae": "hold_out_mae_m",
-    "hold_out_rmse": "hold_out_rmse_m",
-    "truth_mae": "truth_mae_m",
-    "truth_rmse": "truth_rmse_m",
-}
-
-MANIFEST_COLUMNS = tuple(_UNITS.get(field.name, field.name) for field in dataclasses.fields(FrameOutcome))
+MANIFEST_COLUMNS = tuple(COLUMNS_WITH_UNITS.get(field.name, field.name) for field in dataclasses.fields(FrameOutcome))
 
 
 def write_manifest(folder: Path, order: Sequence[BatchFrame]) -> list[FrameOutcome]:
@@ -227,7 +217,7 @@ def open_batch(
     if before is not None and not same and not anew:
         raise InputError(
             f"{target} has frames that were completed with other settings "
-            f"({_some(differences(before[0], facts))}). {_REDO_HINT}"
+            f"({some(differences(before[0], facts))}). {_REDO_HINT}"
         )
     # other settings may come with other frames and another depth range
     levels = before[1] if before is not None and same else depth_levels(frames)
@@ -237,7 +227,7 @@ def open_batch(
     if changed and not anew:
         raise InputError(
             f"The files of {counted(len(changed), 'frame')} have changed since they were completed into {target}: "
-            f"{_some(changed)}. {_REDO_HINT}"
+            f"{some(changed)}. {_REDO_HINT}"
         )
     if not same:
         write_settings(ensure_folder(target), facts, levels)
@@ -250,6 +240,7 @@ def open_batch(
     return Batch(task, tuple(frames), to_do, finished, () if retry_failed else failed)
 
 
-def _some(things: Sequence[str]) -> str:
+def some(things: Sequence[str]) -> str:
+    """Return the first few of several texts, and the number of the others."""
     more = len(things) - _MAX_LISTED
     return "; ".join(things[:_MAX_LISTED]) + (f"; and {more} more" if more > 0 else "")

@@ -207,6 +207,23 @@ class FrameOutcome:
     truth_rmse: float | None = None
     plausibility_warnings: str = ""
 
+    @property
+    def is_completed(self) -> bool:
+        """Whether the frame was completed; otherwise it failed."""
+        return self.status is FrameStatus.COMPLETED
+
+
+COLUMNS_WITH_UNITS = {
+    "time": "time_s",
+    "expected_error_median": "expected_error_median_m",
+    "expected_error_p90": "expected_error_p90_m",
+    "hold_out_mae": "hold_out_mae_m",
+    "hold_out_rmse": "hold_out_rmse_m",
+    "truth_mae": "truth_mae_m",
+    "truth_rmse": "truth_rmse_m",
+}
+"""Field of an outcome -> column of a table, where the column names the unit."""
+
 
 @dataclass(frozen=True)
 class FrameRecord:
@@ -240,7 +257,7 @@ class FrameRecord:
     @property
     def is_completed(self) -> bool:
         """Whether the frame was completed; otherwise it failed."""
-        return self.outcome.status is FrameStatus.COMPLETED
+        return self.outcome.is_completed
 
     def has_all_files(self, folder: Path) -> bool:
         """Return whether all its output files exist and belong together."""

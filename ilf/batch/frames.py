@@ -129,7 +129,7 @@ def named_frames(found: Iterable[tuple[str, FrameSource, float | None]]) -> list
     frames = [BatchFrame(key, source.absolute(), time, folder_name(key)) for key, source, time in found]
     counts = Counter(frame.folder.casefold() for frame in frames)
     return [
-        replace(frame, folder=_with_hash(frame.folder, frame.key))
+        replace(frame, folder=with_hash(frame.folder, frame.key))
         if counts[frame.folder.casefold()] > 1  # some file systems ignore case
         else frame
         for frame in frames
@@ -151,10 +151,11 @@ def folder_name(key: str) -> str:
     is_exact = plain == name and re.search("__|_/|/_", key) is None
     if is_exact and len(plain) <= _MAX_NAME_LENGTH and _RESERVED.fullmatch(plain) is None:
         return plain
-    return _with_hash(plain.strip(".") or "frame", key)
+    return with_hash(plain.strip(".") or "frame", key)
 
 
-def _with_hash(name: str, key: str) -> str:
+def with_hash(name: str, key: str) -> str:
+    """Return a name, shortened if it is long, with digits of the hash of the key that it stands for."""
     digest = hashlib.sha256(key.encode(errors="backslashreplace")).hexdigest()[:8]
     return f"{name[:_MAX_NAME_LENGTH]}-{digest}"
 

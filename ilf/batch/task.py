@@ -254,8 +254,7 @@ def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) ->
     except Exception as error:
         if (done := task.finished(frame)) is not None:  # another process has completed it meanwhile
             return done
-        message = str(error) if isinstance(error, IlfError) else f"{type(error).__name__}: {error}"
-        record = failure(task, frame, message)
+        record = failure(task, frame, failure_text(error))
     record = replace(record, outcome=replace(record.outcome, seconds=round(time.perf_counter() - started, 3)))
     write_record(task, frame, record)
     return record.outcome
@@ -269,6 +268,12 @@ def write_record(task: Task, frame: BatchFrame, record: FrameRecord) -> None:
     except OSError as error:
         raise ExportError(f"{folder} cannot be created ({cause(error)}). Choose another folder.") from error
     write_frame_record(folder, record)
+
+
+def failure_text(error: Exception) -> str:
+    """Describe in one line why a frame has failed."""
+    text = str(error) if isinstance(error, IlfError) else f"{type(error).__name__}: {error}"
+    return " ".join(text.split())
 
 
 def failure(task: Task, frame: BatchFrame, message: str) -> FrameRecord:
@@ -309,7 +314,7 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     folder = task.folder_of(frame)
     check_write(folder, run, options)
     completion = run.complete(threads=threads)
-    outcome = _measured(task, frame, run, completion, threads)
+    outcome = measured(task.settings, frame, run, completion, expected_error(completion), threads)
     (folder / FRAME_FILE).unlink(missing_ok=True)  # the old record does not describe the new results
     written = write(folder, run, completion, options)
     preview = write_preview(folder, loaded, completion.depth, task.levels)
@@ -325,10 +330,30 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     )
 
 
-def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, threads: int | None) -> FrameOutcome:
+def measured(
+    settings: BatchSettings,
+    frame: BatchFrame,
+    run: Run,
+    completion: Completion,
+    error: NDArray[np.float32],
+    threads: int | None,
+) -> FrameOutcome:
+    """Return the outcome of a completed frame, without message and plausibility warnings.
+
+    Parameters
+    ----------
+    settings : BatchSettings
+    frame : BatchFrame
+    run : Run
+    completion : Completion
+    error : ndarray of float32, shape (H, W)
+        `expected_error` of the completion [m].
+    threads : int, optional
+        As for `Run.steps`.
+    """
     missing, outside = run.frame.missing, run.frame.outside_view
-    expected = error_summary(expected_error(completion), completion)
-    hidden = task.settings.hidden
+    expected = error_summary(error, completion)
+    hidden = settings.hidden
     whole = Evaluation() if hidden is None else evaluate_hold_out(run, hidden, threads=threads).whole
     ground_truth = Evaluation() if run.frame.ground_truth is None else evaluate_completion(run.frame, completion)
     return FrameOutcome(

@@ -23,6 +23,12 @@ from .task import Task, complete_frame, failure, tidy, write_record
 
 Outcomes = Generator[FrameOutcome, None, None]
 
+CRASHED = (
+    "The process crashed twice, the second time with no other frame in parallel. Memory may have run out, or the frame "
+    "makes a library crash."
+)
+"""Message of a frame whose process has crashed repeatedly."""
+
 
 def complete_locally(task: Task, frames: Sequence[BatchFrame], jobs: int = 1) -> Outcomes:
     """Complete frames in separate processes, and yield their outcomes in order of completion.
@@ -49,12 +55,7 @@ def complete_locally(task: Task, frames: Sequence[BatchFrame], jobs: int = 1) ->
 
 def record_crash(task: Task, frame: BatchFrame) -> FrameOutcome:
     """Record that the process of a frame has crashed repeatedly."""
-    record = failure(
-        task,
-        frame,
-        "The process crashed twice, the second time with no other frame in parallel. Memory may have run out, or the "
-        "frame makes a library crash.",
-    )
+    record = failure(task, frame, CRASHED)
     write_record(task, frame, record)
     return record.outcome
 

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterable, Sequence
 from contextlib import closing
 from dataclasses import astuple, replace
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -49,12 +50,13 @@ from .parsing import (
     seeds_from,
     with_given,
 )
+from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, run_shards
 from .usage import Parser, UsageError, add_json, add_progress, count
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
-       ilf batch SOURCE... --out DIR --jobs 4
-       ilf batch SOURCE... --out DIR --shard 3/40
-       ilf batch SOURCE... --out DIR --dask ADDRESS"""
+       ilf batch SOURCE... --out DIR [--jobs 4] [--shard 3/40]
+       ilf batch SOURCE... --out DIR --dask ADDRESS
+       ilf batch [SOURCE...] --shards DIR [--verify] [--merge]"""
 
 _STATIC_RADIUS = 3
 """Default number of frames before and after each for --static-camera."""
@@ -76,11 +78,13 @@ def add_arguments(parser: Parser) -> None:
     parser.epilog = (
         "The JSON document contains folder, files, completed, failed, completed_before, failed_before, not_done "
         f"(frames), seconds and frames. frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. Unknown "
-        "numbers are null."
+        "numbers are null. With --shards: folder, shards, before, failed_before, completed, failed, total, left "
+        "(frames) and seconds; with --verify or --merge: folder, shards, finished, frames, completed, failed, problems."
     )
     parser.set_defaults(command=run)
-    parser.add_argument("sources", nargs="+", metavar="SOURCE", help="folder of frames, data set or recording")
-    parser.add_argument("--out", required=True, metavar="DIR", help="output folder, created if missing")
+    parser.add_argument("sources", nargs="*", metavar="SOURCE", help="folder of frames, data set or recording")
+    parser.add_argument("--out", metavar="DIR", help="output folder, created if missing")
+    add_shard_arguments(parser.add_argument_group("shards: many frames in a file"))
     frames = parser.add_argument_group("selection of frames")
     frames.add_argument("--every", type=count, default=1, metavar="N", help="complete every N-th frame only")
     frames.add_argument(
@@ -153,7 +157,7 @@ def add_arguments(parser: Parser) -> None:
     parser.set_page(
         {
             "input": ("sources", "--frames", "--every", "--depth-units", "--intrinsics", "--jobs", "--retry-failed"),
-            "output": ("--out", "--mesh", "--hold-out", "--contact-sheet", "--json", "--quiet"),
+            "output": ("--out", "--shards", "--mesh", "--hold-out", "--contact-sheet", "--json", "--quiet"),
             "parameters": ("--preset", *MAIN_PARAMETERS),
         }
     )
@@ -163,7 +167,16 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     if arguments.dask is not None and (arguments.jobs is not None or arguments.shard is not None):
         raise UsageError("--dask distributes the frames itself: leave out --jobs and --shard.")
+    check_shard_arguments(arguments)
+    if arguments.verify or arguments.merge:
+        check_or_merge(arguments)
+        return
+    if not arguments.sources or (arguments.out is None and arguments.shards is None):
+        raise UsageError("Give a SOURCE, and an output folder by --out or --shards.")
     settings = _settings(arguments)
+    if arguments.shards is not None:
+        run_shards(arguments, settings, partial(_frames, arguments))
+        return
     frames = _frames(arguments)
     only = frames if arguments.shard is None else shard_of(frames, *arguments.shard)
     batch = open_batch(
@@ -209,7 +222,7 @@ def _add_sharing(group: argparse._ArgumentGroup) -> None:
         type=_shard,
         metavar="K/N",
         help="complete only the K-th of N parts of the frames, while other machines complete the other parts into the "
-        "same folder",
+        "same folder; with --shards, of the shards",
     )
     group.add_argument(
         "--dask",
@@ -254,7 +267,7 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     frames = slice_frames(
         frames_of_sources(
             sources,
-            arguments.out,
+            arguments.out or arguments.shards,
             reach=neighbours * step or arguments.static_camera,
             neighbour_step=step if neighbours else 0,
         ),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.files import read_file
 from .._runtime.formatting import counted
 from .._runtime.staging import interrupted
+from ..batch.shard_files import check_shards
 from ..data.camera import CameraIntrinsics, camera_text
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
@@ -44,6 +45,7 @@ from ..sources.frames import META_NAME, FrameFiles, frame_folder, meta_beside
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
 from ..sources.reading_options import ReadingOptions
+from ..sources.shards import is_shards, read_shard_set
 from ..sources.source import Source
 from .output import print_json
 from .parsing import (
@@ -222,8 +224,9 @@ def add_arguments(parser: Parser) -> None:
         "record."
     )
     parser.epilog = (
-        "The JSON document contains an object for the source, the frame and the run, if present. All have doubts "
-        "(plausibility warnings) and problems (lists of sentences). source: path, frames, layout, keys, start_s, "
+        "The JSON document contains an object for the shards, the source, the frame and the run, if present. All have "
+        "doubts (plausibility warnings) and problems (lists of sentences). shards: path, shards, finished, per_shard, "
+        "frames, completed, failed, keep, settings (hash). source: path, frames, layout, keys, start_s, "
         "end_s, colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, "
         "depth_width, depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, "
         "intrinsics, ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, "
@@ -277,6 +280,8 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
     """Make the sections of a frame or a source."""
     if arguments.frame is not None:
         return [_source_frame(frame_of_source(arguments), arguments)]
+    if len(inputs) == 1 and is_shards(inputs[0]):
+        return _shards_sections(inputs[0], arguments)
     is_source = arguments.layout is not None or (os.path.isdir(inputs[0]) and _is_source(inputs[0]))
     if len(inputs) == 1 and (is_recording(inputs[0]) or is_source):
         return _source_sections(source_from(arguments), arguments)
@@ -300,6 +305,31 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
 def _is_source(folder: Path) -> bool:
     """Return whether a folder is neither that of a frame nor of a run."""
     return not ((folder / META_NAME).is_file() or (folder / RECORD_FILE).is_file() or interrupted(folder))
+
+
+def _shards_sections(folder: Path, arguments: argparse.Namespace) -> list[Section]:
+    """Make the sections of a folder of shards and of their completed frames."""
+    state, shards = check_shards(folder, contents=False), read_shard_set(folder)
+    left = state.frames - state.completed - state.failed
+    facts = [
+        Fact(
+            "shards",
+            f"{folder}, {state.finished} of {state.shards} finished, {counted(shards.per_shard, 'frame')} each",
+            {"path": str(folder), "shards": state.shards, "finished": state.finished, "per_shard": shards.per_shard},
+        ),
+        Fact(
+            "batch",
+            f"{counted(state.frames, 'frame')}: {state.completed} completed, {state.failed} failed, {left} not done",
+            {"frames": state.frames, "completed": state.completed, "failed": state.failed},
+        ),
+        Fact("contents", ", ".join(shards.keep), {"keep": shards.keep}),
+        Fact("settings", shards.sha256, {"settings": shards.sha256}),
+        *(Fact("problem", text) for text in state.problems),
+    ]
+    section = Section("shards", facts)
+    if state.problems or not state.completed:
+        return [section]
+    return [section, *_source_sections(source_from(arguments), arguments)]
 
 
 def _source_sections(source: Source, arguments: argparse.Namespace) -> list[Section]:

@@ -156,6 +156,13 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
     >>> read_depth_values("depth.png").tolist()
     [[1500, 0]]
     """
+    content, warnings = encode_depth(path, depth, units)
+    write_bytes(path, content)
+    return warnings
+
+
+def encode_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1000.0) -> tuple[bytes, list[str]]:
+    """Return the content of the file that `write_depth` writes, and its warnings; raises as it does."""
     suffix = Path(path).suffix.lower()
     if suffix not in DEPTH_SUFFIXES:
         raise ExportError(f"Depth cannot be written as {str(path)!r}: use one of {', '.join(DEPTH_SUFFIXES)}.")
@@ -164,15 +171,12 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
         raise ExportError(f"Depth must have shape (H, W) to be written, not {metres.shape}.")
     if suffix == ".png":
         image, warnings = _as_uint16(metres, checked_units(units))
-        write_bytes(path, encode_image(suffix, image))
-        return warnings
+        return encode_image(suffix, image), warnings
     if suffix == ".npy":
         content = io.BytesIO()
         np.save(content, metres.astype("<f4"))
-        write_bytes(path, content.getvalue())
-    else:
-        write_bytes(path, encode_image(suffix, metres))
-    return []
+        return content.getvalue(), []
+    return encode_image(suffix, metres), []
 
 
 @dataclass(frozen=True)
@@ -259,10 +263,19 @@ def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: 
     >>> read_depth_values("error.npy").tolist()
     [[nan, 0.019999999552965164]]
     """
+    content, warnings = encode_expected_error(path, error, units)
+    write_bytes(path, content)
+    return warnings
+
+
+def encode_expected_error(
+    path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0
+) -> tuple[bytes, list[str]]:
+    """Return the content of the file that `write_expected_error` writes, and its warnings; raises as it does."""
     values = np.asarray(error, np.float32)
     if Path(path).suffix.lower() == ".png":
         values = np.maximum(values, np.float32(1 / checked_units(units)))
-    return write_depth(path, values, units)
+    return encode_depth(path, values, units)
 
 
 def checked_units(units: object) -> float:

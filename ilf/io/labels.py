@@ -71,7 +71,12 @@ def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
     """
     if Path(path).suffix.lower() != ".png":
         raise ExportError(f"Labels cannot be written as {str(path)!r}: use .png.")
-    write_bytes(path, encode_image(".png", checked_for_writing(labels).astype(np.uint16)))
+    write_bytes(path, encode_labels(labels))
+
+
+def encode_labels(labels: ArrayLike) -> bytes:
+    """Return a label map as PNG; raises ExportError if the labels do not fit into 16 bits."""
+    return encode_image(".png", checked_for_writing(labels).astype(np.uint16))
 
 
 def checked_for_writing(labels: ArrayLike) -> NDArray[np.int32]:

@@ -18,6 +18,7 @@ from .record3d import Record3D
 from .recording import Recording
 from .ros import RosBag
 from .scannet import ScanNet
+from .shards import Shards
 from .stray_scanner import StrayScanner
 
 KINDS: tuple[type[Recording], ...] = (
@@ -30,6 +31,7 @@ KINDS: tuple[type[Recording], ...] = (
     ARKitScenes,
     NyuRawFolder,
     RawPairs,
+    Shards,
 )
 """All kinds, in the order in which they are tried."""
 
@@ -74,7 +76,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
         is_there = os.path.lexists(found)
         raise InputError(
             f"{found} is not a recording: recordings end in {', '.join(recording_suffixes())}, or are folders of "
-            "ROS 2, Stray Scanner, ARKitScenes, NYU's raw frames or raw pairs with a calibration.json."
+            "ROS 2, Stray Scanner, ARKitScenes, NYU's raw frames, raw pairs with a calibration.json, or shards."
             if is_there
             else f"{found}: there is no such recording. Check the name."
         )

@@ -263,7 +263,7 @@ def open_source(
     of nerfstudio, COLMAP and Open3D. Recordings of ROS 1 (.bag) and
     ROS 2 (a folder, .db3, .mcap), of Azure Kinect and Femto (.mkv) and of RealSense cameras (.bag, .db3); captures of
     Record3D (.r3d), Stray Scanner and ARKitScenes; ScanNet (.sens); the labelled file of NYU Depth (.mat); folders of
-    raw pairs with a calibration.json.
+    raw pairs with a calibration.json; shards of `ilf batch --shards`, with completed depth.
 
     Parameters
     ----------

@@ -17,9 +17,11 @@ import pytest
 
 import ilf.batch.batch
 import ilf.batch.pictures
+import ilf.batch.shards
 import ilf.batch.workers
 from ilf.batch.frame_record import FrameOutcome
 from ilf.batch.frames import BatchFrame
+from ilf.batch.shard_task import ShardFrame, ShardTask, complete_part
 from ilf.batch.task import Task, complete_frame
 from ilf.data.frame import RGBDFrame
 from ilf.sources.frame_source import FrameSource
@@ -85,7 +87,12 @@ def work_in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         begun.append(frame.key)
         return complete_frame(task, frame, threads)
 
-    for module in (ilf.batch.workers, ilf.batch.pictures, ilf.batch.batch):
+    def part_completed(task: ShardTask, item: ShardFrame, threads: int) -> FrameOutcome:
+        begun.append(item.frame.key)
+        return complete_part(task, item, threads)
+
+    for module in (ilf.batch.workers, ilf.batch.pictures, ilf.batch.batch, ilf.batch.shards):
         monkeypatch.setattr(module, "run_in_processes", apart)
     monkeypatch.setattr(ilf.batch.workers, "complete_frame", completed)
+    monkeypatch.setattr(ilf.batch.shards, "complete_part", part_completed)
     return begun

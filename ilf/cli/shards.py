@@ -1,0 +1,187 @@
+"""`ilf batch --shards`: many frames into tars with tables; and checking and merging them."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from contextlib import closing
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from .._runtime.formatting import counted
+from .._runtime.termination import extended_time_limit
+from ..batch.settings import BatchSettings
+from ..batch.shard_files import check_shards, merge_tables
+from ..batch.shard_task import KEPT
+from ..batch.shards import ListFrames, ShardBatch, open_shards
+from ..errors import IlfError
+from ..run.options import ExportOptions
+from ..sources.shards import MERGED_FILE
+from .options import geometry_flags
+from .output import FramesBar, print_json, warn
+from .parsing import pairing_options, reading_options
+from .usage import UsageError, count
+
+_PER_SHARD, _KEEP = 1000, "depth,expected_error,blocks"
+_SHUTDOWN_S = 30.0
+"""Time to shut down [s]: end the processes."""
+
+_MAX_LISTED = 5
+"""Maximum number of failed frames and damaged files listed on the terminal; the tables list all frames."""
+
+_ONLY_FOLDERS = ("dask", "static_camera", "neighbours", "rerun_changed", "no_expected_error", "contact_sheet", "video")
+"""Flags of batches with a folder for each frame."""
+
+
+def add_shard_arguments(group: argparse._ArgumentGroup) -> None:
+    """Add the arguments of shards."""
+    group.add_argument(
+        "--shards",
+        metavar="DIR",
+        help="write WebDataset tars, each with a table, instead of a folder per frame. The tables are Parquet, depth "
+        "has one format: png (default) or npy",
+    )
+    group.add_argument("--per-shard", type=count, metavar="N", help=f"frames in a shard (default: {_PER_SHARD})")
+    group.add_argument(
+        "--keep",
+        metavar="LIST",
+        help=f"what a shard contains: depth, and any of {','.join(KEPT[1:])} (default: {_KEEP})",
+    )
+    group.add_argument("--verify", action="store_true", help="only check all shards of a folder")
+    group.add_argument(
+        "--merge", action="store_true", help=f"only merge the tables of a folder's shards into {MERGED_FILE}"
+    )
+
+
+def check_shard_arguments(arguments: argparse.Namespace) -> None:
+    """Raise UsageError for arguments that contradict --shards, or need it."""
+    if arguments.shards is None:
+        given = [name for name in ("per_shard", "keep", "verify", "merge") if getattr(arguments, name)]
+        if given:
+            raise UsageError(f"{_flag(given[0])} applies to shards only: add --shards.")
+        return
+    if arguments.out is not None:
+        raise UsageError("--shards replaces --out: leave one of them out.")
+    alone = [name for name in ("verify", "merge") if getattr(arguments, name)]
+    if alone and arguments.sources:
+        raise UsageError(f"{_flag(alone[0])} needs no SOURCE: give only --shards.")
+    given = [_flag(name) for name in _ONLY_FOLDERS if getattr(arguments, name)] + geometry_flags(arguments)
+    if given:
+        raise UsageError(f"{', '.join(given)} cannot be combined with --shards. Leave it out, or use --out.")
+
+
+def shard_options(arguments: argparse.Namespace) -> ExportOptions:
+    """Return the depth format and units of the shards; raises UsageError if they are not valid."""
+    depth_format = arguments.depth_formats or "png"
+    if depth_format not in ("png", "npy"):
+        raise UsageError(f"Depth in shards has one format, png or npy, not {depth_format!r:.40}.")
+    units = ExportOptions.depth_units if arguments.png_units is None else arguments.png_units
+    return ExportOptions(depth_formats=(depth_format,), depth_units=units, cloud=None)
+
+
+def run_shards(arguments: argparse.Namespace, settings: BatchSettings, list_frames: ListFrames) -> None:
+    """Run a batch that writes shards."""
+    keep = tuple(filter(None, (arguments.keep or _KEEP).split(",")))
+    unknown = [name for name in keep if name not in KEPT]
+    if unknown or "depth" not in keep:
+        raise UsageError(f"--keep takes depth, and any of {', '.join(KEPT[1:])}, not {arguments.keep!r:.60}.")
+    batch = open_shards(
+        list_frames,
+        arguments.shards,
+        replace(settings, options=shard_options(arguments)),
+        tuple(name for name in KEPT if name in keep),
+        arguments.per_shard or _PER_SHARD,
+        _request(arguments),
+        part=arguments.shard or (1, 1),
+        retry_failed=arguments.retry_failed,
+        strict=arguments.strict,
+    )
+    started = time.perf_counter()
+    failed: list[str] = []
+    text = not (arguments.quiet or arguments.json)
+    with extended_time_limit(_SHUTDOWN_S):
+        try:
+            _complete(batch, arguments, failed)
+        finally:
+            if text:
+                print("\n".join(_summary(batch, time.perf_counter() - started)), flush=True)
+    if arguments.json:
+        counts = asdict(batch.counts) | {"left": batch.counts.left, "seconds": time.perf_counter() - started}
+        print_json({"folder": str(batch.folder), "shards": batch.shards.count} | counts)
+    elif text:
+        print(f"Written to {arguments.shards}: {counted(len(batch.to_do), 'shard')}.")
+    if number := batch.counts.failed + batch.counts.failed_before:
+        more = f" And {number - len(failed)} more." if number > len(failed) else ""
+        raise IlfError(
+            f"{number} of {counted(batch.counts.total, 'frame')} failed. {'; '.join(failed)}{more} The tables list "
+            "them (status, message). Retry them with --retry-failed."
+        )
+
+
+def check_or_merge(arguments: argparse.Namespace) -> None:
+    """Check the shards of a folder, merge their tables, or both."""
+    folder = Path(arguments.shards).absolute()
+    state = check_shards(folder, contents=arguments.verify)
+    if arguments.merge and not state.problems:
+        merge_tables(folder)
+        if not state.is_complete:
+            warn([f"The batch is unfinished: {MERGED_FILE} has {state.finished} of {state.shards} shards."])
+    if arguments.json:
+        print_json({"folder": str(folder), **asdict(state)})
+    elif not arguments.quiet:
+        print(
+            f"{state.finished} of {counted(state.shards, 'shard')} finished: {state.completed} of "
+            f"{counted(state.frames, 'frame')} completed, {state.failed} failed."
+        )
+        if arguments.merge and not state.problems:
+            print(f"Written: {folder / MERGED_FILE}.")
+    if state.problems:
+        more = f" And {len(state.problems) - _MAX_LISTED} more." if len(state.problems) > _MAX_LISTED else ""
+        raise IlfError(" ".join(state.problems[:_MAX_LISTED]) + more)
+    if arguments.verify and not state.is_complete:
+        raise IlfError(
+            f"{state.shards - state.finished} of {counted(state.shards, 'shard')} not finished. Run the batch again."
+        )
+
+
+def _complete(batch: ShardBatch, arguments: argparse.Namespace, failed: list[str]) -> None:
+    """Complete the frames, with a progress bar, and add the first failures to `failed`."""
+    counts = batch.counts
+    shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
+    with (
+        FramesBar(counts.total, counts.before + counts.failed_before, counts.failed_before, shown=shown) as bar,
+        closing(batch.outcomes(arguments.jobs or 1)) as outcomes,
+    ):
+        for outcome in outcomes:
+            if not outcome.is_completed and len(failed) < _MAX_LISTED:
+                failed.append(f"{outcome.frame}: {outcome.message}")
+            bar.add(completed=outcome.is_completed)
+
+
+def _summary(batch: ShardBatch, seconds: float) -> list[str]:
+    counts = batch.counts
+    parts = [f"{counts.completed} completed", f"{counts.failed} failed"]
+    parts += [f"{counts.before} completed before"] * bool(counts.before)
+    parts += [f"{counts.failed_before} failed before"] * bool(counts.failed_before)
+    parts += [f"{counts.left} not done"] * bool(counts.left)
+    rate = f" ({counts.completed / seconds:.2g} frames per second)" if counts.completed else ""
+    lines = [f"{counted(counts.total, 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
+    return [*lines, "Run the same command again to resume."] if counts.left else lines
+
+
+def _request(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what determines the frames, as JSON values."""
+    pairing = pairing_options(arguments)
+    return {
+        "sources": [str(Path(path).absolute()) for path in arguments.sources],
+        "frames": list(arguments.frames),
+        "every": arguments.every,
+        "pairing": pairing | {"topics": None if pairing["topics"] is None else list(pairing["topics"])},
+        "reading": reading_options(arguments).to_json(),
+    }
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"

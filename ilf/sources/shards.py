@@ -1,0 +1,320 @@
+"""Shards: completed frames in WebDataset tars, each with a Parquet table; written by `ilf.batch.shards`."""
+
+from __future__ import annotations
+
+import bisect
+import io
+import json
+import os
+import tarfile
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent, read_file, read_json
+from .._runtime.installation import optional
+from .._runtime.schema import check_schema, converted
+from ..data.camera import camera_from_numbers, checked_transform
+from ..errors import FormatError, InputError, cause
+from ..io.depth import read_depth_values
+from ..io.images import read_colour
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
+from .registration import Camera
+from .times import MAX_TIME_GAP_S
+
+# The folder: shards.json, the frozen list of frames, and a tar and a table for each shard.
+
+SHARDS_FILE, LIST_FILE, MERGED_FILE = "shards.json", "frames.jsonl", "merged.parquet"
+SCHEMA = 1
+"""Version of the format of shards.json, the frozen list and the tables."""
+
+DEPTH, COLOUR, FACTS = "depth", "rgb.png", "frame.json"
+"""Endings of the names of a frame's files in a tar, after the name of the frame; that of depth has .png or .npy."""
+
+END = bytes(2 * tarfile.BLOCKSIZE)
+"""The end of a tar."""
+
+_DIGITS = 16
+"""Digits of the hash in the names of shards."""
+
+
+@dataclass(frozen=True)
+class ShardSet:
+    """The content of shards.json, which is written once, before the first frame.
+
+    Attributes
+    ----------
+    settings, request : dict
+        What determines the results, and the sources and selection of the frames, as JSON values.
+    sha256 : str
+        Hash of the settings and of all keys in the frozen list.
+    frames : int
+        Number of frames in the frozen list.
+    per_shard : int
+        Number of frames in a shard; the last one may have fewer.
+    keep : tuple of str
+        What the shards contain of each frame.
+    list_bytes : int
+    list_sha256 : str
+        Size and hash of the file with the frozen list.
+    """
+
+    settings: dict[str, Any]
+    request: dict[str, Any]
+    sha256: str
+    frames: int
+    per_shard: int
+    keep: tuple[str, ...]
+    list_bytes: int
+    list_sha256: str
+
+    @property
+    def count(self) -> int:
+        """Number of shards."""
+        return -(-self.frames // self.per_shard)
+
+    def name(self, index: int) -> str:
+        """Return the name of a shard's files without extension."""
+        return f"shard-{self.sha256[:_DIGITS]}-{index:06}"
+
+    def numbers(self, index: int) -> range:
+        """Return the places of a shard's frames in the frozen list."""
+        return range(index * self.per_shard, min((index + 1) * self.per_shard, self.frames))
+
+    def finished(self, folder: Path) -> list[int]:
+        """Return the shards that are finished: those whose table exists, as it is written last."""
+        with os.scandir(folder) as entries:
+            names = {entry.name for entry in entries}
+        return [index for index in range(self.count) if f"{self.name(index)}.parquet" in names]
+
+
+def is_shards(path: str | os.PathLike[str]) -> bool:
+    """Whether a folder contains shards, finished or not."""
+    return os.path.isfile(Path(path) / SHARDS_FILE)
+
+
+def read_shard_set(folder: Path) -> ShardSet:
+    """Read shards.json.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it cannot be read.
+    FormatError
+        If it was not written by this program, or has another schema.
+    """
+    path = folder / SHARDS_FILE
+    if not is_shards(folder):
+        raise InputError(f"{folder} contains no shards: it has no {SHARDS_FILE}. Check the name.")
+    data = read_json(path)
+    if not isinstance(data, dict):
+        raise FormatError(f"{path} was not written by this program. Choose another folder.")
+    check_schema(data, SCHEMA, f"file {path}")
+    found = converted(data, ShardSet, f"file {path}")
+    if min(found.frames, found.per_shard) < 1:
+        raise FormatError(f"{path} has no frames. Choose another folder.")
+    return found
+
+
+_TYPES = {"time_s": "double", "offset": "int64", "size": "int64"}
+"""Types of the columns that are read here; the others are text."""
+
+
+class ShardTable:
+    """The Parquet table of a shard, opened; its rows are the frames of the shard in the order of the list.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    InputError
+        If pyarrow is not installed.
+    FormatError
+        If the table is damaged, or of another program.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        pyarrow = optional("pyarrow", "shards", "Reading shards")
+        parquet = optional("pyarrow.parquet", "shards", "Reading shards")
+        try:
+            self._file = parquet.ParquetFile(path)
+            facts = json.loads(self._file.schema_arrow.metadata[b"ilf"])
+            self.sha256, self.tar_sha256 = str(facts["sha256"]), str(facts["tar_sha256"])
+            self.rows, self.failed = int(self._file.metadata.num_rows), int(facts["failed"])
+        except (pyarrow.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
+            raise self._damaged(error) from error
+
+    def read(self, *columns: str) -> Any:
+        """Read some columns, or all, as a table of pyarrow; raises FormatError if it is damaged."""
+        pyarrow = optional("pyarrow", "shards", "Reading shards")
+        try:
+            found = self._file.read(list(columns) or None, use_threads=False)
+            wrong = [name for name in columns if str(found.schema.field(name).type) != _TYPES.get(name, "string")]
+            if wrong:
+                raise ValueError(f"its column {wrong[0]} has another type")
+        except (pyarrow.ArrowException, OSError, KeyError, ValueError) as error:
+            raise self._damaged(error) from error
+        return found
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _damaged(self, error: Exception) -> FormatError:
+        return FormatError(
+            f"{self._path} is damaged ({cause(error):.80}). Delete it and run the batch again, which writes it anew."
+        )
+
+
+def members_of(data: bytes, path: Path) -> dict[str, bytes]:
+    """Return the files of a frame in a tar, by the endings of their names; raises FormatError if they are damaged."""
+    try:
+        with tarfile.open(fileobj=io.BytesIO(data + END), mode="r:") as files:
+            return {info.name.partition(".")[2]: files.extractfile(info).read() for info in files}  # type: ignore[union-attr]
+    except (tarfile.TarError, AttributeError) as error:
+        raise FormatError(f"{path} is damaged ({cause(error):.80}). Check it by `ilf batch --verify`.") from error
+
+
+class Shards(Recording):
+    """Finished shards as a recording: the completed depth, and colour from the tar or from its original file."""
+
+    kind = "a folder of shards"
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        shards = read_shard_set(path)
+        pyarrow, compute = (optional(name, "shards", "Reading shards") for name in ("pyarrow", "pyarrow.compute"))
+        names = [shards.name(index) for index in shards.finished(path)]
+        tables = []
+        for name in names:
+            table = ShardTable(path / f"{name}.parquet")
+            try:
+                found = table.read("key", "time_s", "status", "offset", "size", "sha256", "rgb", "rgb_sha256")
+            finally:
+                table.close()
+            tables.append(found.filter(compute.equal(found["status"], "completed")))
+        self._names, self._starts = names, list(np.cumsum([0, *map(len, tables)])[:-1])
+        self._table = pyarrow.concat_tables(tables) if tables else None
+        self._places = {} if self._table is None else {key: i for i, key in enumerate(self._table["key"].to_pylist())}
+        self._open_frames = shards.frames - sum(map(len, tables))
+        self._last: tuple[str, dict[str, bytes]] = ("", {})
+        if not self._places:
+            raise InputError(f"{path} has no completed frames yet. Run its batch first; `ilf info` lists its state.")
+
+    @classmethod
+    def fits(cls, path: Path) -> bool:
+        return is_shards(path)
+
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
+        times = self._table["time_s"].to_pylist()  # type: ignore[index]
+        return RecordingIndex(tuple(self._places), () if None in times else tuple(times), self._notes)
+
+    @cached_property
+    def _notes(self) -> tuple[str, ...]:
+        left = self._open_frames
+        return (f"Left out, because they have failed or are not done: {left} of the batch's frames.",) if left else ()
+
+    def frame(self, key: str) -> RecordedFrame:
+        files, row = self._files(key), self._row(key)
+        name = next((name for name in (f"{DEPTH}.png", f"{DEPTH}.npy") if name in files), f"{DEPTH}.png")
+        data = self._member(key, name)
+        units = self._facts(key).get("depth_units_per_m")
+        return RecordedFrame(
+            self.colour(key),
+            read_depth_values(FileContent(self._path_of(key, name), np.frombuffer(data, np.uint8))),
+            row["rgb_sha256"],
+            sha256_of(data),
+            "m" if units is None else float(units),
+            time=row["time_s"],
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        if COLOUR in self._files(key):
+            data = self._member(key, COLOUR)
+            return read_colour(FileContent(self._path_of(key, COLOUR), np.frombuffer(data, np.uint8)))
+        row = self._row(key)
+        remedy = "Keep colour in the shards (--keep depth,rgb) to read them without their sources."
+        if row["rgb"] is None:
+            raise InputError(
+                f"{self.path} has no colour of {key}, which is from a recording or was registered. {remedy}"
+            )
+        try:
+            file = read_file(row["rgb"])
+        except InputError as error:
+            raise InputError(f"{self.path} has no colour of {key}: {error} {remedy}") from error
+        if file.sha256 != row["rgb_sha256"]:
+            raise InputError(f"{file}, the colour of {key}, has changed since depth was completed. {remedy}")
+        return read_colour(file)
+
+    def cameras(self, key: str) -> Cameras:
+        facts = self._facts(key)
+        try:
+            numbers, (width, height) = facts["K"], facts["size"]
+            camera = None if numbers is None else camera_from_numbers(np.array(numbers, float), "")
+        except (KeyError, TypeError, ValueError, InputError) as error:
+            raise self._wrong(key, error) from error
+        return registered_cameras(None if camera is None else Camera(camera, (int(width), int(height))))
+
+    def pose(self, key: str) -> NDArray[np.float64] | None:
+        pose = self._facts(key).get("pose")
+        try:
+            return None if pose is None else checked_transform(pose, "pose")
+        except InputError as error:
+            raise self._wrong(key, error) from error
+
+    def _row(self, key: str) -> dict[str, Any]:
+        if key not in self._places:
+            raise self.unknown(key)
+        row: dict[str, Any] = self._table.slice(self._places[key], 1).to_pylist()[0]  # type: ignore[union-attr]
+        return row
+
+    def _tar(self, key: str) -> Path:
+        return self.path / f"{self._names[bisect.bisect_right(self._starts, self._places[key]) - 1]}.tar"
+
+    def _files(self, key: str) -> dict[str, bytes]:
+        """The files of a frame, by the endings of their names; those of the last frame are kept."""
+        if self._last[0] == key:
+            return self._last[1]
+        row, path = self._row(key), self._tar(key)
+        try:
+            with open(path, "rb") as file:
+                data = read_sample(file, row)
+        except (OSError, TypeError, ValueError) as error:
+            raise InputError(f"{path}: cannot be read ({cause(error):.80}). Check the folder.") from error
+        if sha256_of(data) != row["sha256"]:
+            raise FormatError(f"{path} is damaged in {key}. Check it by `ilf batch --shards {self.path} --verify`.")
+        self._last = key, members_of(data, path)
+        return self._last[1]
+
+    def _member(self, key: str, name: str) -> bytes:
+        files = self._files(key)
+        if name not in files:
+            raise FormatError(f"{self._tar(key)} has no {name} of {key}.")
+        return files[name]
+
+    def _facts(self, key: str) -> dict[str, Any]:
+        try:
+            facts = json.loads(self._member(key, FACTS))
+        except ValueError as error:
+            raise self._wrong(key, error) from error
+        return facts if isinstance(facts, dict) else {}
+
+    def _path_of(self, key: str, name: str) -> Path:
+        """A name of a file in a tar, for messages and for its format."""
+        return self._tar(key) / f"{key.replace('/', '_')}.{name}"
+
+    def _wrong(self, key: str, error: Exception) -> FormatError:
+        return FormatError(f"{self._tar(key)}: the {FACTS} of {key} is invalid ({cause(error):.80}).")
+
+
+def read_sample(tar: BinaryIO, row: dict[str, Any]) -> bytes:
+    """Read the part of a tar that contains a frame's files, by the row of its table."""
+    tar.seek(row["offset"])
+    return tar.read(row["size"])

@@ -1,0 +1,317 @@
+"""Batches that write shards: what tars and tables contain, resuming, checking, and reading them as a source."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ilf
+import ilf.batch.shards
+from ilf.batch.shard_task import sample_name
+from ilf.cli import main
+from ilf.errors import FormatError, InputError
+from ilf.sources.opening import close_all
+
+from ..batch_frames import work_in_this_process, write_frames
+from .test_batch import FLAGS, exit_status
+
+parquet = pytest.importorskip("pyarrow.parquet")
+
+QUICK = ["--quiet", *FLAGS[:-1]]
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    return write_frames(tmp_path / "in", 5)
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """There are no other processes; returns the keys of the frames whose completion was begun."""
+    return work_in_this_process(monkeypatch)
+
+
+def command(source: Path, out: Path, *more: str) -> list[str]:
+    return ["batch", str(source), "--shards", str(out), "--per-shard", "2", *QUICK, *more]
+
+
+def tars(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted(folder.glob("*.tar"))}
+
+
+def rows(folder: Path) -> list[dict]:
+    return [row for path in sorted(folder.glob("shard-*.parquet")) for row in parquet.read_table(path).to_pylist()]
+
+
+def samples(folder: Path) -> list[dict]:
+    iterators = pytest.importorskip("webdataset").tariterators
+    found = []
+    for path in sorted(folder.glob("*.tar")):
+        with open(path, "rb") as stream:
+            files = iterators.tar_file_expander([{"url": str(path), "stream": stream}])
+            found += list(iterators.group_by_keys(files))
+    return found
+
+
+def test_shards_contain_what_folders_do(source, tmp_path, in_this_process, capsys):
+    (source / "depth" / "0002.png").write_bytes(b"no image")
+    out, folders = tmp_path / "out", tmp_path / "folders"
+    assert main(command(source, out)) == 1
+    assert "1 of 5 frames failed. rgb/0002: " in capsys.readouterr().err
+    assert sorted(path.suffix for path in out.iterdir()) == [".json", ".jsonl", *[".parquet"] * 3, *[".tar"] * 3]
+    assert main(["batch", str(source), "--out", str(folders), *QUICK, "--no-cloud"]) == 1
+    found = {sample["__key__"]: sample for sample in samples(out)}
+    assert list(found) == ["rgb__0000", "rgb__0001", "rgb__0003", "rgb__0004"]
+    for key, sample in found.items():
+        assert set(sample) - {"__key__", "__url__", "__local_path__"} == {
+            "depth.png",
+            "expected_error.png",
+            "blocks.png",
+            "frame.json",
+        }
+        for name in ("depth.png", "expected_error.png", "blocks.png"):
+            assert sample[name] == (folders / key / name).read_bytes()
+        outcome = json.loads((folders / key / "frame.json").read_text())["outcome"]
+        facts = json.loads(sample["frame.json"])
+        assert (facts["key"], facts["expected_error_median_m"]) == (outcome["frame"], outcome["expected_error_median"])
+        assert (facts["size"], facts["depth_units_per_m"], facts["K"]) == ([32, 24], 1000, None)
+    table = rows(out)
+    assert [row["status"] for row in table] == ["completed", "completed", "failed", "completed", "completed"]
+    assert "is not a PNG" in table[2]["message"].replace("this is not", "is not")
+    assert (table[2]["offset"], table[2]["shard"], table[2]["seconds"] >= 0) == (None, None, True)
+    row = table[4]
+    tar = (out / row["shard"]).read_bytes()[row["offset"] : row["offset"] + row["size"]]
+    assert tar.startswith(b"rgb__0004.depth.png")
+    assert found["rgb__0004"]["depth.png"] in tar
+
+
+def test_shards_are_a_source(source, tmp_path, in_this_process, capsys):
+    out = tmp_path / "out"
+    (source / "depth" / "0001.png").write_bytes(b"no image")
+    assert main(command(source, out)) == 1
+    opened = ilf.open_source(out)
+    assert opened.keys == ("rgb/0000", "rgb/0002", "rgb/0003", "rgb/0004")
+    assert "not done: 1 of" in opened.notes[0]
+    (sample,) = [one for one in samples(out) if one["__key__"] == "rgb__0003"]
+    depth = cv2.imdecode(np.frombuffer(sample["depth.png"], np.uint8), cv2.IMREAD_UNCHANGED)
+    frame = opened["rgb/0003"]
+    np.testing.assert_array_equal(np.nan_to_num(frame.depth), (depth / 1000).astype(np.float32))
+    colour = source / "rgb" / "0003.png"
+    np.testing.assert_array_equal(frame.rgb, cv2.imread(str(colour))[..., ::-1])
+    assert main(["info", str(out)]) == 0
+    told = capsys.readouterr().out
+    assert "3 of 3 finished, 2 frames each" in told
+    assert "5 frames: 4 completed, 1 failed, 0 not done" in told
+    assert "4 frames" in told
+    colour.write_bytes((source / "rgb" / "0000.png").read_bytes()[:-1] + b"x")
+    with pytest.raises(InputError, match="has changed since depth was completed"):
+        opened["rgb/0003"]
+    colour.unlink()
+    with pytest.raises(InputError, match="--keep depth,rgb"):
+        opened["rgb/0003"]
+
+
+def test_shards_with_colour_need_no_source(source, tmp_path, in_this_process):
+    out, pose = tmp_path / "out", np.eye(4)
+    pose[0, 3] = 10
+    for number in range(5):
+        np.savetxt(source / "depth" / f"{number:04}.pose.txt", pose)
+    more = ["--keep", "unsupported,rgb,depth", "--depth-formats", "npy", "--intrinsics", "30,30,16,12"]
+    assert main(command(source, out, *more)) == 0
+    colour = cv2.imread(str(source / "rgb" / "0001.png"))[..., ::-1]
+    source.rename(tmp_path / "moved")
+    opened = ilf.open_source(out)
+    frame = opened["rgb/0001"]
+    np.testing.assert_array_equal(frame.rgb, colour)
+    assert (frame.intrinsics.fx, frame.pose[0, 3], opened.calibration("rgb/0001").depth.cy) == (30, 10, 12)
+    (sample,) = [one for one in samples(out) if one["__key__"] == "rgb__0001"]
+    assert {name for name in sample if name[0] != "_"} == {"depth.npy", "unsupported.png", "rgb.png", "frame.json"}
+    assert not np.isnan(frame.depth).all()
+
+
+def test_finished_shards_are_not_done_again(source, tmp_path, in_this_process, capsys):
+    out = tmp_path / "out"
+    assert main(command(source, out, "--shard", "2/2")) == 0
+    assert in_this_process == ["rgb/0002", "rgb/0003"]
+    (source / "rgb" / "0009.png").write_bytes(b"added later: the list is frozen")
+    assert main(["info", str(out)]) == 0
+    assert "5 frames: 2 completed, 0 failed, 3 not done" in capsys.readouterr().out
+    assert main(["batch", "--shards", str(out), "--verify"]) == 1
+    assert "2 of 3 shards not finished. Run the batch again" in capsys.readouterr().err
+    assert main(["batch", "--shards", str(out), "--merge"]) == 0
+    assert "The batch is unfinished: merged.parquet has 1 of 3 shards" in capsys.readouterr().err
+    assert main([word for word in command(source, out) if word != "--quiet"]) == 0
+    assert in_this_process[2:] == ["rgb/0000", "rgb/0001", "rgb/0004"]
+    assert "5 frames: 3 completed, 0 failed, 2 completed before" in capsys.readouterr().out
+    first = tars(out)
+    sorted(out.glob("*.parquet"))[-1].unlink()  # as if it had ended between the tar and the table
+    assert main(command(source, out)) == 0
+    assert in_this_process[5:] == ["rgb/0004"]
+    assert tars(out) == first
+    assert main(["batch", "--shards", str(out), "--verify", "--merge", "--json"]) == 0
+    state = json.loads(capsys.readouterr().out)
+    assert (state["finished"], state["completed"], state["problems"]) == (3, 5, [])
+    assert parquet.read_table(out / "merged.parquet").to_pylist() == rows(out)
+
+
+def test_failed_frames_are_tried_again_on_request(source, tmp_path, in_this_process):
+    out = tmp_path / "out"
+    good = (source / "depth" / "0001.png").read_bytes()
+    (source / "depth" / "0001.png").write_bytes(good[:40])
+    assert main(command(source, out)) == 1
+    (source / "depth" / "0001.png").write_bytes(good)
+    assert main(command(source, out)) == 1
+    assert len(in_this_process) == 5
+    assert main(command(source, out, "--retry-failed")) == 0
+    assert in_this_process[5:] == ["rgb/0001"]
+    assert main(command(source, tmp_path / "alone")) == 0
+    assert tars(out) == tars(tmp_path / "alone")
+    assert main(["batch", "--shards", str(out), "--verify"]) == 0
+    assert not (out / "parts").exists()
+
+
+def test_kills_lose_nothing_and_repeat_nothing(source, tmp_path, in_this_process):
+    out, alone = tmp_path / "out", tmp_path / "alone"
+    assert main(command(source, alone)) == 0
+    assert main(command(source, out, "--shard", "3/3")) == 0
+    process = subprocess.Popen([sys.executable, "-m", "ilf", *command(source, out)])
+    try:
+        while not list(out.glob("parts/*000001/0*")):
+            assert process.poll() is None
+            time.sleep(0.002)
+    finally:
+        process.kill()
+        process.wait()
+    time.sleep(0.5)  # its worker ends with it
+    done = len(list(out.glob("parts/*/0*"))) + sum(len(parquet.read_table(path)) for path in out.glob("*.parquet"))
+    in_this_process.clear()
+    assert main(command(source, out)) == 0
+    assert len(in_this_process) == 5 - done
+    assert tars(out) == tars(alone)
+    assert main(["batch", "--shards", str(out), "--verify"]) == 0
+
+
+def test_a_frame_that_kills_its_process_is_a_row(source, tmp_path, monkeypatch, in_this_process, capsys):
+    real = ilf.batch.shards.run_in_processes
+
+    def crashing(work, items, **how) -> Iterator[tuple]:
+        crashed = []
+
+        def keep(items) -> Iterator:
+            for item in items:
+                if getattr(item, "number", None) == 1:
+                    crashed.append(item)
+                else:
+                    yield item
+
+        yield from real(work, keep(items), **how)
+        yield from ((item, None) for item in crashed)  # last, as after the second crash
+
+    monkeypatch.setattr(ilf.batch.shards, "run_in_processes", crashing)
+    assert main(command(source, tmp_path / "out")) == 1
+    assert "rgb/0001: The process crashed twice" in capsys.readouterr().err
+    assert [row["status"] for row in rows(tmp_path / "out")] == ["completed", "failed", *["completed"] * 3]
+
+
+def test_other_settings_and_frames_are_noticed(source, tmp_path, in_this_process, capsys):
+    out = tmp_path / "out"
+    assert main(command(source, out, "--frames", ":2")) == 0
+    before = tars(out)
+    for more, message in (
+        (["--frames", ":2", "--max-iterations", "6"], "other settings (parameters.max_iterations: 5, now 6)"),
+        (["--frames", ":2", "--keep", "depth"], "other settings (shards.keep: "),
+        (["--frames", ":3"], "other frames (frames: [None, 2], now [None, 3])"),
+    ):
+        assert main(command(source, out, *more)) == 1
+        assert message in capsys.readouterr().err
+    folders = tmp_path / "folders"
+    assert main(["batch", str(source), "--out", str(folders), "--frames", ":1", *QUICK]) == 0
+    assert main(command(source, folders)) == 1
+    assert "a folder for each frame. Choose another folder" in capsys.readouterr().err
+    assert tars(out) == before
+
+
+def test_damage_is_found(source, tmp_path, in_this_process, capsys):
+    out = tmp_path / "out"
+    assert main(command(source, out)) == 0
+    verify = ["batch", "--shards", str(out), "--verify"]
+    paths = {path.name[-10:]: path for path in out.iterdir()}
+    for name, change in (
+        ("000001.tar", lambda content: content[:700] + bytes([content[700] ^ 1]) + content[701:]),
+        ("000001.tar", lambda content: content[:-1500]),
+        ("00.parquet", lambda content: content[:100]),
+        ("rames.jsonl", lambda content: content.replace(b"0003", b"0004")),
+    ):
+        path = next(path for end, path in paths.items() if name.endswith(end))
+        content = path.read_bytes()
+        path.write_bytes(change(content))
+        assert main(verify) == 1
+        assert "damaged" in capsys.readouterr().err
+        if name == "000001.tar":
+            close_all()
+            with pytest.raises(FormatError, match="is damaged in rgb/000"):
+                [frame.depth for frame in ilf.open_source(out)]
+        path.write_bytes(content)
+    assert main(verify) == 0
+    path = sorted(out.glob("*.parquet"))[0]
+    table, content = parquet.read_table(path), path.read_bytes()
+    for wrong in (table.drop_columns(["offset"]), table.set_column(2, "time_s", table["key"])):
+        close_all()
+        parquet.write_table(wrong, path)
+        with pytest.raises(FormatError, match="is damaged"):
+            ilf.open_source(out)
+    path.write_bytes(content)
+    shards = json.loads((out / "shards.json").read_text())
+    for wrong in ([], {**shards, "frames": "5"}, {**shards, "schema": 2}, {**shards, "per_shard": 0}):
+        (out / "shards.json").write_text(json.dumps(wrong))
+        close_all()
+        assert main(verify) == 1
+        assert main(["info", str(out)]) == 1
+        with pytest.raises(FormatError):
+            ilf.open_source(out)
+
+
+@pytest.mark.parametrize(
+    ("flags", "message", "status"),
+    [
+        (["--out", "elsewhere"], "--shards replaces --out", 2),
+        (["--keep", "rgb"], "--keep takes depth", 2),
+        (["--keep", "depth,normals"], "--keep takes depth", 2),
+        (["--depth-formats", "png,npy"], "one format, png or npy", 2),
+        (["--mesh", "ply", "--dask", "x"], "--dask, --mesh cannot be combined with --shards", 2),
+        (["--verify"], "--verify needs no SOURCE", 2),
+        (["--frames", "7:"], "numbered from 0 to 4", 1),
+    ],
+)
+def test_wrong_requests_are_told_before_anything_is_made(
+    source, tmp_path, capsys, in_this_process, flags, message, status
+):
+    assert exit_status(["batch", str(source), "--shards", str(tmp_path / "out"), *flags]) == status
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_arguments_of_shards_need_shards(source, tmp_path, capsys):
+    assert exit_status(["batch", str(source), "--out", str(tmp_path / "out"), "--keep", "depth"]) == 2
+    assert "add --shards" in capsys.readouterr().err
+    assert exit_status(["batch", str(source)]) == 2
+    assert "an output folder by --out or --shards" in capsys.readouterr().err
+    assert main(["batch", "--shards", str(source), "--verify"]) == 1
+    assert "contains no shards" in capsys.readouterr().err
+
+
+@given(st.lists(st.text("aA_/.+: é\x00-", min_size=1, max_size=12), unique=True, max_size=8))
+def test_frames_have_names_of_their_own_without_dots(keys):
+    names = [sample_name(key) for key in keys]
+    assert len(set(names)) == len(keys)
+    assert not any(set(name) & set("/.\0 ") for name in names)
