@@ -55,7 +55,7 @@ class Docks(QObject):
         super().__init__(window)
         self._window = window
         self.persistent = persistent
-        self._arranged = False
+        self._arranged = self._in_use = False
         self._panels: dict[str, _Panel] = {}
         self._open_by_default: list[str] = []
         self._last_open: list[str] = []
@@ -113,7 +113,7 @@ class Docks(QObject):
         action.triggered.disconnect()  # the default handler shows the dock behind the other tabs
         action.triggered.connect(lambda on: self.reveal(title) if on else dock.close())
         for changed in (action.toggled, dock.topLevelChanged):
-            changed.connect(self._titles_timer.start)
+            changed.connect(self._show_titles_soon)
         action.setIcon(theme.icon(icon, self._window.palette()))
         self.rail.insertAction(self._ends[group], action)
 
@@ -186,15 +186,17 @@ class Docks(QObject):
 
     def arrange(self) -> None:
         """Apply the layout that was requested before the window was shown. Works only once."""
+        self._in_use = True
         if self._arranged:
             return
         self._arranged = True
-        self._titles_timer.start()
+        self._show_titles_soon()
         self._declared = self._window.saveState(_VERSION)
         self.take(*self._requested)
 
     def remember(self) -> None:
         """Store the window size for the next session, when the window closes."""
+        self._in_use = False
         self._titles_timer.stop()
         if self.persistent:
             QSettings().setValue("window/geometry", self._window.saveGeometry())
@@ -202,10 +204,12 @@ class Docks(QObject):
     def _members(self, group: PanelGroup) -> list[QDockWidget]:
         return [panel.dock for panel in self._panels.values() if panel.group is group]
 
+    def _show_titles_soon(self) -> None:
+        if self._in_use:  # closing the window hides its panels
+            self._titles_timer.start()
+
     def _show_titles(self) -> None:
         """Leave out the title of panels that have a tab with the same text."""
-        if not self._window.isVisible():  # closing the window hides its panels
-            return
         for dock, *_ in self._panels.values():
             tabbed = any(not other.isHidden() for other in self._window.tabifiedDockWidgets(dock))
             empty = dock.titleBarWidget()

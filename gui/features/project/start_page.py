@@ -15,7 +15,6 @@ from PySide6.QtGui import QAction, QIcon, QImage, QPainter, QPixmap, QResizeEven
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QSizePolicy,
@@ -187,7 +186,7 @@ def _centred(picture: QPixmap) -> QIcon:
 
 def _heading() -> QHBoxLayout:
     """The program's icon and name, and what it is for."""
-    logo = QLabel()
+    logo = PlainLabel()
     logo.setPixmap(QIcon(str(asset_path("icons/ilf-studio.png"))).pixmap(_LOGO))
     name, purpose = PlainLabel(_NAME), Message()
     font = name.font()

@@ -237,5 +237,5 @@ def test_a_frame_is_plotted() -> None:
 
 def test_a_plot_without_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
-    with pytest.raises(InputError, match=r"A plot needs the package matplotlib.*'ilf-studio\[plot\]'"):
+    with pytest.raises(InputError, match=r"A plot needs the package matplotlib.*\"ilf-studio\[plot\]\""):
         RGBDFrame(RGB, np.ones((2, 4))).plot()
