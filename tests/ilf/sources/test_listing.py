@@ -159,8 +159,9 @@ def test_names_that_no_file_can_have_are_refused(tmp_path):
             source.read(key)
 
 
-def test_doubtful_depth_is_told(tmp_path):
-    _touch(tmp_path, "frame-000000.color.png", "frame-000000.depth.png", "frame-000000.pose.txt")
+@pytest.mark.parametrize("suffix", ["png", "jpg"])
+def test_doubtful_depth_is_told(tmp_path, suffix):
+    _touch(tmp_path, f"frame-000000.color.{suffix}", "frame-000000.depth.png", "frame-000000.pose.txt")
     assert "7-Scenes" in list_frames(tmp_path).notes[0]
 
 
