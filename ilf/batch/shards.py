@@ -243,7 +243,7 @@ def _failed(path: Path, task: ShardTask) -> int:
     table = ShardTable(path)
     try:
         if table.sha256 != task.sha256:
-            raise FormatError(f"{path} is of other settings than its name says. Delete it and run the batch again.")
+            raise FormatError(f"{path} does not match the settings in its name. Delete it and run the batch again.")
         return table.failed
     finally:
         table.close()

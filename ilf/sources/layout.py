@@ -147,7 +147,7 @@ def _checked_images(layout: Layout) -> set[str]:
         known.append(first)
     if not known[0] & known[1]:
         raise ParameterError(
-            f"rgb={layout.rgb} and depth={layout.depth} have no placeholder in common that tells which files belong "
+            f"rgb={layout.rgb} and depth={layout.depth} have no placeholder in common that shows which files belong "
             "together: write * or {name} for the part of the name that both have."
         )
     return known[0] | known[1]

@@ -253,7 +253,7 @@ class Stream:
     Blocks, edges and the learned correction change little from frame to frame: they are found every few frames and
     carried along by optical flow in between. The filter starts from the completed depth of the frame before, which is
     carried along, too, and followed with a small weight, so that filled depth does not flicker. When the scene has
-    changed, the stream starts anew, and says so in the notes.
+    changed, the stream starts anew, with a note.
 
     With a rate, blocks, edges and correction are found in a separate thread, from the frames as they come, so results
     depend on timing. Without, they are found in line at fixed frames: the same frames give the same bits.
