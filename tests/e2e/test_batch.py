@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
+import ilf
 from gui.app.main_window import MainWindow
-from gui.features.batch.feature import BatchFeature, BatchOpened
+from gui.features.batch.feature import BatchFeature, BatchOpened, BatchRequest, batch_steps
 from gui.work.jobs import Pace
+from ilf._runtime.cancellation import cancelled_by
 from ilf.batch.batch import Batch
 from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.batch.frames import frames_of_sources
+from ilf.batch.settings import BatchSettings
+from ilf.errors import Cancelled
+from ilf.run.options import ExportOptions
+from ilf.run.run import RunConfiguration
 from ilf.sources.frame_source import FrameSource
 from tests.gui.naming import unnamed
 from tests.ilf.batch_frames import work_in_this_process, write_frames
@@ -94,6 +102,21 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(part, windo
     now[0] += 10
     part.worker.progressed.emit([completed] if before else [failed, completed])
     assert part.dialog.work.bar.format() == "67%, 10 s left"
+
+
+def test_the_manifest_is_written_when_the_batch_is_cancelled_after_its_last_frame(tmp_path, monkeypatch):
+    work_in_this_process(monkeypatch)
+    frames = tuple(frames_of_sources([ilf.open_source(write_frames(tmp_path / "in", 1))]))
+    quick = RunConfiguration(ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny"))
+    settings = BatchSettings(quick, ExportOptions(cloud=None))
+    steps = batch_steps(BatchRequest(frames, frames, tmp_path / "done", settings, sheet=True))
+    cancel_event = threading.Event()
+    with cancelled_by(cancel_event):
+        assert [next(steps), next(steps)]
+        cancel_event.set()
+        with pytest.raises(Cancelled):
+            next(steps)
+    assert {path.name for path in (tmp_path / "done").iterdir()} == {"batch.json", "manifest.csv", frames[0].folder}
 
 
 def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window, qtbot, tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
-from ilf._runtime.cancellation import set_cancel_events
+from ilf._runtime.cancellation import current_cancel_events, set_cancel_events
 from ilf._runtime.formatting import counted
 from ilf.batch.batch import Batch, open_batch
 from ilf.batch.frame_record import FrameOutcome, FrameStatus
@@ -86,14 +86,14 @@ def batch_steps(wish: BatchRequest) -> Generator[BatchOpened | FrameOutcome, Non
         wish.frames, wish.folder, wish.settings, only=wish.only, anew=wish.anew, retry_failed=wish.retry_failed
     )
     yield BatchOpened(batch)
+    cancel_events = current_cancel_events()
     try:
         with closing(batch.outcomes(jobs=wish.jobs)) as outcomes:
             yield from outcomes
-    except BaseException:
-        set_cancel_events()  # also when it was cancelled
-        batch.write_manifest()
-        raise
-    found = batch.write_manifest()
+    finally:
+        set_cancel_events()  # writing the manifest is not cancelled
+        found = batch.write_manifest()
+    set_cancel_events(*cancel_events)
     for write in _pictures(wish):
         write(wish.folder, found)
     return found
