@@ -596,9 +596,9 @@ class LinkedViews(QWidget):
         self._show_transform()
 
     def _show_transform(self) -> None:
-        for view in self._views:
-            view.show_transform(self._transform)
         shown = [cell.view for cell in self._sheet.shown]
+        for view in shown:  # others when they are placed
+            view.show_transform(self._transform)
         self._layers.show(shown)
         self._navigation.follow(shown)
 
