@@ -45,6 +45,8 @@ from ..features.quality_check.invalid_depth import InvalidDepthFeature
 from ..features.report.feature import ReportFeature
 from ..features.run_history.feature import RunHistoryFeature
 from ..features.runs import RunsFeature
+from ..features.sequence.flicker import FlickerFeature
+from ..features.sequence.playing import PlayFeature
 from ..features.shortcuts import ShortcutsFeature
 from ..features.status import StatusFeature
 from ..features.sweep.feature import SweepFeature
@@ -87,6 +89,8 @@ _STANDARD: tuple[type[Feature], ...] = (
 )
 _FURTHER: tuple[type[Feature], ...] = (
     FilmStripFeature,
+    PlayFeature,
+    FlickerFeature,
     ProjectFeature,
     RunHistoryFeature,
     PropagationFeature,
