@@ -235,7 +235,6 @@ class ReadoutPresenter(QObject):
         runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
         return [*parts, *_evaluated(session, depth, x, y), *runs]
 
-
     def _played(self, x: int, y: int) -> list[str]:
         """Return the values of a frame that is played; none if the pixel is outside."""
         depths = [(name, self._material.layer(depth)) for name, depth in (("in", "depth-in"), ("out", "result"))]

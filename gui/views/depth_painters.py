@@ -191,7 +191,7 @@ _PARTS = {
 
 _MM = np.float32(1000)
 _FLICKER_PERCENT = 90
-"""Share of the pixels in the colour range of flicker: beside outlines, a camera that moves changes depth by far more."""
+"""Share of the pixels in the colour range of flicker: beside outlines, a moving camera changes depth by far more."""
 
 
 class DifferencePainter(Painter):
@@ -267,7 +267,7 @@ class DifferencePainter(Painter):
     def _show_note(self, text: str) -> None:
         """Show a text about the difference, and the iteration of the result, or which frame is the one before."""
         if self.content in FLICKERS:
-            about = self.material.before.text
+            about = "" if self.material.before.depth_in is None else self.material.before.text
         else:
             about = self.material.moment if "result" in self._pair else ""
         self.cell.strip.set_text(", ".join(part for part in (text, about) if part))
@@ -320,6 +320,8 @@ class DifferencePainter(Painter):
         marks = list(zip(self._one_only_brushes, texts, strict=True))
         if self._pair[1] == "depth-in":
             marks = [(self._one_only_brushes[0], "filled")]
+        elif self.content in FLICKERS:
+            marks = [(self._one_only_brushes[0], "not seen before")]
         self.cell.set_legend([*marks, (self._hatch, "missing")])
 
     def value_at(self, x: int, y: int) -> float | None:

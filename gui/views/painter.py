@@ -234,7 +234,7 @@ def _plain(depth: Depth | None) -> Layer | None:
 
 EVERYWHERE: Box = slice(None), slice(None)
 NO_RESULT = "No result yet: run the blocks (F5)"
-NOT_PLAYED = "No result is stored: run this frame, or complete frames while playing"
+NOT_PLAYED = "No result is stored for this frame"
 NO_GUIDE = "This frame has no guide"
 
 

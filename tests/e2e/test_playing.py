@@ -90,7 +90,7 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
     ]
     assert max(off) < 0.002, "the scene stands still, and depth is stored in millimetres"
     assert changes[1].depth_out is None
-    assert changes[1].text == "against frame-000000.color, by the poses"
+    assert changes[1].text == "1 frame before, by poses"
 
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.loader.open_entry(entries[0])
@@ -145,6 +145,28 @@ def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out
     assert not feature.playing
     _settle(window, qtbot)
     assert workspace.session.id == workspace.frames.entries[0].id
+
+
+def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed: MainWindow, qtbot: QtBot) -> None:
+    window, workspace, feature = listed, listed.workspace, listed.feature(PlayFeature)
+    first, actions = workspace.session, window.actions_
+    actions["play_loop"].trigger()
+    actions["play_frames"].trigger()
+    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 1, timeout=WAIT_MS)
+    workspace.frames.remove_entries([workspace.frames.entries[feature.shown.row]])
+    qtbot.waitUntil(lambda: workspace.has_session, timeout=WAIT_MS)
+    assert not feature.playing
+    _settle(window, qtbot)
+    assert workspace.session in workspace.frames.sessions
+
+    qtbot.waitUntil(lambda: actions["play_frames"].isEnabled(), timeout=WAIT_MS)
+    actions["play_frames"].trigger()
+    qtbot.waitUntil(lambda: feature.shown is not None, timeout=WAIT_MS)
+    workspace.frames.remove_entries(list(workspace.frames.entries))
+    qtbot.waitUntil(lambda: not feature.playing and feature.shown is None, timeout=WAIT_MS)
+    assert not workspace.has_session
+    assert first not in workspace.frames.sessions
+    assert window.views.material.rgb is None, "the start page is shown"
 
 
 def test_frames_without_a_result_are_completed_while_they_play(listed: MainWindow, qtbot: QtBot) -> None:

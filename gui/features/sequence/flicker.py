@@ -29,13 +29,14 @@ class FlickerFeature(Feature):
         self._questions = LatestRequest[_Question, Before](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: context.views.set_before(Before(text=str(error))))
-        workspace, entries = context.workspace, context.workspace.frames.entries
-        workspace.frames.session_changed.connect(self._questions.forget)
-        changed = workspace.frames.session_changed, workspace.runs.results_changed, workspace.blocks.invalid_mask_changed
+        workspace = context.workspace
+        turned, results = workspace.frames.session_changed, workspace.runs.results_changed
+        listed = workspace.frames.entries.added, workspace.frames.entries.removed
+        turned.connect(self._questions.forget)
         context.refresh.add(
             "flicker",
             self.show,
-            (*changed, context.views.shownChanged, entries.added, entries.removed),
+            (turned, results, workspace.blocks.invalid_mask_changed, context.views.shownChanged, *listed),
             (workspace.runs.results_added,),
         )
 

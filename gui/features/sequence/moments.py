@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.flicker import flicker
 from ilf.project.facts import present_completion
@@ -16,7 +16,7 @@ from ilf.sources.frame_source import FrameSource
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
-from ...views.painter import Before
+from ...views.painter import Before, Depth
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Moment:
     name: str
     place: str | None
     frame: RGBDFrame
-    depth: NDArray[np.float32] | None
+    depth: Depth | None
     text: str = ""
 
     @classmethod
@@ -66,23 +66,32 @@ class Moment:
             return cls(entry.name, place, state.frame, depth)
         return cls(entry.name, place, (entry.source or FrameSource(entry.key)).load(), None)
 
-    def since(self, other: Moment | None) -> Before:
-        """Depth of the frame before where this one shows its points: by the poses, or else as of a camera that stands
-        still."""
+    def since(self, other: Moment | None, gap: int = 1) -> Before:
+        """Depth of an earlier frame where this one shows its points: by the poses, or else as of a camera that stands
+        still.
+
+        Parameters
+        ----------
+        other : Moment or None
+        gap : int
+            How many frames it is before this one.
+        """
         if other is None or other.place != self.place:
             return Before(text="This is the first frame of its sequence")
         frame, before = self.frame, other.frame
         if frame.shape != before.shape:
-            return Before(text=f"The frame before, {other.name}, has another size")
+            return Before(text="The frame before has another size")
         motion = None
         if frame.pose is not None and before.pose is not None and frame.intrinsics is not None:
             motion = np.linalg.inv(before.pose) @ frame.pose
-        depths = [
-            None if now is None or then is None else now - flicker(now, then, frame.intrinsics, motion)
-            for now, then in ((frame.own_depth, before.own_depth), (self.depth, other.depth))
-        ]
-        how = "by the poses" if motion is not None else "as if the camera stood still"
-        return Before(*depths, f"against {other.name}, {how}")
+
+        def seen(now: Depth, then: Depth) -> Depth:
+            return now - flicker(now, then, frame.intrinsics, motion)
+
+        depth_in = seen(frame.own_depth, before.own_depth)
+        depth_out = None if self.depth is None or other.depth is None else seen(self.depth, other.depth)
+        how = "as if still" if motion is None else "by poses"
+        return Before(depth_in, depth_out, f"{counted(gap, 'frame')} before, {how}")
 
 
 def place_of(entry: Entry) -> str | None:

@@ -14,14 +14,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget
 
 from ilf._runtime.cancellation import check_cancelled
-from ilf._runtime.formatting import counted
 from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
 from ilf.sources.frame_source import FrameSource
 from ilf.sources.listing import Listing
 from ilf.stream.stream import Stream
 
-from ...base import theme
 from ...base.commands import Actions, Command
 from ...state.entries import Entry
 from ...state.session import Session
@@ -101,7 +99,7 @@ def play(
     parameters : Parameters
         Of the filter, to complete frames.
     """
-    before: Moment | None = None
+    before, shown = None, row
     due, left_out, unreadable, failed = time.monotonic(), 0, 0, 0
     with ExitStack() as stack:
         stream: Stream | None = None
@@ -116,10 +114,11 @@ def play(
             except IlfError:
                 unreadable, failed, late = unreadable + 1, failed + 1, 0
             else:
-                change = moment.since(before) if pace.flickers else Before()
+                change = moment.since(before, row - shown) if pace.flickers else Before()
                 _wait_until(due)
                 yield PlayedFrame(row, moment, change, left_out, unreadable)
-                before, failed, now, rate = moment, 0, time.monotonic(), pace.rate
+                before, shown, failed = moment, row, 0
+                now, rate = time.monotonic(), pace.rate
                 late = 0 if rate is None else max(int((now - due) * rate), 0)
                 due = now if rate is None else due + (1 + late) / rate
             if row == count - 1:
@@ -181,16 +180,17 @@ class PlayFeature(Feature):
         self._entries: list[Entry] = []
         self._left: Session | None = None
         """The frame that was open before."""
+        self._opening = False
+        """Whether the frame shown is being opened."""
         self._place: tuple[float, float, float] | None = None
         """The place that the views show when playing ends."""
         self._clock = deque[float](maxlen=_RECENT)
         context.loader.listed.connect(self._note_times)
         workspace = context.workspace
         workspace.frames.session_changed.connect(self._follow)
-        workspace.frames.entries.removed.connect(lambda *_: self._on.setChecked(False))
         context.views.pressed.connect(lambda: self._on.setChecked(False))
         changed = workspace.frames.session_changed, workspace.frames.entries.removed, context.loader.busy_changed
-        context.refresh.add("played", self._go_back, changed)
+        context.refresh.add("played", self._settle, changed)
         self.bar = _PlayBar(context.actions)
         strip = context.feature(FilmStripFeature).strip
         context.centre.add_before(strip, self.bar)
@@ -207,7 +207,7 @@ class PlayFeature(Feature):
                 "Play the frames of the list from this one on; again, or a click in a view, opens the frame shown",
                 checkable=True,
                 handler=self._turn,
-                why_off=self._frames.why_no_other,
+                why_off=self._why_off,
             ),
             Command(
                 "play_loop",
@@ -241,6 +241,9 @@ class PlayFeature(Feature):
             ),
         )
 
+    def _why_off(self) -> str:
+        return self._frames.why_no_other() or ("The frame shown is being opened." if self._opening else "")
+
     @property
     def playing(self) -> bool:
         """Whether frames are played."""
@@ -262,7 +265,7 @@ class PlayFeature(Feature):
         self._entries = list(self._entries)
         if row == len(self._entries) - 1:
             row = 0
-        self._left = workspace.session if workspace.has_session else None
+        self.shown, self._left = None, workspace.session if workspace.has_session else None
         self._set_speed(self._speed)
         self.context.centre.show_images()
         self._presenter.keep_pictures(True)
@@ -284,38 +287,44 @@ class PlayFeature(Feature):
             start()
 
     def _pause(self) -> None:
-        """Open the frame shown; the former one if there is none."""
+        """Open the frame shown."""
         self.worker.cancel()
         self._status.show_playing("")
         if self.context.workspace.has_session:
             return
-        if self.shown is not None:
-            self._frames.open(self._entries[self.shown.row])
-        else:
-            self.context.workspace.frames.show(self._left)
+        self._opening = True
+        if self.shown is not None and self._is_listed(entry := self._entries[self.shown.row]):
+            self._frames.open(entry)
+        self.context.refresh.mark("played")
         self.context.actions.refresh()
+
+    def _is_listed(self, entry: Entry) -> bool:
+        return self.context.workspace.frames.entries.of(entry.id) is entry
 
     def _follow(self) -> None:
         """End playing once a frame is open: the one that was shown, or another one that was chosen."""
         if self.context.workspace.has_session:
             self._place = None if self.shown is None else self.context.views.place
-            self.shown = self._left = None
+            self.shown, self._left, self._opening = None, None, False
             self._on.setChecked(False)
             self._frames.show_played(None)
 
-    def _go_back(self) -> None:
-        """Show the place that was shown by playing; the former frame if the one shown could not be opened."""
+    def _settle(self) -> None:
+        """End playing if a frame was removed. Once a frame is open, show the place that was shown by playing; if the
+        one shown could not be opened, show the former one."""
         workspace, place = self.context.workspace, self._place
-        if place is not None and workspace.has_session:
+        if self.playing and not all(map(self._is_listed, self._entries)):
+            self._on.setChecked(False)
+        elif place is not None and workspace.has_session:
             self._place = None
             self.context.views.set_place(*place)
-        if self.shown is None or self.playing or workspace.has_session or self.context.loader.busy:
-            return
-        self.shown = None
-        self._frames.show_played(None)
-        self._presenter.keep_pictures(False)
-        if self._left in workspace.frames.sessions:
-            workspace.frames.show(self._left)
+        elif self._opening and not workspace.has_session and not self.context.loader.busy:
+            self.shown, self._opening = None, False
+            self._frames.show_played(None)
+            if self._left in workspace.frames.sessions:
+                workspace.frames.show(self._left)
+            else:
+                self._presenter.keep_pictures(False)
 
     def _take(self, played: list[PlayedFrame]) -> None:
         """Show the frame that is due, while the next one is being read."""

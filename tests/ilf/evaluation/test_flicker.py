@@ -26,7 +26,7 @@ def test_along_the_motion_a_scene_that_stays_has_none_and_a_change_is_found() ->
 
     raised = before.copy()
     raised[20:30, 30:40] += np.float32(0.05)
-    index, there = moved(now, CAMERA, motion)
+    index, _ = moved(now, CAMERA, motion)
     rows, columns = np.divmod(index, SHAPE[1])
     hit = (index >= 0) & (rows >= 20) & (rows < 30) & (columns >= 30) & (columns < 40)
     assert hit.sum() > 80
