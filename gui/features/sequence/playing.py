@@ -303,8 +303,10 @@ class PlayFeature(Feature):
 
     def _follow(self) -> None:
         """End playing once a frame is open: the one that was shown, or another one that was chosen."""
-        if self.context.workspace.has_session:
-            self._place = None if self.shown is None else self.context.views.place
+        workspace = self.context.workspace
+        if workspace.has_session:
+            same = self.shown is not None and self._entries[self.shown.row].id == workspace.session.id
+            self._place = self.context.views.place if same else None
             self.shown, self._left, self._opening = None, None, False
             self._on.setChecked(False)
             self._frames.show_played(None)
