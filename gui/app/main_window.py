@@ -89,8 +89,6 @@ _STANDARD: tuple[type[Feature], ...] = (
 )
 _FURTHER: tuple[type[Feature], ...] = (
     FilmStripFeature,
-    PlayFeature,
-    FlickerFeature,
     ProjectFeature,
     RunHistoryFeature,
     PropagationFeature,
@@ -106,6 +104,8 @@ _FURTHER: tuple[type[Feature], ...] = (
     StartPageFeature,
     ReportFeature,
     BatchFeature,
+    PlayFeature,
+    FlickerFeature,
     ExportAllFeature,
     LiveFeature,
     LayoutsFeature,

@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.base.commands import WHY_NOT
+from gui.features.batch.feature import BatchFeature, BatchResult
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.sequence import playing
 from gui.features.sequence.flicker import FlickerFeature
@@ -60,7 +61,7 @@ def _settle(window: MainWindow, qtbot: QtBot) -> None:
 
 
 def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
-    listed: MainWindow, qtbot: QtBot, run_all
+    listed: MainWindow, qtbot: QtBot, run_all, tmp_path: Path
 ) -> None:
     window, workspace, views = listed, listed.workspace, listed.views
     window.feature(FramesFeature).open_frames.max_open = 1
@@ -79,9 +80,15 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
     assert workspace.session.id == entries[COUNT - 1].id, "the last one is open"
     qtbot.waitUntil(lambda: entries[0].session is None, timeout=WAIT_MS)
 
+    by_batch = np.full(first.frame.shape, 2.5, np.float32)
+    np.save(tmp_path / "depth.npy", by_batch)
+    for entry in list(entries)[:2]:
+        window.feature(BatchFeature).results[entry.id] = BatchResult(tmp_path, 1000.0)
     shown = _play(window, qtbot)  # after the last frame from the first one, which is stored now
     assert [played.row for played in shown] == [0, 1, 2, 3]
     assert np.array_equal(shown[0].moment.depth, completed, equal_nan=True)
+    assert np.array_equal(shown[1].moment.depth, by_batch), "a frame without a result of its own"
+    assert [played.moment.text for played in shown] == ["", "by batch", "", ""]
     changes = [played.before for played in shown]
     assert changes[0].depth_in is None
     off = [
@@ -89,7 +96,8 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
         for played, change in zip(shown[1:], changes[1:], strict=True)
     ]
     assert max(off) < 0.002, "the scene stands still, and depth is stored in millimetres"
-    assert changes[1].depth_out is None
+    assert changes[1].depth_out is not None
+    assert changes[2].depth_out is None
     assert changes[1].text == "1 frame before, by poses"
 
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):

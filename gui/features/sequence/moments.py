@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -17,6 +17,7 @@ from ilf.sources.frame_source import FrameSource
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...views.painter import Before, Depth
+from ..batch.feature import BatchResult
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +66,11 @@ class Moment:
             depth = present_completion(state).depth if state.results else None
             return cls(entry.name, place, state.frame, depth)
         return cls(entry.name, place, (entry.source or FrameSource(entry.key)).load(), None)
+
+    def or_of_batch(self, result: BatchResult | None) -> Self:
+        """The same frame with the depth that a batch has written, if it has no result of its own."""
+        depth = result.read() if result is not None and self.depth is None else None
+        return self if depth is None or depth.shape != self.frame.shape else replace(self, depth=depth, text="by batch")
 
     def since(self, other: Moment | None, gap: int = 1) -> Before:
         """Depth of an earlier frame where this one shows its points: by the poses, or else as of a camera that stands

@@ -25,6 +25,7 @@ from ...state.entries import Entry
 from ...state.session import Session
 from ...views.painter import Before
 from ...work.jobs import Worker
+from ..batch.feature import BatchFeature
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature
 from ..frame_list.film_strip import FilmStripFeature
@@ -272,10 +273,12 @@ class PlayFeature(Feature):
         workspace.frames.show(None)
         self.context.actions.refresh()
         entries, store, parameters = self._entries, self.context.recorder.store, workspace.parameters.current
+        results = dict(self.context.feature(BatchFeature).results)
         opened = {entry.id: moment for entry in entries if (moment := Moment.of_open(entry)) is not None}
 
         def read(row: int) -> Moment:
-            return opened.get(entries[row].id) or Moment.read(entries[row], store)
+            entry = entries[row]
+            return (opened.get(entry.id) or Moment.read(entry, store)).or_of_batch(results.get(entry.id))
 
         def start() -> None:
             if self.playing:
