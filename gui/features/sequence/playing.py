@@ -213,7 +213,7 @@ class PlayFeature(Feature):
             Command(
                 "play_loop",
                 "&Loop",
-                "ph.repeat",
+                "",
                 "",
                 "Go on with the first frame after the last one",
                 checkable=True,
