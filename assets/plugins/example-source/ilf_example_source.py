@@ -37,9 +37,7 @@ class RgbdArchive(Recording):
             frames, height, width, _ = self._rgb.shape
             intrinsics = CameraIntrinsics(*map(float, (matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2])))
         except (OSError, KeyError, ValueError, IndexError, zipfile.BadZipFile) as error:
-            raise FormatError(
-                f"{path} has no rgb (N, H, W, 3), depth (N, H, W) and K (3, 3): {error}"
-            ) from error
+            raise FormatError(f"{path} has no rgb (N, H, W, 3), depth (N, H, W) and K (3, 3): {error}") from error
         if self._rgb.dtype != np.uint8 or self._depth.shape != (frames, height, width):
             raise FormatError(f"{path}: rgb must be uint8, and depth must have its size and number of frames.")
         self._camera = Camera(intrinsics, (width, height))
