@@ -234,7 +234,7 @@ def test_what_cannot_become_one_is_told(framed, tmp_path):
         write_data_set(tmp_path / "data", [blind])
     with pytest.raises(ExportError, match="not an empty folder"):
         write_data_set(tmp_path / "out", [without])
-    with pytest.raises(ParameterError, match="no data set 'colmap'. Known: nerfstudio, 3dgs, open3d"):
+    with pytest.raises(ParameterError, match=r"no data set 'colmap'\. Known: nerfstudio, 3dgs, open3d"):
         write_data_set(tmp_path / "data", [without], "colmap")
     assert not (tmp_path / "data").exists()
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import importlib
 import os
 import pickle
-import re
 import shutil
-import subprocess
 import sys
-import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,6 +15,7 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf._runtime.installation import asset_path
 from ilf.cli import main
 from ilf.errors import FormatError, InputError, ParameterError
 from ilf.run.data_sets import write_data_set
@@ -163,11 +161,11 @@ def test_fields_that_are_not_there_are_named_with_what_to_do(done, results):
         with pytest.raises(InputError, match=f"has no {field}: .*{told}"):
             FrameArrays(done / where, fields=[field])
         assert field not in FrameArrays(done / where).fields
-    with pytest.raises(ParameterError, match="no field 'colour'. Known: rgb, depth_in"):
+    with pytest.raises(ParameterError, match=r"no field 'colour'\. Known: rgb, depth_in"):
         FrameArrays(done / FRAMES, fields=["colour"])
     arrays = FrameArrays(results / FOLDERS)
     (results / FOLDERS / "rgb__0002" / "unsupported.png").unlink()
-    with pytest.raises(InputError, match="rgb__0002 in .* has no unsupported"):
+    with pytest.raises(InputError, match=r"rgb__0002 in .* has no unsupported"):
         arrays[2]
     for number in (3, -4):
         with pytest.raises(IndexError, match=f"no item {number}: it has 3, from 0 to 2"):
@@ -176,7 +174,7 @@ def test_fields_that_are_not_there_are_named_with_what_to_do(done, results):
 
 def test_completed_depth_is_not_taken_for_measured_depth(done):
     for name in (FOLDERS, SHARDS):
-        with pytest.raises(InputError, match="has completed depth. Give the folder"):
+        with pytest.raises(InputError, match=r"has completed depth\. Give the folder"):
             FrameArrays(ilf.open_source(done / name))
 
 
@@ -251,3 +249,14 @@ def test_errors_of_workers_are_those_of_the_library(results):
     (results / FOLDERS / "rgb__0002" / "depth.npy").unlink()
     with pytest.raises(InputError, match=r"lists depth\.npy, which is missing"):
         list(DataLoader(data, num_workers=1, multiprocessing_context="fork"))
+
+
+def test_the_example_of_the_library_runs(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("torch")
+    monkeypatch.chdir(tmp_path)
+    assert main(["complete", str(asset_path("samples/room")), "--no-cloud", "--out", "room-written"]) == 0
+    example = LIBRARY.read_text(encoding="utf-8").partition("```python\n")[2].partition("```")[0]
+    names: dict = {}
+    exec(compile(example, "library.md", "exec"), names)
+    assert "['room-written'] torch.Size([1, 3, 480, 640])" in capsys.readouterr().out
+    assert float(names["changed"]) == 0
