@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -266,7 +267,7 @@ class StoredResults:
 def has_results(path: str | os.PathLike[str]) -> bool:
     """Whether a folder has shards, a result, or folders with results."""
     try:
-        return is_shards(path) or bool(_result_folders(Path(path)))
+        return is_shards(path) or next(_result_folders(Path(path)), None) is not None
     except OSError:
         return False
 
@@ -275,7 +276,7 @@ def result_folders(path: str | os.PathLike[str]) -> list[Path]:
     """The folder itself if it has a result, or the folders with results in it, by name; InputError without any."""
     root = Path(path).absolute()
     try:
-        found = _result_folders(root)
+        found = sorted(_result_folders(root), key=lambda inner: natural(inner.name))
     except OSError as error:
         raise InputError(f"{root}: cannot be read ({cause(error)}). Give a folder with results.") from error
     if not found:
@@ -285,8 +286,9 @@ def result_folders(path: str | os.PathLike[str]) -> list[Path]:
     return found
 
 
-def _result_folders(root: Path) -> list[Path]:
+def _result_folders(root: Path) -> Iterator[Path]:
     if (root / RECORD_FILE).is_file():
-        return [root]
-    inside = (inner for inner in root.iterdir() if (inner / RECORD_FILE).is_file())
-    return sorted(inside, key=lambda inner: natural(inner.name))
+        yield root
+        return
+    with os.scandir(root) as entries:
+        yield from (root / one.name for one in entries if one.is_dir() and (root / one.name / RECORD_FILE).is_file())
