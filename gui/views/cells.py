@@ -14,6 +14,7 @@ from .colour_painters import ColourPainter, MaskPainter, StrengthPainter
 from .contents import (
     COMPARABLE,
     DIFFERENCE,
+    FLICKERS,
     RUNS,
     SIDES,
     TITLES,
@@ -96,7 +97,8 @@ class ContentMenu(QMenu):
         self._add(self, DIFFERENCE, f"Difference ({pair})")
         self._add_differences(material)
         self._add(self, "error", TITLES["error"], material.ground_truth is not None)
-        self._add(self, "expected-error", TITLES["expected-error"])
+        for name in ("expected-error", *FLICKERS):
+            self._add(self, name, TITLES[name])
         self.addSeparator()
         for name in ("strength", "creases", "extraction", "extrapolated", "invalid_mask"):
             self._add(self, name, TITLES[name])
