@@ -213,7 +213,7 @@ class _GaussianSplatting(_DataSet):
         self._pixels += depth.size
         self._missing += int(np.count_nonzero(np.isnan(depth)))
         self._near += int(np.count_nonzero(values > UINT16_MAX))
-        return np.nan_to_num(np.clip(values, 1, UINT16_MAX)).astype(np.uint16)
+        return np.nan_to_num(np.minimum(values, UINT16_MAX)).astype(np.uint16)
 
     def _add_points(self, frame: _Posed) -> None:
         """Choose pixels of reliable depth at random, the same ones in every export."""

@@ -111,7 +111,6 @@ class FrameArrays:
         at = operator.index(number)
         if not -len(self) <= at < len(self):
             raise IndexError(f"{self._items.path} has no item {at}: it has {len(self)}, from 0 to {len(self) - 1}.")
-        at %= len(self)
         return self._values(at, self._item(at))
 
     def _item(self, number: int, warn: bool = False) -> RGBDFrame | StoredResult:

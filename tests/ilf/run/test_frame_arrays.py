@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import pickle
 import shutil
@@ -176,6 +177,25 @@ def test_completed_depth_is_not_taken_for_measured_depth(done):
     for name in (FOLDERS, SHARDS):
         with pytest.raises(InputError, match=r"has completed depth\. Give the folder"):
             FrameArrays(ilf.open_source(done / name))
+
+
+def test_what_is_still_missing_was_not_measured(results):
+    folder = results / FOLDERS / "rgb__0001"
+    for name in ("depth.npy", "expected_error.npy"):
+        values = np.load(folder / name)
+        values[:4] = np.nan
+        np.save(folder / name, values)
+    item = FrameArrays(results / FOLDERS)[1]
+    assert np.isnan(item["depth_in"][0, :4]).all()
+    assert not item["mask"][0, :4].any()
+    assert item["mask"][0, 4:].any()
+
+
+def test_one_block_that_was_denoised_is_enough(results):
+    path = results / FOLDERS / "rgb__0000" / "run.json"
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps(record | {"block_parameters": {"1": {"mode": "fill+denoise"}}}))
+    assert "depth_in" not in FrameArrays(results / FOLDERS).fields
 
 
 def test_results_that_were_changed_are_refused(results):
