@@ -246,6 +246,17 @@ class Completion:
         What the user should know about how the result was computed, each sentence once.
     extrapolation_network : str or None
         SHA-256 of the edge network used for extrapolation; None if none was.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> completion = ilf.complete(ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth))
+    >>> completion
+    <CompletedRun of 'frame': 30 x 20 pixels, 1 block, 40 pixels filled, 0 still missing>
+    >>> print(completion.outcomes[1].status, completion.outcomes[1].recovered)
+    completed 40
     """
 
     frame: RGBDFrame

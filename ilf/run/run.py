@@ -227,6 +227,14 @@ class CompletedRun(Completion):
     See Also
     --------
     Completion : has `depth`, `filled`, `blocks`, `outcomes`, `notes` and all other attributes.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0))
+    >>> completion = ilf.complete(frame, preset="paper")
+    >>> completion.run
+    <Run of 'frame': 30 x 20 pixels, 1 block, paper>
     """
 
     run: Run = field(kw_only=True)
