@@ -10,9 +10,12 @@ import argparse
 import os
 import re
 import shutil
+from itertools import zip_longest
 from pathlib import Path
 
 import matplotlib
+from docutils import nodes
+from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
 
 import ilf
@@ -47,7 +50,6 @@ extensions = [
 exclude_patterns = ["examples/*", "gallery/*.ipynb", "gallery/*.py"]
 templates_path = ["_templates"]
 highlight_language = "default"
-nitpicky = False
 
 myst_enable_extensions = ["deflist"]
 myst_heading_anchors = 3
@@ -55,6 +57,7 @@ myst_heading_anchors = 3
 default_role = "py:obj"
 autodoc_typehints = "none"
 autodoc_member_order = "groupwise"
+toc_object_entries_show_parents = "hide"
 napoleon_use_ivar = True
 napoleon_google_docstring = False
 
@@ -68,6 +71,7 @@ html_theme_options = {
     "show_toc_level": 2,
     "header_links_before_dropdown": 7,
 }
+html_sidebars = {"start": []}
 html_context = {"default_mode": "auto"}
 
 # scripts run beside their copies, so that what they write is not among the sources
@@ -163,11 +167,25 @@ def subcommands(parser: argparse.ArgumentParser) -> list[argparse.ArgumentParser
 
 
 def escaped(text: str) -> str:
-    """Return plain text as Markdown."""
-    return re.sub(r"([\\`*_<>\[\]|#~])", r"\\\1", text)
+    """Return plain text as Markdown, with options and what is in backticks as code."""
+    parts = re.split(r"(`[^`]*`|(?<![\w-])--[a-z][\w-]*)", text)
+    plain = [re.sub(r"([\\*_<>\[\]|#~])", r"\\\1", part) for part in parts[::2]]
+    code = [f"`{part.strip('`')}`" for part in parts[1::2]]
+    return "".join(map("".join, zip_longest(plain, code, fillvalue="")))
+
+
+# Types in docstrings: "array_like of bool, shape (H, W)" has words that are names of attributes, too.
+
+
+def without_links_of_words(app: Sphinx, page: nodes.document) -> None:
+    """Keep links in types of parameters to classes only, whose names are not in lower case."""
+    for link in list(page.findall(pending_xref)):
+        if link.get("refspecific") and link["reftarget"].islower():
+            link.replace_self(link.children)
 
 
 def setup(app: Sphinx) -> None:
     """Connect the reading of pages."""
     app.connect("source-read", read_page)
     app.connect("include-read", read_included)
+    app.connect("doctree-read", without_links_of_words)
