@@ -47,7 +47,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["examples/*", "gallery/*.ipynb", "gallery/*.py"]
+exclude_patterns = ["examples/*", "paper/*", "gallery/uses/*"]
 templates_path = ["_templates"]
 highlight_language = "default"
 
@@ -90,6 +90,8 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "write_computation_times": False,
     "reference_url": {"ilf": None},
+    "doc_module": ("ilf",),
+    "backreferences_dir": "gallery/uses",
 }
 
 
