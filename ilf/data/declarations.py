@@ -199,8 +199,9 @@ class ParameterSet:
 
     def same_effect(self, other: Self) -> bool:
         """Whether two sets differ only in values that have no effect."""
-        return all(
-            getattr(self, name) == getattr(other, name) or not self.has_effect(name) for name in self.declarations()
+        mine, others = vars(self), vars(other)
+        return mine == others or all(
+            mine[name] == others[name] or not self.has_effect(name) for name in self.declarations()
         )
 
     def _unmet(self, name: str) -> tuple[str, *tuple[Value, ...]] | tuple[()]:
