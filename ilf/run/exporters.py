@@ -12,7 +12,7 @@ from .._runtime.plugins import EXPORTERS, call, entry_of_file, entry_points, loa
 from ..data.results import Completion
 from ..errors import ParameterError
 
-_BUILT_IN = (EntryPoint("rrd", "ilf.drawing.rerun_file:RerunFile", EXPORTERS),)
+_BUILT_IN = (EntryPoint("rrd", "ilf.run.rerun_file:RerunFile", EXPORTERS),)
 
 
 class Exporter(Protocol):

@@ -11,7 +11,7 @@ from .._runtime.installation import optional
 from ..completion.confidence.expected_error import expected_error
 from ..data.frame import RGBDFrame
 from ..data.results import Completion
-from .blocks import block_colour
+from ..drawing.blocks import block_colour
 
 CAMERA = "world/camera"
 """Entity with the images of the camera: colour, depth, completed and blocks."""

@@ -7,7 +7,7 @@ import pytest
 
 import ilf
 from ilf.completion.confidence.expected_error import expected_error
-from ilf.drawing.rerun_file import CAMERA, ERROR
+from ilf.run.rerun_file import CAMERA, ERROR
 
 from ..small_frames import CAMERA as INTRINSICS
 from ..small_frames import QUICK, write_small_frame
