@@ -214,7 +214,7 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDAr
     if isinstance(path, str | os.PathLike) and (predict := guide_network(path)) is not None:
         if rgb is None:
             raise InputError(f"{path}: a network predicts a guide from the frame's colour. Give it, too (rgb=).")
-        return predict(existing_file(path), rgb)
+        return predict(Path(path), rgb)
     content = read_file(path)
     suffix = content.path.suffix.lower()
     array = _READERS[suffix](content) if suffix in _READERS else _one_channel(content, read_image(content))
@@ -240,7 +240,7 @@ def guide_network(path: str | os.PathLike[str]) -> Callable[[Path, NDArray[np.ui
     if entry is None:
         return None
     predict = load(entry)
-    return lambda file, rgb: Guide.from_array(np.asarray(call(entry, predict, file, rgb)), str(file))
+    return lambda file, rgb: Guide.from_array(np.asarray(call(entry, predict, existing_file(file), rgb)), str(file))
 
 
 def guide_suffixes() -> tuple[str, ...]:
