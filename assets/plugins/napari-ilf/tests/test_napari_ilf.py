@@ -1,5 +1,6 @@
 """The reader, the sample and the widget, in napari."""
 
+import cv2
 import numpy as np
 import pytest
 from napari_ilf.completing import CompletionWidget
@@ -52,8 +53,6 @@ def test_a_project(viewer, tmp_path, frame):
 
 @pytest.mark.parametrize("depth_format", ["npy", "png"])
 def test_a_run_and_its_folder(viewer, tmp_path, frame, depth_format):
-    import cv2
-
     cv2.imwrite(str(tmp_path / "rgb.png"), frame.rgb[..., ::-1])
     np.save(tmp_path / "depth.npy", frame.depth)
     read = ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.npy", intrinsics=CAMERA)
