@@ -18,7 +18,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from .._runtime.files import ensure_folder, write_bytes, write_parts
+from .._runtime.files import ensure_folder, write_bytes
+from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.processes import run_in_processes
 from .._runtime.schema import Section
@@ -27,7 +28,7 @@ from .._runtime.threads import available_cores
 from ..errors import FormatError, InputError, cause
 from ..run.record import PROGRAM
 from ..sources.frame_source import FrameSource
-from ..sources.shards import LIST_FILE, SCHEMA, SHARDS_FILE, ShardSet, ShardTable, is_shards, read_shard_set
+from ..sources.shards import LIST_FILE, SCHEMA, SHARDS_FILE, ShardSet, read_shard_set, table_ends
 from .batch import some
 from .frame_record import FrameOutcome
 from .frames import BatchFrame
@@ -65,7 +66,7 @@ class ShardBatch:
 
     Attributes
     ----------
-    folder : Path
+    folder : Folder
     shards : ShardSet
     task : ShardTask
     to_do : tuple of int
@@ -74,7 +75,7 @@ class ShardBatch:
         Brought up to date by `outcomes`.
     """
 
-    folder: Path
+    folder: Folder
     shards: ShardSet
     task: ShardTask
     to_do: tuple[int, ...]
@@ -109,13 +110,16 @@ class ShardBatch:
                 del open_frames[index]
                 self._write(index)
         if not self.counts.left:
-            remove_empty((Path(self.task.folder),))
+            parts = Path(self.task.folder)
+            remove_empty((parts, parts.parent))
 
     def _frames(self, open_frames: dict[int, int]) -> Iterator[ShardFrame]:
         """Yield the frames that have no part yet, and count them by shard; shards that have all parts are written."""
         to_do = set(self.to_do)
-        with open(self.folder / LIST_FILE, "rb") as lines:
-            for index in range(self.shards.count):
+        if not to_do:
+            return
+        with self.folder.open(LIST_FILE) as lines:
+            for index in range(max(to_do) + 1):
                 numbers, name = self.shards.numbers(index), self.shards.name(index)
                 own = islice(lines, len(numbers))
                 if index not in to_do:
@@ -149,7 +153,7 @@ class ShardBatch:
     def _write(self, index: int) -> None:
         """Write a shard from its parts, unless another process has, and remove them."""
         name = self.shards.name(index)
-        if not (self.folder / f"{name}.parquet").exists():
+        if not self.folder.exists(self.shards.table(index)):
             files = [self.task.part(name, number) for number in self.shards.numbers(index)]
             write_shard(self.folder, name, self.task.sha256, files)
         shutil.rmtree(self.task.part(name, 0).parent, ignore_errors=True)
@@ -174,7 +178,7 @@ def open_shards(
     list_frames : callable
         Called in a process of its own, whose memory is free afterwards.
     folder : path-like
-        Created if missing.
+        Created if missing; or an address.
     settings : BatchSettings
         Their export options have one depth format.
     keep : sequence of str
@@ -198,14 +202,14 @@ def open_shards(
         If the folder cannot be written.
     """
     optional("pyarrow.parquet", "shards", "Writing shards")  # missing packages are reported before any work
-    target = Path(folder).absolute()
+    target = folder_at(folder)
     facts = settings.facts() | {"shards": {"keep": list(keep), "per_shard": per_shard}}
-    if (target / SETTINGS_FILE).exists():
+    if target.exists(SETTINGS_FILE):
         raise InputError(f"{target} contains a batch with a folder for each frame. Choose another folder for shards.")
-    if not is_shards(target):
-        for _, _ in run_in_processes(partial(_freeze, target, facts, dict(request)), [list_frames]):
+    if not target.exists(SHARDS_FILE):
+        for _, _ in run_in_processes(partial(_freeze, str(target), facts, dict(request)), [list_frames]):
             pass
-        if not is_shards(target):
+        if not target.exists(SHARDS_FILE):
             raise InputError("The process that lists the frames ended. Memory may have run out: close other programs.")
     shards = read_shard_set(target)
     for what, before, now in (("settings", shards.settings, facts), ("frames", shards.request, request)):
@@ -214,18 +218,18 @@ def open_shards(
                 f"{target} has shards of other {what} ({some(differences(before, now))}). Choose another folder."
             )
     _check_list(target, shards)
-    task = ShardTask(str(target / _PARTS), settings, tuple(keep), shards.sha256, strict)
+    task = ShardTask(str(target.working / _PARTS), settings, tuple(keep), shards.sha256, strict)
     counts, to_do = ShardCounts(), []
-    finished = set(shards.finished(target))
-    for index in range(part[0] - 1, shards.count, part[1]):
+    own = range(part[0] - 1, shards.count, part[1])
+    failures = _failures(target, task, [shards.table(index) for index in own])
+    for index in own:
         counts.total += len(shards.numbers(index))
-        name = shards.name(index)
-        failed = _failed(target / f"{name}.parquet", task) if index in finished else 0
-        if index in finished and not (failed and retry_failed):
+        name, failed = shards.name(index), failures.get(shards.table(index))
+        if failed is not None and not (failed and retry_failed):
             counts.before += len(shards.numbers(index)) - failed
             counts.failed_before += failed
             continue
-        if index in finished:
+        if failed:
             _reopen(target, task, name, shards.numbers(index))
         to_do.append(index)
         for number in _parts(task, name):
@@ -238,15 +242,18 @@ def open_shards(
     return ShardBatch(target, shards, task, tuple(to_do), counts)
 
 
-def _failed(path: Path, task: ShardTask) -> int:
-    """Return the number of failed frames in a finished shard."""
-    table = ShardTable(path)
-    try:
+def _failures(folder: Folder, task: ShardTask, names: Sequence[str]) -> dict[str, int]:
+    """Return the numbers of failed frames of those of some tables that exist."""
+    sizes, found = folder.sizes(), {}
+    for name, table in table_ends(folder, {name: sizes[name] for name in names if name in sizes}):
+        if isinstance(table, FormatError):
+            raise table
         if table.sha256 != task.sha256:
-            raise FormatError(f"{path} does not match the settings in its name. Delete it and run the batch again.")
-        return table.failed
-    finally:
-        table.close()
+            raise FormatError(
+                f"{folder}/{name} does not match the settings in its name. Delete it and run the batch again."
+            )
+        found[name] = table.failed
+    return found
 
 
 def _parts(task: ShardTask, name: str) -> frozenset[int]:
@@ -265,21 +272,21 @@ def _read_part(path: Path) -> Part:
         raise FormatError(f"{path} is damaged ({cause(error)}). Delete it and run the batch again.") from error
 
 
-def _reopen(folder: Path, task: ShardTask, name: str, numbers: range) -> None:
+def _reopen(folder: Folder, task: ShardTask, name: str, numbers: range) -> None:
     """Turn a finished shard into the parts of its completed frames, so that the failed ones can be completed."""
     ensure_folder(task.part(name, 0).parent)
     for number, (row, data) in zip(numbers, sample_of(folder, name), strict=True):
         if row["status"] == "completed":
             write_bytes(task.part(name, number), Part(row, data).content())
-    (folder / f"{name}.parquet").unlink()
+    folder.remove(f"{name}.parquet")
 
 
 # The frozen list: a line of JSON for each frame.
 
 
-def _freeze(folder: Path, facts: dict[str, Any], request: dict[str, Any], list_frames: ListFrames) -> None:
+def _freeze(target: str, facts: dict[str, Any], request: dict[str, Any], list_frames: ListFrames) -> None:
     """Write the frozen list, and shards.json last."""
-    frames = list_frames()
+    frames, folder = list_frames(), folder_at(target)
     keys, whole, size = hashlib.sha256(), hashlib.sha256(), 0
 
     def lines() -> Iterator[bytes]:
@@ -291,12 +298,12 @@ def _freeze(folder: Path, facts: dict[str, Any], request: dict[str, Any], list_f
             size += len(line)
             yield line
 
-    write_parts(ensure_folder(folder) / LIST_FILE, lines())
+    folder.put(LIST_FILE, lines())
     per_shard, keep = facts["shards"]["per_shard"], tuple(facts["shards"]["keep"])
     sha256 = sha256_of(facts | {"keys": keys.hexdigest()})
     shards = ShardSet(facts, request, sha256, len(frames), per_shard, keep, size, whole.hexdigest())
     data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(shards)}
-    write_bytes(folder / SHARDS_FILE, f"{json.dumps(data, indent=2)}\n".encode())
+    folder.put(SHARDS_FILE, [f"{json.dumps(data, indent=2)}\n".encode()])
 
 
 def frame_of_line(line: bytes) -> BatchFrame:
@@ -306,12 +313,10 @@ def frame_of_line(line: bytes) -> BatchFrame:
     return BatchFrame(key, FrameSource.from_json(Section(LIST_FILE, data)), data["time"], sample_name(key))
 
 
-def _check_list(folder: Path, shards: ShardSet) -> None:
+def _check_list(folder: Folder, shards: ShardSet) -> None:
     """Raise if the frozen list does not have the size that shards.json states."""
-    path = folder / LIST_FILE
-    try:
-        size = path.stat().st_size
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({cause(error)}). Choose another folder.") from error
+    size = folder.size(LIST_FILE)
     if size != shards.list_bytes:
-        raise FormatError(f"{path} has {size} bytes instead of {shards.list_bytes}. Choose another folder.")
+        raise FormatError(
+            f"{folder}/{LIST_FILE} has {size} bytes instead of {shards.list_bytes}. Choose another folder."
+        )
