@@ -284,11 +284,11 @@ class Shards(Recording):
                 f"{self.path} has no colour of {key}, which is from a recording or was registered. {remedy}"
             )
         try:
-            file = read_file(row["rgb"]) if not is_address(row["rgb"]) else _remote_file(row["rgb"])
+            file = _remote_file(row["rgb"]) if is_address(row["rgb"]) else read_file(row["rgb"])
         except InputError as error:
             raise InputError(f"{self.path} has no colour of {key}: {error} {remedy}") from error
         if file.sha256 != row["rgb_sha256"]:
-            raise InputError(f"{file}, the colour of {key}, has changed since depth was completed. {remedy}")
+            raise InputError(f"{row['rgb']}, the colour of {key}, has changed since depth was completed. {remedy}")
         return read_colour(file)
 
     def cameras(self, key: str) -> Cameras:

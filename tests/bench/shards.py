@@ -153,6 +153,12 @@ def keys(folder: Path, count: int) -> bool:
             pyarrow.Table.from_pylist(made, schema().with_metadata(facts)), out / f"{name}.parquet"
         )
     _step("resuming, all finished", count, lambda: list(opened().outcomes()))
+    store, address = fsspec.filesystem("memory"), "memory://bench/out"
+    names = ["shards.json", "frames.jsonl", *tables(folder_at(out))]
+    store.put([str(out / name) for name in names], [f"/bench/out/{name}" for name in names])
+    at_address = partial(open_shards, partial(_listed, root), address, SETTINGS, KEEP, 1000, {})
+    _step("resuming at an address, all finished", count, lambda: list(at_address().outcomes()))
+    store.store.clear()
     _step("merging", count, lambda: merge_tables(folder_at(out)))
     _step("opening as a source", count, lambda: Shards(out).index())
     return True

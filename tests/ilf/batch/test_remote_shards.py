@@ -62,6 +62,10 @@ def tars(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.glob("*.tar"))}
 
 
+def failing_request() -> None:
+    raise ConnectionError("no route")
+
+
 def staged(tmp_path: Path) -> list[Path]:
     return [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
 
@@ -150,6 +154,11 @@ def test_what_a_store_refuses_is_one_line_and_is_resumed(
     assert done == 2
     assert main(command(source, tmp_path / "alone")) == 0
     assert tars_at(memory, "/results/out") == tars(tmp_path / "alone")
+    with monkeypatch.context() as silent:
+        silent.setattr(type(memory), "info", lambda *_, **__: failing_request())
+        silent.setattr(RemoteFiles, "upload", lambda *_: pytest.fail("a list that cannot be seen is not written anew"))
+        assert main(command(source, OUT)) == 1
+    assert "cannot be read (no route)" in capsys.readouterr().err
     monkeypatch.setattr(type(memory), "put_file", lambda self, path, name: self.pipe(name, b""))
     assert main(command(source, "memory://results/other")) == 1
     assert "it has 0 bytes instead of" in capsys.readouterr().err
