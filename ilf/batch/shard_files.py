@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
-from itertools import islice
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -161,22 +160,20 @@ def check_shards(folder: Folder, *, contents: bool = True) -> ShardCheck:
         else:
             completed, failed = completed + table.rows - table.failed, failed + table.failed
     if contents:
-        problems = list(_problems(folder, shards, set(finished.values())))
+        problems = list(_problems(folder, shards, finished.values()))
     return ShardCheck(shards.count, len(finished), shards.frames, completed, failed, tuple(problems))
 
 
-def _problems(folder: Folder, shards: ShardSet, finished: set[int]) -> Iterator[str]:
+def _problems(folder: Folder, shards: ShardSet, finished: Iterable[int]) -> Iterator[str]:
     """Yield what is wrong with finished shards; raises FormatError if the frozen list is damaged."""
     if folder.sha256(LIST_FILE) != shards.list_sha256:
         raise FormatError(f"{folder}/{LIST_FILE} is damaged: its frames are not those of the batch.")
-    with folder.open(LIST_FILE) as lines:
-        for index in range(shards.count):
-            keys = [_text(json.loads(line)["key"]) for line in islice(lines, len(shards.numbers(index)))]
-            if index in finished:
-                try:
-                    _check_shard(folder, shards.name(index), shards.sha256, keys)
-                except IlfError as error:
-                    yield str(error)
+    for index in finished:
+        keys = [_text(json.loads(line)["key"]) for line in shards.lines(folder, index)]
+        try:
+            _check_shard(folder, shards.name(index), shards.sha256, keys)
+        except IlfError as error:
+            yield str(error)
 
 
 def _check_shard(folder: Folder, name: str, sha256: str, keys: list[str]) -> None:

@@ -14,7 +14,6 @@ import shutil
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -115,26 +114,18 @@ class ShardBatch:
 
     def _frames(self, open_frames: dict[int, int]) -> Iterator[ShardFrame]:
         """Yield the frames that have no part yet, and count them by shard; shards that have all parts are written."""
-        to_do = set(self.to_do)
-        if not to_do:
-            return
-        with self.folder.open(LIST_FILE) as lines:
-            for index in range(max(to_do) + 1):
-                numbers, name = self.shards.numbers(index), self.shards.name(index)
-                own = islice(lines, len(numbers))
-                if index not in to_do:
-                    for _ in own:
-                        pass
-                    continue
-                ensure_folder(self.task.part(name, 0).parent)
-                there = self._parts(index)
-                left = [(number, line) for number, line in zip(numbers, own, strict=True) if number not in there]
-                if not left:
-                    self._write(index)
-                    continue
-                open_frames[index] = len(left)
-                for number, line in left:
-                    yield ShardFrame(name, number, frame_of_line(line))
+        for index in self.to_do:
+            numbers, name = self.shards.numbers(index), self.shards.name(index)
+            ensure_folder(self.task.part(name, 0).parent)
+            there = self._parts(index)
+            left = [number for number in numbers if number not in there]
+            if not left:
+                self._write(index)
+                continue
+            open_frames[index] = len(left)
+            lines = self.shards.lines(self.folder, index)
+            for number in left:
+                yield ShardFrame(name, number, frame_of_line(lines[number - numbers.start]))
 
     def _parts(self, index: int) -> frozenset[int]:
         return _parts(self.task, self.shards.name(index))
@@ -290,10 +281,14 @@ def _freeze(target: str, facts: dict[str, Any], request: dict[str, Any], list_fr
     """Write the frozen list, and shards.json last."""
     frames, folder = list_frames(), folder_at(target)
     keys, whole, size = hashlib.sha256(), hashlib.sha256(), 0
+    per_shard, keep = facts["shards"]["per_shard"], tuple(facts["shards"]["keep"])
+    offsets: list[int] = []
 
     def lines() -> Iterator[bytes]:
         nonlocal size
-        for frame in frames:
+        for number, frame in enumerate(frames):
+            if number % per_shard == 0:
+                offsets.append(size)
             line = f"{json.dumps({'key': frame.key, 'time': frame.time, **frame.source.to_json()})}\n".encode()
             keys.update(f"{json.dumps(frame.key)}\n".encode())
             whole.update(line)
@@ -301,9 +296,8 @@ def _freeze(target: str, facts: dict[str, Any], request: dict[str, Any], list_fr
             yield line
 
     folder.put(LIST_FILE, lines())
-    per_shard, keep = facts["shards"]["per_shard"], tuple(facts["shards"]["keep"])
     sha256 = sha256_of(facts | {"keys": keys.hexdigest()})
-    shards = ShardSet(facts, request, sha256, len(frames), per_shard, keep, size, whole.hexdigest())
+    shards = ShardSet(facts, request, sha256, len(frames), per_shard, keep, size, whole.hexdigest(), tuple(offsets))
     data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(shards)}
     folder.put(SHARDS_FILE, [f"{json.dumps(data, indent=2)}\n".encode()])
 

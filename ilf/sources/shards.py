@@ -64,6 +64,8 @@ class ShardSet:
     list_bytes : int
     list_sha256 : str
         Size and hash of the file with the frozen list.
+    list_offsets : tuple of int
+        Places in it where the shards begin [bytes].
     """
 
     settings: dict[str, Any]
@@ -74,6 +76,7 @@ class ShardSet:
     keep: tuple[str, ...]
     list_bytes: int
     list_sha256: str
+    list_offsets: tuple[int, ...]
 
     @property
     def count(self) -> int:
@@ -91,6 +94,14 @@ class ShardSet:
     def table(self, index: int) -> str:
         """Return the name of a shard's table."""
         return f"{self.name(index)}.parquet"
+
+    def lines(self, folder: Folder, index: int) -> list[bytes]:
+        """Read the lines of a shard from the frozen list; raises FormatError if it is damaged."""
+        start, end = (*self.list_offsets, self.list_bytes)[index : index + 2]
+        found = folder.read_range(LIST_FILE, start, end - start).splitlines()
+        if len(found) != len(self.numbers(index)):
+            raise FormatError(f"{folder}/{LIST_FILE} is damaged: its frames are not those of the batch.")
+        return found
 
     def finished(self, names: Container[str]) -> list[int]:
         """Return the shards that are finished: those whose table is among the files, as it is written last."""
@@ -123,7 +134,7 @@ def read_shard_set(folder: Folder) -> ShardSet:
         raise FormatError(f"{path} was not written by this program. Choose another folder.")
     check_schema(data, SCHEMA, f"file {path}")
     found = converted(data, ShardSet, f"file {path}")
-    if min(found.frames, found.per_shard) < 1:
+    if min(found.frames, found.per_shard) < 1 or len(found.list_offsets) != found.count:
         raise FormatError(f"{path} has no frames. Choose another folder.")
     return found
 
