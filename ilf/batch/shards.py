@@ -219,6 +219,7 @@ def open_shards(
         if failed is not None and not (failed and retry_failed):
             counts.before += len(shards.numbers(index)) - failed
             counts.failed_before += failed
+            shutil.rmtree(task.part(name, 0).parent, ignore_errors=True)  # left by a process that was killed
             continue
         if failed:
             _reopen(target, task, name, shards.numbers(index))

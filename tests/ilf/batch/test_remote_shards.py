@@ -17,6 +17,7 @@ import pytest
 import ilf
 import ilf._runtime.files
 from ilf._runtime.addresses import RemoteFiles
+from ilf._runtime.folders import folder_at
 from ilf.cli import main
 from ilf.sources.opening import close_all
 
@@ -97,8 +98,12 @@ def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, in
     assert f"{OUT}/{put[2]} is damaged" in capsys.readouterr().err
 
 
-def test_a_resume_reads_the_listing_and_the_ends_of_tables(source, memory, in_this_process, monkeypatch):
+def test_a_resume_reads_the_listing_and_the_ends_of_tables(source, tmp_path, memory, in_this_process, monkeypatch):
     assert main(command(source, OUT)) == 0
+    name = memory.glob("/results/out/*0001.tar")[0].rpartition("/")[2].removesuffix(".tar")
+    left = folder_at(OUT).working / "parts" / name / "000000002"  # by a kill after the table was put
+    left.parent.mkdir(parents=True)
+    left.write_bytes(b"{}\n")
     read: list[str] = []
     for name in ("read_all", "read_ranges", "open"):
         real = getattr(RemoteFiles, name)
@@ -112,6 +117,7 @@ def test_a_resume_reads_the_listing_and_the_ends_of_tables(source, memory, in_th
     in_this_process.clear()
     assert main(command(source, OUT)) == 0
     assert not in_this_process
+    assert not staged(tmp_path)
     assert [name.rpartition(".")[2] for name in read] == ["json", "parquet", "parquet", "parquet"]
     assert main(command(source, OUT, "--shard", "2/3")) == 0
     assert len(read) == 4 + 2
