@@ -57,11 +57,11 @@ def without_credentials(text: str) -> str:
 
     Examples
     --------
-    >>> without_credentials("https://me:secret@host/a.png?signature=abc: 403")
-    'https://host/a.png: 403'
+    >>> without_credentials("403: https://me:secret@host/a.png?until=12:00&signature=abc")
+    '403: https://host/a.png'
     """
     text = _USER.sub("", text)
-    text = re.sub(r"(://[^\s?#'\"]*)[?#][^\s'\"),:]*", r"\1", text)
+    text = re.sub(r"(://[^\s?#'\"]*)[?#][^\s'\")]*", r"\1", text)
     secrets = (value for name, value in os.environ.items() if _SECRET_NAME.search(name))
     for secret in sorted(filter(lambda value: len(value) >= _SECRET_LENGTH, secrets), key=len, reverse=True):
         text = text.replace(secret, "***")

@@ -18,7 +18,7 @@ from .nyu import NyuLabelledFrames, NyuRawFolder
 from .raw_pairs import RawPairs
 from .record3d import Record3D
 from .recording import Recording
-from .remote import forget_recording, recording_copy, reported, spelled
+from .remote import forget_recording, has_copy, recording_copy, reported, spelled
 from .ros import RosBag
 from .scannet import ScanNet
 from .shards import Shards, is_shards
@@ -114,7 +114,7 @@ def _opened_at(address: Address) -> Iterator[Recording]:
     name = os.getpid(), str(address), ()
     with _access:
         is_file = _is_recording_file(address)
-        if not is_file and (name in _open or is_shards(address)):
+        if not is_file and not has_copy(address) and (name in _open or is_shards(address)):
             with reported():
                 yield _kept(name, lambda: Shards(spelled(address), folder_at(address)))
             return

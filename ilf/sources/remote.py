@@ -120,7 +120,7 @@ def names_at(address: Address) -> Iterator[Path]:
                 path.touch()
         except OSError as error:
             raise ExportError(
-                f"{temporary} has no room for the names of {address} ({cause(error)}). Set TMPDIR to another folder."
+                f"{temporary} cannot have the names of {address} ({cause(error)}). Set TMPDIR to another folder."
             ) from error
 
         def read(path: Path) -> None:
@@ -155,7 +155,7 @@ def recording_copy(address: Address, is_file: bool) -> Path:
     ExportError
         If it cannot be written.
     """
-    if address in _recordings and _recordings[address].exists():
+    if has_copy(address):
         return _recordings[address]
     files = RemoteFiles(address)
     states = files.states("" if is_file else None)
@@ -168,6 +168,11 @@ def recording_copy(address: Address, is_file: bool) -> Path:
             files.download(name, target)
     _recordings[address] = path
     return path
+
+
+def has_copy(address: Address) -> bool:
+    """Whether this process uses a copy of a recording."""
+    return address in _recordings and _recordings[address].exists()
 
 
 def spelled(address: Address) -> Path:
