@@ -16,6 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import hypothesis
 import numpy as np
 import pytest
+from pytestqt.qtbot import QtBot
 
 from ilf.data.camera import CameraIntrinsics
 from ilf.data.frame import RGBDFrame
@@ -26,7 +27,11 @@ hypothesis.settings.register_profile("continuous", deadline=None, derandomize=Tr
 hypothesis.settings.load_profile("continuous" if os.environ.get("CI") else "home")
 
 
-_LONGEST_STEP_S = 20.0
+# pytest-qt waits for 5 s, which is too short on a busy machine
+for _wait in (QtBot.waitUntil, QtBot.waitSignal, QtBot.waitSignals, QtBot.waitCallback, QtBot.waitExposed):
+    _wait.__kwdefaults__["timeout"] = 60_000
+
+_LONGEST_STEP_S = 60.0
 
 
 @pytest.fixture(autouse=True)

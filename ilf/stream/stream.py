@@ -38,7 +38,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 _REFRESH = 8
-"""Blocks and edges are found again after so many frames, and the correction after them."""
+"""Blocks and edges are found again after so many frames, and the correction after them, which fades in over as many."""
 
 _REMEMBERED = 1000
 """Number of frames whose latency is remembered."""
@@ -115,7 +115,10 @@ class Scene:
     surroundings : Carried of Surroundings
     age : int
         Number of frames since the surroundings were requested.
-    change : Carried of Change, or None
+    change, former_change : Carried of Change, or None
+        The latest, and the one before, from which it fades in.
+    change_age : int
+        Number of frames since the latest change was adopted.
     corrected : Surroundings or None
         Those for which the change was requested last.
     pending : Carried of Future, or None
@@ -132,6 +135,8 @@ class Scene:
         self.surroundings = self.of_this_frame(surroundings)
         self.age = 0
         self.change: Carried[Change] | None = None
+        self.former_change: Carried[Change] | None = None
+        self.change_age = 0
         self.corrected: Surroundings | None = None
         self.pending: Carried[Future[Surroundings | Change]] | None = None
         self.depth: Array | None = None
@@ -157,6 +162,9 @@ class Scene:
         self.frame, self._reduced, self.expected = frame, reduced, expected
         self.surroundings = self.surroundings.to_next(step)
         self.change = self.change and self.change.to_next(step)
+        self.change_age += 1
+        former = self.former_change if self.change_age < _REFRESH else None
+        self.former_change = former and former.to_next(step)
         self.pending = self.pending and self.pending.to_next(step)
         self.age += 1
         return True
@@ -166,6 +174,7 @@ class Scene:
         if isinstance(found.value, Surroundings):
             self.surroundings = Carried(found.value, found.offsets)
         else:
+            self.former_change, self.change_age = self.change, 0
             self.change = Carried(found.value, found.offsets)
 
     @property
@@ -197,10 +206,13 @@ class Scene:
 
     def with_change(self, results: dict[int, BlockResult]) -> dict[int, BlockResult]:
         """Results with the change carried to the current frame applied, if there is one."""
-        if self.change is None or self.change.value.values is None:
+        values = _carried_values(self.change)
+        if values is None:
             return results
+        if (former := _carried_values(self.former_change)) is not None:
+            values = former + (values - former) * np.float32(self.change_age / _REFRESH)
         known = self.frame.known
-        factor = np.exp(applied_change(self.change.offsets.interpolated(self.change.value.values), known))
+        factor = np.exp(applied_change(values, known))
         factor[known] = 1
         return {
             label: replace(result, depth=result.depth * factor[result.block.box][result.block.mask])
@@ -213,6 +225,11 @@ class Scene:
     def notes(self) -> tuple[str, ...]:
         """Notes on surroundings and change."""
         return self.surroundings.value.notes + (() if self.change is None else self.change.value.notes)
+
+
+def _carried_values(change: Carried[Change] | None) -> Array | None:
+    """The values of a change at the current frame's pixels, if there are any."""
+    return None if change is None or change.value.values is None else change.offsets.interpolated(change.value.values)
 
 
 # The stream.

@@ -16,7 +16,7 @@ from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
 from ilf.sources.frame_source import FrameSource
 
-WAIT_MS = 20_000
+WAIT_MS = 60_000
 
 
 def write_frame(folder: Path, frame: RGBDFrame) -> Path:

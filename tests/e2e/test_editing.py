@@ -177,7 +177,7 @@ def test_extracting_again_keeps_locked_blocks_and_is_undoable(editing: MainWindo
     mask = session.labels == new
     edited = session.labels.copy()
     editing.workspace.parameters.set_extraction(BlockParameters(min_size=1.0))
-    with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
+    with qtbot.waitSignal(editing.loader.idle, timeout=60_000):
         editing.actions_["extract"].trigger()
     assert np.array_equal(session.labels == new, mask)
     assert session.info(new).name == "Mine"
@@ -268,7 +268,7 @@ def test_undoing_an_extraction_brings_names_parameters_and_origin_back(editing: 
     workspace.parameters.set(preset(max_iterations=3), 1)
     used = session.notes.extraction
     workspace.parameters.set_extraction(BlockParameters(min_size=48.0))
-    with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
+    with qtbot.waitSignal(editing.loader.idle, timeout=60_000):
         editing.actions_["extract"].trigger()
     assert len(session.counts()) == 1
     assert session.info(1).name == "Block 1"

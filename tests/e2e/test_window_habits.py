@@ -79,7 +79,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     first, *_ = menu.actions()
     assert frame_folder.name in first.text()
     opened.documents.close_frame()
-    with qtbot.waitSignal(opened.loader.idle, timeout=20_000):
+    with qtbot.waitSignal(opened.loader.idle, timeout=60_000):
         first.trigger()
     assert opened.workspace.session.key == str(frame_folder)
 

@@ -17,7 +17,7 @@ from ilf.project.journal import Journal
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
-WAIT_MS = 20_000
+WAIT_MS = 60_000
 
 
 class Recording:

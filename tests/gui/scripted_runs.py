@@ -20,7 +20,7 @@ from ilf.data.blocks import Block, drawn_of, find_blocks
 from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Progress, Status, notes_of
 from ilf.run.run import Run
 
-WAIT_MS = 4000
+WAIT_MS = 60_000
 
 Until = Callable[[Callable[[], bool]], None]
 

@@ -240,7 +240,7 @@ def test_a_context_menu_names_place_and_pixel(views, qtbot):
     view = view_of(views)
     position = place(view, 20.5, 10.5)
     event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, position, view.viewport().mapToGlobal(position))
-    with qtbot.waitSignal(views.contextMenuRequested, timeout=1000) as caught:
+    with qtbot.waitSignal(views.contextMenuRequested) as caught:
         QApplication.sendEvent(view.viewport(), event)
     where, x, y = caught.args
     assert where == view.viewport().mapToGlobal(position)

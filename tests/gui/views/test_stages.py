@@ -22,7 +22,7 @@ from ilf import BlockParameters
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
 from ilf.segmentation.extraction import Extraction, extract
 
-WAIT_MS = 20_000
+WAIT_MS = 60_000
 CANNY = BlockParameters(detector="canny")
 
 

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.work.latest_request import LatestRequest
 
-WAIT_MS = 10_000
+WAIT_MS = 60_000
 
 
 class _Oracle:

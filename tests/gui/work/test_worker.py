@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from gui.work.jobs import Worker
 from ilf._runtime.cancellation import check_cancelled
 
-WAIT_MS = 10_000
+WAIT_MS = 60_000
 Until = Callable[[Callable[[], bool]], None]
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import ilf
 from ilf.stream.carrying import Offsets, Reduced, carry_depth
 from ilf.stream.pacing import latest_of
-from ilf.stream.stream import StreamStatistics
+from ilf.stream.stream import Change, StreamStatistics
 
 SHAPE = (48, 80)
 SHIFT = 2
@@ -63,6 +63,18 @@ def test_the_same_frames_give_the_same_bits(streamed: tuple[list[ilf.Completion]
     with ilf.Stream(threads=1) as again:
         for number, completion in enumerate(streamed[0][:5]):
             assert np.array_equal(again.complete(frame(number)).depth, completion.depth)
+
+
+def test_a_new_correction_fades_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ilf.stream.stream._REFRESH", 2)
+    shares = iter((0.1, 0.2, 0.4, 0.8))
+    monkeypatch.setattr(Change, "of", lambda *_: Change(np.full(SHAPE, next(shares), np.float32)))
+    changes: list[float] = []
+    monkeypatch.setattr("ilf.stream.stream.applied_change", lambda values, _: changes.append(values.mean()) or values)
+    with ilf.Stream() as stream:
+        for _ in range(8):
+            stream.complete(frame(0))
+    assert np.allclose(changes, [0.1, 0.1, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6])  # new ones in frames 2, 4 and 6
 
 
 def test_a_new_scene_starts_anew_and_says_so() -> None:
