@@ -242,8 +242,11 @@ class RemoteFiles:
         """Pieces of files from start to before end, read at the same time."""
         with self._reported(self.address):
             found: list[bytes] = self._driver.cat_ranges(
-                [self._path(name) for name in names], list(starts), list(ends), on_error="raise"
+                [self._path(name) for name in names], list(starts), list(ends), on_error="return"
             )
+            for error in found:
+                if isinstance(error, BaseException):
+                    raise error
         return [  # some servers send whole files
             data[start:end] if len(data) > end - start else data
             for data, start, end in zip(found, starts, ends, strict=True)

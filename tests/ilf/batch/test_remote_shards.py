@@ -203,8 +203,8 @@ def test_a_full_disk_of_this_machine_is_one_line_and_is_resumed(
 @pytest.fixture(scope="session")
 def s3() -> Iterator[dict[str, str]]:
     """The environment of processes that use a stand-in for S3."""
-    pytest.importorskip("s3fs", reason="s3fs is not installed (extra test)")
-    pytest.importorskip("moto.server", reason="moto is not installed (extra test)")
+    pytest.importorskip("s3fs", reason="s3fs is not installed (extra dev)")
+    pytest.importorskip("moto.server", reason="moto is not installed (extra dev)")
     with object_store() as settings:
         yield settings
 
