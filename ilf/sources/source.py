@@ -296,6 +296,8 @@ def open_source(
     ParameterError
         If both units and an encoding are given, the minimum confidence is not a number, `max_gap` is not a duration, or
         `topics` are given for a source without topics.
+    ExportError
+        If a recording at an address cannot be copied to this machine.
 
     Examples
     --------

@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ import ilf._runtime.files
 from ilf._runtime.addresses import RemoteFiles
 from ilf._runtime.folders import folder_at
 from ilf.cli import main
+from ilf.errors import ExportError
 from ilf.sources.opening import close_all
 
 from ..batch_frames import work_in_this_process, write_frames
@@ -61,6 +62,15 @@ def tars_at(store, folder: str) -> dict[str, bytes]:
 
 def tars(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.glob("*.tar"))}
+
+
+def without_tars(upload: Callable[..., None]) -> Callable[..., None]:
+    def checked(files: RemoteFiles, path: Path, name: str) -> None:
+        if name.endswith(".tar"):
+            raise ExportError("no route")
+        upload(files, path, name)
+
+    return checked
 
 
 def failing_request() -> None:
@@ -170,6 +180,17 @@ def test_what_a_store_refuses_is_one_line_and_is_resumed(
     assert "it has 0 bytes instead of" in capsys.readouterr().err
 
 
+def test_a_folder_that_was_deleted_is_begun_anew(source, tmp_path, memory, in_this_process, monkeypatch):
+    with monkeypatch.context() as failing:
+        failing.setattr(RemoteFiles, "upload", without_tars(RemoteFiles.upload))
+        assert main(command(source, OUT)) == 1
+    assert staged(tmp_path)
+    memory.rm("/results/out", recursive=True)
+    in_this_process.clear()
+    assert main(command(source, OUT)) == 0
+    assert len(in_this_process) == 5
+
+
 def test_a_full_disk_of_this_machine_is_one_line_and_is_resumed(
     source, tmp_path, memory, in_this_process, monkeypatch, capsys
 ):
@@ -257,5 +278,6 @@ def test_a_store_that_does_not_answer_is_one_line(bucket, monkeypatch, capsys):
     assert main(["info", "s3://bucket/in"]) == 1
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert "s3://bucket/in: cannot be read" in error
+    assert "error: s3://bucket/in/" in error
+    assert ": cannot be read (Could not connect" in error
     assert SECRET not in error
