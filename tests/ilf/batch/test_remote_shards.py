@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import json
 import os
 import subprocess
@@ -27,7 +28,7 @@ from ..object_store import SECRET, object_store
 from .test_batch import FLAGS
 
 fsspec = pytest.importorskip("fsspec")
-pytest.importorskip("pyarrow.parquet")
+parquet = pytest.importorskip("pyarrow.parquet")
 
 OUT = "memory://results/out"
 
@@ -268,6 +269,9 @@ def test_kills_lose_nothing_at_an_address(source, tmp_path, bucket, in_this_proc
     log.close()
     written = [bucket.cat(path) for path in bucket.find("bucket")]
     written += [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
+    tables = [content for content in written if content.startswith(b"PAR1")]
+    assert len(tables) == 2 * 3
+    written += [str(parquet.read_table(io.BytesIO(content)).to_pydict()).encode() for content in tables]
     assert not any(SECRET.encode() in content or b"AKIAIOSFODNN7EXAMPLE" in content for content in written)
     assert json.loads((tmp_path / "one/run.json").read_text())["inputs"]["rgb"]["path"] == f"{address}/rgb/0001.png"
 

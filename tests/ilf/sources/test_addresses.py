@@ -232,6 +232,11 @@ def test_credentials_in_errors_of_drivers_are_not_shown(memory, monkeypatch: pyt
         source[0]
     assert "(403 for https://host/a.png with *** no). Check the address, the credentials" in str(caught.value)
     assert caught.value.__suppress_context__
+    work_in_this_process(monkeypatch)
+    assert main(["batch", address, "--out", str(tmp_path / "out"), "--quiet"]) == 1
+    written = [path.read_text() for path in (tmp_path / "out").rglob("*") if path.is_file()]
+    assert any("403 for https://host/a.png with ***" in text for text in written)
+    assert not any(SECRET in text or "Signature" in text for text in written)
     assert without_credentials("hf://datasets/a/b@main: no") == "hf://datasets/a/b@main: no"
 
 
