@@ -5,6 +5,7 @@ kills     the process or one of its workers is killed (-9) at random moments unt
 store-kills  the same with sources and shards in a stand-in for S3 on this machine
 keys      processor time and memory for each key of listing and freezing, of resuming with all shards finished (in a
           stand-in for S3, too, which runs in the same process), of merging and of opening the shards as a source
+          and as results
 overhead  processor time of encoding, measuring, writing and assembling a frame of the sample, beyond the library's
 """
 
@@ -14,6 +15,7 @@ import argparse
 import io
 import json
 import os
+import pickle
 import random
 import resource
 import signal
@@ -41,6 +43,7 @@ from ilf.batch.shard_task import ShardTask, _completed, _files
 from ilf.batch.shards import open_shards
 from ilf.batch.task import measured
 from ilf.run.options import ExportOptions
+from ilf.run.stored_results import StoredResults
 from ilf.sources.shards import Shards
 from tests.ilf.batch_frames import write_frames
 from tests.ilf.object_store import object_store
@@ -159,6 +162,8 @@ def keys(folder: Path, count: int) -> bool:
         _step("resuming in a store, with the store's own work", count, lambda: list(there().outcomes()))
     _step("merging", count, lambda: merge_tables(folder_at(out)))
     _step("opening as a source", count, lambda: Shards(out).index())
+    _step("opening as results", count, lambda: StoredResults(out))
+    print(f"pickled results: {len(pickle.dumps(StoredResults(out))) / count:.0f} bytes a key")
     return True
 
 
