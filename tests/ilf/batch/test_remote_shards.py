@@ -6,6 +6,7 @@ import errno
 import io
 import json
 import os
+import pickle
 import subprocess
 import sys
 import time
@@ -21,6 +22,7 @@ from ilf._runtime.addresses import RemoteFiles
 from ilf._runtime.folders import folder_at
 from ilf.cli import main
 from ilf.errors import ExportError
+from ilf.run.stored_results import StoredResults
 from ilf.sources.opening import close_all
 
 from ..batch_frames import work_in_this_process, write_frames
@@ -102,6 +104,8 @@ def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, in
         np.testing.assert_array_equal(here[key].depth, there[key].depth)
         np.testing.assert_array_equal(here[key].rgb, there[key].rgb)
     assert there[0].inputs.rgb.path == OUT
+    results = pickle.loads(pickle.dumps(StoredResults(OUT)))  # as for the workers of a DataLoader
+    np.testing.assert_array_equal(results[0].depth, here[0].depth)
     assert main(["info", OUT]) == 0
     assert f"{OUT}, 3 of 3 finished" in capsys.readouterr().out
     memory.pipe("/results/out/" + put[2], b"0" * 40)
