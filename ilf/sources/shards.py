@@ -344,7 +344,10 @@ class Shards(Recording):
         if last == key:
             return files
         row, path = self._row(key), f"{self._folder}/{self._tar(key)}"
-        data = self._folder.read_range(self._tar(key), row["offset"], row["size"])
+        try:
+            data = self._folder.read_range(self._tar(key), row["offset"], row["size"])
+        except (TypeError, ValueError, OverflowError) as error:
+            raise FormatError(f"{path} has no place of {key} ({cause(error):.80}). Check the folder.") from error
         if sha256_of(data) != row["sha256"]:
             raise FormatError(f"{path} is damaged in {key}. Check it by `ilf batch --shards {self.path} --verify`.")
         files = members_of(data, path)
