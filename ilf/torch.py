@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ._runtime.installation import optional
 from .run.frame_arrays import FrameArrays
 from .sources.source import Source
 
 torch = optional("torch", "torch", "ilf.torch")
-_Dataset: Any = optional("torch.utils.data", "torch", "ilf.torch").Dataset
+if TYPE_CHECKING:
+    from torch.utils.data import Dataset
+else:
+    Dataset = optional("torch.utils.data", "torch", "ilf.torch").Dataset
 
 
-class FrameDataset(_Dataset):
+class FrameDataset(Dataset[Any]):
     """Frames of a source, or results, as a map-style data set for `torch.utils.data.DataLoader`.
 
     An item is a dict of new, writable tensors. H and W are the size of its frame; NaN is missing depth.

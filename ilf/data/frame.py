@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -197,6 +198,25 @@ class RGBDFrame:
     neighbours: NeighbourDepth | None = field(default=None, repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
     from_neighbours: NDArray[np.bool_] | None = field(init=False, repr=False, default=None)
+
+    if TYPE_CHECKING:
+        # what is accepted is wider than what the fields are, which the types of a dataclass cannot tell
+        def __init__(
+            self,
+            rgb: ArrayLike,
+            depth: ArrayLike,
+            intrinsics: CameraIntrinsics | ArrayLike | Mapping[str, Any] | None = None,
+            name: str = "frame",
+            inputs: FrameInputs | None = None,
+            invalid_mask: ArrayLike | None = None,
+            ground_truth: ArrayLike | None = None,
+            guide: ArrayLike | Guide | None = None,
+            notes: tuple[str, ...] = (),
+            outside_view: ArrayLike | None = None,
+            pose: ArrayLike | None = None,
+            plausibility_warnings: tuple[str, ...] = (),
+            neighbours: NeighbourDepth | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))

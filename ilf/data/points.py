@@ -221,10 +221,10 @@ def known_pixels(depth: NDArray[np.floating]) -> NDArray[np.bool_]:
 
 
 def required_intrinsics(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:
-    """Return the intrinsics, which a cloud requires; raise InputError if they are unknown."""
+    """Return the intrinsics, which points and normals require; raise InputError if they are unknown."""
     if intrinsics is None:
         raise InputError(
-            "A point cloud needs the camera's intrinsics, and this frame has none. Give them as a preset "
+            "Points and normals need the camera's intrinsics, and this frame has none. Give them as a preset "
             "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a JSON file."
         )
     return intrinsics

@@ -379,7 +379,18 @@ class Completion:
 
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """One step of a run: the record of an iteration, the result of a finished block, or a step outside of blocks."""
+    """One step of a run: the record of an iteration, the result of a finished block, or a step outside of blocks.
+
+    Attributes
+    ----------
+    label : int
+        The block; 0 for a step outside of blocks.
+    record : IterationRecord or None
+        Its iteration, such as `record.i` and `record.sigma_i` [m]. With more than one thread, blocks that run at the
+        same time report theirs in turn.
+    result : BlockResult or None
+        Its result, once it is finished; `result.outcome` has its status.
+    """
 
     label: int
     record: IterationRecord | None = None

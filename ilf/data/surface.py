@@ -245,7 +245,7 @@ Array = NDArray[np.float32]
 Double = NDArray[np.float64]
 
 
-def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Array:
+def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics | None) -> Array:
     """Compute the surface normal at every pixel.
 
     The inverse depth of a plane is linear across the image, so its slope gives the normal. The slope is averaged over
@@ -263,21 +263,26 @@ def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Array:
     ndarray of float32, shape (H, W, 3)
         Unit vectors in camera axes, towards the camera; 0, 0, -1 where a pixel has no link or depth is missing.
 
+    Raises
+    ------
+    InputError
+        Without intrinsics.
+
     Examples
     --------
     >>> normals = surface_normals(np.full((3, 4), 2.0), CameraIntrinsics(100.0, 100.0, 1.5, 1.0))
     >>> bool(np.allclose(normals, (0, 0, -1)))
     True
     """
-    image = np.asarray(depth, np.float32)
-    links = surface_links(image, intrinsics)
+    image, camera = np.asarray(depth, np.float32), required_intrinsics(intrinsics)
+    links = surface_links(image, camera)
     height = len(image)
     found = np.empty((*image.shape, 3), np.float32)
     for top in range(0, height, _NORMALS_BAND):
         bottom = min(top + _NORMALS_BAND, height)
         first, last = max(top - _ROUNDS * _RADIUS - 1, 0), min(bottom + _ROUNDS * _RADIUS + 1, height)
         around = Links(links.right[first:last], links.down[first : last - 1])
-        normals = _normals(image[first:last], around, intrinsics, first)
+        normals = _normals(image[first:last], around, camera, first)
         found[top:bottom] = normals[top - first : bottom - first]
     return found
 

@@ -62,7 +62,7 @@ def evaluate(
 
     Returns
     -------
-    Judgement
+    Evaluation
 
     Raises
     ------

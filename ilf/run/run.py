@@ -5,9 +5,9 @@ from __future__ import annotations
 import inspect
 import os
 from collections import defaultdict
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -97,6 +97,24 @@ class Run(RunSetup):
     >>> completion.filled.any()
     np.True_
     """
+
+    if TYPE_CHECKING:
+        # as of RGBDFrame: what is accepted is wider than what the fields are
+        def __init__(
+            self,
+            frame: RGBDFrame,
+            blocks: ArrayLike,
+            parameters: Parameters | str = ...,
+            own: Mapping[int, Parameters | str] = ...,
+            only: Collection[int] | None = None,
+            extrapolate: bool = False,
+            extraction: BlockParameters | None = None,
+            edited: bool = False,
+            network: str | None = None,
+            notes: tuple[str, ...] = (),
+            drawn: ArrayLike | None = None,
+            by_hand: ArrayLike | DepthByHand | None = None,
+        ) -> None: ...
 
     @classmethod
     def of(
@@ -411,7 +429,8 @@ def complete(
         counts as measured: the result is filled and unsupported there (`CompletedRun.by_hand`). The pass band treats it
         as known depth.
     on_progress : callable, optional
-        Called with every `Progress`; raise `ilf.Cancelled` in it to stop.
+        Called with every `Progress` (`ilf.data.results`), in this thread: the block's label and the record of an
+        iteration, or the block's result. Raise `ilf.Cancelled` in it to stop.
     threads : int, optional
         Number of blocks that run at the same time; the number of cores if left out. It does not affect the result.
     **changes
