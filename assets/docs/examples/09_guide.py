@@ -15,6 +15,7 @@ from ilf.cli import main
 
 main(["sample", "room"])
 sample = ilf.load_frame("room")
+assert sample.ground_truth is not None  # other frames may have none
 
 rows, columns = np.mgrid[: sample.shape[0], : sample.shape[1]]
 inverse = (1 / np.nan_to_num(sample.ground_truth, nan=6.0)) ** 1.1 + 2e-5 * columns

@@ -7,6 +7,7 @@ and the filter starts from the frame before, so that filled depth does not flick
 sample, and every frame has its own noise.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import matplotlib.pyplot as plt
@@ -38,7 +39,7 @@ single = [ilf.complete(frame) for frame in frames]
 # How much filled depth changes from frame to frame, at the same point of the room:
 
 
-def flicker(completions: list[ilf.Completion]) -> list[float]:
+def flicker(completions: Sequence[ilf.Completion]) -> list[float]:
     """Return the mean change of depth at pixels that were missing in both frames [mm], for each pair of frames."""
     changes = []
     for one, next_ in pairwise(completions):
