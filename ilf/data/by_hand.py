@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,6 +47,10 @@ class DepthByHand:
 
     depth: NDArray[np.float32]
     weight: float = USUAL_WEIGHT
+
+    if TYPE_CHECKING:  # as in RGBDFrame
+
+        def __init__(self, depth: ArrayLike, weight: float = USUAL_WEIGHT) -> None: ...
 
     def __post_init__(self) -> None:
         array = np.asarray(self.depth)

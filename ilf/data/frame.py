@@ -199,8 +199,8 @@ class RGBDFrame:
     measured: NDArray[np.float32] = field(init=False, repr=False)
     from_neighbours: NDArray[np.bool_] | None = field(init=False, repr=False, default=None)
 
-    if TYPE_CHECKING:
-        # what is accepted is wider than what the fields are, which the types of a dataclass cannot tell
+    if TYPE_CHECKING:  # what is accepted is wider than the types of the fields, from which a dataclass makes its own
+
         def __init__(
             self,
             rgb: ArrayLike,

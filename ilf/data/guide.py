@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import cv2
 import numpy as np
@@ -51,6 +51,10 @@ class Guide:
     values: NDArray[np.float32]
     confidence: NDArray[np.float32] | None = None
     path: str | None = None
+
+    if TYPE_CHECKING:  # as in RGBDFrame
+
+        def __init__(self, values: ArrayLike, confidence: ArrayLike | None = None, path: str | None = None) -> None: ...
 
     def __post_init__(self) -> None:
         values = _real(self.values, "A guide")

@@ -98,8 +98,8 @@ class Run(RunSetup):
     np.True_
     """
 
-    if TYPE_CHECKING:
-        # as of RGBDFrame: what is accepted is wider than what the fields are
+    if TYPE_CHECKING:  # as in RGBDFrame
+
         def __init__(
             self,
             frame: RGBDFrame,

@@ -181,5 +181,5 @@ def test_clouds_hold_nothing_that_is_not_finite_or_does_not_fit():
         point_cloud(np.ones((2, 2)), grey((2, 2)), CAMERA, scalars={"block": np.ones(4)})
     with pytest.raises(InputError, match="intrinsics"):
         surface_mesh(np.ones((2, 2)), grey((2, 2)), None)
-    with pytest.raises(InputError, match="normals need .* intrinsics"):
+    with pytest.raises(InputError, match=r"normals need .* intrinsics"):
         surface_normals(np.ones((2, 2)), None)
