@@ -140,7 +140,7 @@ def keys(folder: Path, count: int) -> bool:
     opened = partial(open_shards, partial(_listed, root), out, SETTINGS, KEEP, 1000, {})
     _step("freezing, in this process", count, opened)
     batch = opened()
-    _step("reading the frozen list", count, lambda: sum(1 for _ in batch._frames({})))
+    _step("reading the frozen list", count, lambda: sum(1 for _ in batch._frames(batch.to_do, {})))
     for index in range(batch.shards.count):
         name, numbers = batch.shards.name(index), batch.shards.numbers(index)
         made = [

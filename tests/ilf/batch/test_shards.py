@@ -288,7 +288,7 @@ def test_damage_is_found(source, tmp_path, in_this_process, capsys):
         (["--keep", "rgb"], "--keep takes depth", 2),
         (["--keep", "depth,normals"], "--keep takes depth", 2),
         (["--depth-formats", "png,npy"], "one format, png or npy", 2),
-        (["--mesh", "ply", "--dask", "x"], "--dask, --mesh cannot be combined with --shards", 2),
+        (["--mesh", "ply", "--video"], "--video, --mesh cannot be combined with --shards", 2),
         (["--verify"], "--verify needs no SOURCE", 2),
         (["--frames", "7:"], "numbered from 0 to 4", 1),
     ],
