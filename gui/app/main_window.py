@@ -45,6 +45,8 @@ from ..features.quality_check.invalid_depth import InvalidDepthFeature
 from ..features.report.feature import ReportFeature
 from ..features.run_history.feature import RunHistoryFeature
 from ..features.runs import RunsFeature
+from ..features.sequence.flicker import FlickerFeature
+from ..features.sequence.playing import PlayFeature
 from ..features.shortcuts import ShortcutsFeature
 from ..features.status import StatusFeature
 from ..features.sweep.feature import SweepFeature
@@ -102,6 +104,8 @@ _FURTHER: tuple[type[Feature], ...] = (
     StartPageFeature,
     ReportFeature,
     BatchFeature,
+    PlayFeature,
+    FlickerFeature,
     ExportAllFeature,
     LiveFeature,
     LayoutsFeature,

@@ -51,6 +51,8 @@ class Reasons:
         """The selected blocks that have pixels."""
         self.unlocked: set[int] = set()
         """Those of them that are not locked."""
+        self.playing = False
+        """Whether the frames are played: none is open meanwhile."""
 
     def update(self) -> None:
         """Count the blocks of the current frame once for all commands."""
@@ -62,7 +64,9 @@ class Reasons:
 
     def no_frame(self) -> str:
         """No frame is shown."""
-        return "" if self._workspace.has_session else "Open a frame first."
+        if self._workspace.has_session:
+            return ""
+        return "Pause playing first." if self.playing else "Open a frame first."
 
     def busy(self) -> str:
         """The frame is being read, extracted or run."""

@@ -31,6 +31,7 @@ _INSPECT = (
     "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
     "copy_measurements save_measurements delete_measurements"
 )
+_SPEEDS = "speed_quarter speed_half speed_normal speed_double speed_fourfold speed_fastest"
 _GOING = "next_frame previous_frame next_untouched mark_done note_frame"
 _MENUS = {
     "&File": "open open_folder open_recording open_sample open_run | new_project open_project save_project "
@@ -86,6 +87,8 @@ def fill_menu_bar(
             f"fit one_to_one zoom_block show_before_edit | {_GOING} | full_screen",
         ),
     )
+    playing = view.addMenu("&Play the frames")
+    _fill(playing, entries(actions, f"play_frames | {_SPEEDS} | play_loop play_completed"))
     view.addSeparator()
     _fill(view, entries(actions, "toggle_panels film_strip"))
     view.addActions(list(toggles))

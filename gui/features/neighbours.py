@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -37,6 +36,7 @@ from ..widgets.work_row import WorkRow
 from ..work.jobs import Worker, spare_cores
 from .context import Context, Feature
 from .documents.file_dialogs import Preview
+from .sequence.moments import place_of
 
 Sides = tuple[Sequence[FrameSource], Sequence[FrameSource]]
 """Frames before a frame and after it, the nearest first."""
@@ -315,11 +315,3 @@ class NeighboursFeature(Feature):
         if not reason and self.context.workspace.session.frame.neighbours is None:
             reason = "No depth of neighbours is used in this frame."
         return reason
-
-
-def place_of(entry: Entry) -> str | None:
-    """The recording or the folder of a frame; None if it was not opened from one."""
-    source = entry.source
-    if source is None:
-        return None
-    return source.rgb if source.frame is not None else os.path.dirname(source.rgb)

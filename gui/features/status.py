@@ -13,6 +13,8 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.cloud.canvas import HINT, MOVES
+from ..views.contents import FLICKERS
+from ..views.painter import Material
 from ..widgets.basics import PlainLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
@@ -93,11 +95,12 @@ class StatusFeature(Feature):
         self._documents = documents = context.feature(DocumentsFeature)
         self._editor = editor = context.editor
         self._pace = Pace()
+        self._playing = ""
         self._paced_sessions: list[Session] = []
         """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
-        self.readout = ReadoutPresenter(workspace, self.bar.readout)
+        self.readout = ReadoutPresenter(workspace, context.views.material, self.bar.readout)
         context.views.cursorMoved.connect(self.readout.point_at)
         turned, loading, coming = workspace.frames.session_changed, loader.busy_changed, workspace.runs.results_added
         hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed
@@ -110,11 +113,17 @@ class StatusFeature(Feature):
         compared = workspace.runs.compared_changed, workspace.blocks.ground_truth_changed
         add("readout", self.readout.show, (*frame, *shown, *compared), (coming, workspace.runs.previews_changed))
 
+    def show_playing(self, text: str) -> None:
+        """Show a text about the frame that is played, and its pixel under the cursor; "" once playing has ended."""
+        self._playing = text
+        self.show_hint()
+        self.readout.show()
+
     def show_hint(self) -> None:
-        """Show what is being opened or extracted, or else the effect of a click."""
+        """Show what is being played, opened or extracted, or else the effect of a click."""
         hint = self._hint_of_cloud() or self._editor.tool.hint
         idle = hint if self._workspace.has_session else _NO_FRAME
-        self.bar.hint.setText(self._loader.present or idle)
+        self.bar.hint.setText(self._playing or self._loader.present or idle)
         self.bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
 
     def _hint_of_cloud(self) -> str:
@@ -164,9 +173,10 @@ class StatusFeature(Feature):
 class ReadoutPresenter(QObject):
     """Readout of the pixel under the cursor."""
 
-    def __init__(self, workspace: Workspace, label: QLabel) -> None:
+    def __init__(self, workspace: Workspace, material: Material, label: QLabel) -> None:
         super().__init__(label)
         self._workspace = workspace
+        self._material = material
         self._label = label
         self._pixel: tuple[int, int] | None = None
 
@@ -181,7 +191,7 @@ class ReadoutPresenter(QObject):
 
     def _parts(self, x: int, y: int) -> list[str]:
         if not self._workspace.has_session:
-            return []
+            return self._played(x, y)
         session = self._workspace.session
         height, width = session.frame.shape
         if x >= width or y >= height:  # the cursor has not moved since another frame was shown
@@ -197,9 +207,10 @@ class ReadoutPresenter(QObject):
         added = session.frame.from_neighbours
         if added is not None and added[y, x]:
             given = f"from neighbours {_metres(depth_in)}"
-        by_hand = float("nan") if session.by_hand is None else float(session.by_hand.depth[y, x])
-        if session.frame.missing[y, x] and np.isfinite(by_hand):
-            given = f"by hand {_metres(by_hand)}"
+        if session.by_hand is not None and np.isfinite(session.by_hand.depth[y, x]):
+            own = np.isfinite(depth_in) and (added is None or not added[y, x])
+            if not own and (outside is None or not outside[y, x]):
+                given = f"by hand {_metres(float(session.by_hand.depth[y, x]))}"
         locked = " (locked)" if label in session.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
         viewed_iteration, error = self._workspace.runs.viewed_iteration, session.expected_error()
@@ -214,6 +225,7 @@ class ReadoutPresenter(QObject):
                 parts.append(f"out {_metres(depth_out)}{' (extrapolated)' if extrapolated else ''}")
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
+        parts += self._flicker(x, y)
         if session.proposal is not None and np.isfinite(session.proposal[y, x]):
             parts.append(f"proposed {_metres(float(session.proposal[y, x]))}")
         if viewed_iteration is None and error is not None and np.isfinite(error[y, x]):
@@ -223,6 +235,24 @@ class ReadoutPresenter(QObject):
                 parts.append("unsupported")
         runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
         return [*parts, *_evaluated(session, depth, x, y), *runs]
+
+    def _played(self, x: int, y: int) -> list[str]:
+        """Return the values of a frame that is played; none if the pixel is outside."""
+        depths = [(name, self._material.layer(depth)) for name, depth in (("in", "depth-in"), ("out", "result"))]
+        height, width = (0, 0) if depths[0][1] is None else depths[0][1].depth.shape
+        if x >= width or y >= height:
+            return []
+        values = [f"{name} {_metres(float(layer.depth[y, x]))}" for name, layer in depths if layer is not None]
+        return [f"x {x}, y {y}", *values, *self._flicker(x, y)]
+
+    def _flicker(self, x: int, y: int) -> list[str]:
+        """Return the change of depth in and depth out against the frame before, as far as it is known."""
+        parts = []
+        for name, depths in (("in", FLICKERS["flicker-in"]), ("out", FLICKERS["flicker"])):
+            now, before = (self._material.layer(depth) for depth in depths)
+            if now is not None and before is not None and np.isfinite(change := now.depth[y, x] - before.depth[y, x]):
+                parts.append(f"flicker {name} {1000 * change:+.1f} mm")
+        return parts
 
 
 def _evaluated(session: Session, depth: NDArray[np.float32] | None, x: int, y: int) -> list[str]:

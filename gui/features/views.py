@@ -20,6 +20,7 @@ from ..state.results import ErrorEstimate
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.linked_views import LinkedViews
+from ..views.painter import Before
 from ..views.view_menus import ViewBar
 from ..work.frame_runs import RunState
 from ..work.latest_request import LatestRequest
@@ -51,6 +52,8 @@ class ViewsPresenter(QObject):
         self._shows_names = False
         self._shows_other = False
         """Whether the views temporarily show other blocks and depth."""
+        self._shows_played = False
+        """Whether the views show frames that are played, until another frame is open."""
         for signal in (workspace.blocks.labels_changed, workspace.blocks.stroke_changed):
             signal.connect(self._boxes.append)
         for doubtful in (workspace.blocks.infos_changed, workspace.frames.session_changed):
@@ -64,6 +67,10 @@ class ViewsPresenter(QObject):
     def show_frame(self) -> None:
         """Show colour and depth in of a new frame; this clears the pictures of the frame before."""
         session = self._workspace.session if self._workspace.has_session else None
+        if session is None and self._shows_played:
+            self._shown = None
+            return
+        self._shows_played = False
         if session is not self._shown:
             self._shown, self._table, self._invalid_mask, self._by_hand = session, None, None, (None, None)
             self._shows_other = False
@@ -81,6 +88,17 @@ class ViewsPresenter(QObject):
             self._by_hand = session.by_hand, session.frame
             mask = None if session.by_hand is None else session.by_hand.pixels & session.frame.missing
             self._views.set_by_hand(mask if mask is not None and mask.any() else None)
+
+    def show_played(self, frame: RGBDFrame, depth: NDArray[np.float32] | None, text: str, before: Before) -> None:
+        """Show a frame that is not open, its completed depth [m] with a text on how it was completed, and the depth of
+        the frame before."""
+        self._views.show_played(frame.rgb, frame.own_depth, depth, text, before)
+
+    def keep_pictures(self, on: bool) -> None:
+        """Keep the pictures while no frame is open and frames are played; with False, show that none is open."""
+        self._shows_played = on
+        if not on and not self._workspace.has_session:
+            self._views.clear()
 
     def show_blocks(self) -> None:
         """Show the blocks (all if colours changed, else the changed boxes), the selection and the names."""

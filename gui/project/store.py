@@ -76,8 +76,9 @@ class WorkStore:
         with self._lock:
             return frame_id in self._pending or self.has_part(frame_part(frame_id))
 
-    def read(self, frame_id: str, source: FrameSource | None = None) -> Decoded:
-        """Read the newest state of a frame; waits for it if it is pending.
+    def read(self, frame_id: str, source: FrameSource | None = None, to_edit: bool = True) -> Decoded:
+        """Read the newest state of a frame; waits for it if it is pending. `to_edit`: it may be stored again, and the
+        encoder then reuses its parts.
 
         Raises
         ------
@@ -88,8 +89,9 @@ class WorkStore:
             self._arrival.wait_for(lambda: frame_id not in self._pending)
         with self.held() as parts:
             decoded = load_state(frame_id, parts, source, self.places)
-        with self._lock:
-            self._read.append(decoded)
+        if to_edit:
+            with self._lock:
+                self._read.append(decoded)
         return decoded
 
     @contextmanager

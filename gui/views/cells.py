@@ -14,6 +14,7 @@ from .colour_painters import ColourPainter, MaskPainter, StrengthPainter
 from .contents import (
     COMPARABLE,
     DIFFERENCE,
+    FLICKERS,
     RUNS,
     SIDES,
     TITLES,
@@ -96,7 +97,8 @@ class ContentMenu(QMenu):
         self._add(self, DIFFERENCE, f"Difference ({pair})")
         self._add_differences(material)
         self._add(self, "error", TITLES["error"], material.ground_truth is not None)
-        self._add(self, "expected-error", TITLES["expected-error"])
+        for name in ("expected-error", *FLICKERS):
+            self._add(self, name, TITLES[name])
         self.addSeparator()
         for name in ("strength", "creases", "extraction", "extrapolated", "invalid_mask"):
             self._add(self, name, TITLES[name])
@@ -263,6 +265,8 @@ class Sheet(QWidget):
 
     def __init__(self, cells: Mapping[str, Cell]) -> None:
         super().__init__()
+        self.is_placing = False
+        """Whether the cells are being moved; `placed` follows."""
         self.setObjectName("sheet")
         self.setMinimumSize(_MIN_SIZE)
         self._cells = cells
@@ -326,8 +330,10 @@ class Sheet(QWidget):
             places = correct_places(len(shown) - 1, *size, self._aspect, shown[0].strip.height())
         else:
             places = grid_places(len(shown), GRIDS[self.layout_name][1] if len(shown) > 1 else 1, *size)
+        self.is_placing = True
         for cell, place in zip(shown, places, strict=True):
             cell.setGeometry(QRect(*place))
+        self.is_placing = False
         self.placed.emit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

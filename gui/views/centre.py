@@ -61,7 +61,12 @@ class Centre(QStackedWidget):
         self._column.addWidget(strip)
 
     def add_before(self, strip: QWidget, widget: QWidget) -> None:
-        """Add a widget at the left of a strip; it takes at most half of the row."""
+        """Add a widget at the left of a strip, or of a widget in its row; it takes at most half of the row."""
+        parent = strip.parentWidget()
+        layout = None if parent is None else parent.layout()
+        if isinstance(layout, QHBoxLayout):
+            layout.insertWidget(layout.indexOf(strip), widget)
+            return
         row = QWidget()
         self._column.replaceWidget(strip, row)
         layout = QHBoxLayout(row)

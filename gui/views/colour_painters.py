@@ -12,7 +12,7 @@ from ilf.drawing.colours import sample, to_indices
 
 from ..base.theme import Colours
 from .colours import strength_table
-from .painter import EVERYWHERE, NO_RESULT, Depth, Mask, Material, Painter, number_at
+from .painter import EVERYWHERE, Depth, Mask, Material, Painter, number_at
 from .pixel_items import BlockOverlay
 from .view_cell import ViewCell
 
@@ -99,7 +99,7 @@ class MaskPainter(Painter):
             return "No invalid depth"
         if self.content == "from_neighbours":
             return "No depth of neighbours is used"
-        return NO_RESULT if self.material.result is None else "Nothing is extrapolated"
+        return self.material.no_result if self.material.result is None else "Nothing is extrapolated"
 
     def leave(self) -> None:
         self.cell.strip.set_text("")

@@ -11,12 +11,16 @@ RUNS = ("run-1", "run-2", "run-3", "run-4")
 """Depths of the runs ticked for comparison, in their order."""
 EARLIER, INTERPOLATED = "earlier", "interpolated"
 """Depth of the stored run before the current result, and depth in with interpolated holes: to compare with."""
+BEFORE_IN, BEFORE_OUT = "before-in", "before-out"
+"""Depth in and depth out of the frame before, where the current frame shows their points."""
 DEPTHS = ("depth-in", "result", *RUNS, "ground_truth", "guide")
 """Depths that a cell can show."""
 COMPARABLE = (*DEPTHS, EARLIER, INTERPOLATED)
 """Depths that a difference can be of."""
 
 DIFFERENCE, EVALUATION = "difference", "evaluation"
+FLICKERS = {"flicker": ("result", BEFORE_OUT), "flicker-in": ("depth-in", BEFORE_IN)}
+"""Differences against the frame before, and their two depths."""
 SIDES = ("a", "b")
 
 TITLES = {
@@ -28,6 +32,8 @@ TITLES = {
     DIFFERENCE: "Difference",
     "error": "Error: result \N{MINUS SIGN} ground truth",
     "expected-error": "Expected error",
+    "flicker": "Flicker of depth out",
+    "flicker-in": "Flicker of depth in",
     "strength": "Edge strength",
     "creases": "Creases",
     "extraction": "Extraction",
@@ -44,6 +50,8 @@ _SHORT = {
     "ground_truth": "ground truth",
     "guide": "guide",
     INTERPOLATED: "interpolated",
+    BEFORE_IN: "the frame before",
+    BEFORE_OUT: "the frame before",
 }
 
 
@@ -70,6 +78,8 @@ def operands_of(content: str) -> tuple[str, str] | None:
     """
     if content == "error":
         return "result", "ground_truth"
+    if content in FLICKERS:
+        return FLICKERS[content]
     kind, *depths = content.split(":")
     return (depths[0], depths[1]) if kind == DIFFERENCE and len(depths) == 2 else None
 

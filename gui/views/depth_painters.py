@@ -11,11 +11,21 @@ from ilf.drawing.colours import log_indices, robust_difference_level, robust_err
 
 from ..base.theme import Colours
 from .colours import Levels, difference_table, error_table
-from .contents import EARLIER, INTERPOLATED, RUNS, TITLES, capital, operands_of, short_title
+from .contents import (
+    BEFORE_IN,
+    BEFORE_OUT,
+    EARLIER,
+    FLICKERS,
+    INTERPOLATED,
+    RUNS,
+    TITLES,
+    capital,
+    operands_of,
+    short_title,
+)
 from .painter import (
     EVERYWHERE,
     NO_GUIDE,
-    NO_RESULT,
     Depth,
     Layer,
     Mask,
@@ -108,7 +118,7 @@ class DepthPainter(Painter):
             return NO_GUIDE
         if self.content in RUNS:
             return f"No run {RUNS.index(self.content) + 1} is ticked for comparison"
-        reasons = {"result": NO_RESULT, EARLIER: "No run before this one", INTERPOLATED: "Interpolating…"}
+        reasons = {"result": self.material.no_result, EARLIER: "No run before this one", INTERPOLATED: "Interpolating…"}
         return reasons.get(self.content, "")
 
     def _draw_layer(self, layer: Layer) -> None:
@@ -129,8 +139,10 @@ class DepthPainter(Painter):
         box = union(changed_box(drawn, depth), changed_box(self._stale, stale))
         if box is not None:
             drawn[box], self._stale[box] = depth[box], stale[box]
-            self.cell.view.image.update_indices(box, to_indices(depth[box], *self._levels), stale[box])
-            self.cell.view.points.set_indices(to_indices(depth, *self._levels), self._table)
+            image = self.cell.view.image
+            image.update_indices(box, to_indices(depth[box], *self._levels), stale[box])
+            if image.image is not None:
+                self.cell.view.points.set_indices(image.image.astype(np.uint8, copy=False), self._table)
 
     def _draw_all(self, depth: Depth) -> None:
         self.cell.bar.set_table(self._table)
@@ -171,6 +183,8 @@ _PARTS = {
     "ground_truth": "ground_truth",
     "guide": "guide",
     INTERPOLATED: INTERPOLATED,
+    BEFORE_IN: "before",
+    BEFORE_OUT: "before",
 }
 """Part of the material of each depth; the others are runs."""
 
@@ -178,6 +192,8 @@ _PARTS = {
 # The difference of two depths in millimetres, centred at 0, such as the error against ground truth.
 
 _MM = np.float32(1000)
+_FLICKER_PERCENT = 90
+"""Share of the pixels in the colour range of flicker: beside outlines, a moving camera changes depth by far more."""
 
 
 class DifferencePainter(Painter):
@@ -199,8 +215,8 @@ class DifferencePainter(Painter):
 
     @property
     def title(self) -> str:
-        if self.content == "error":
-            return TITLES["error"]
+        if self.content in TITLES:
+            return TITLES[self.content]
         names = self.material.names
         first, second = (short_title(depth, names) for depth in self._pair)
         return f"Difference: {first} \N{MINUS SIGN} {second}"
@@ -228,7 +244,11 @@ class DifferencePainter(Painter):
 
     def _reason(self, depth: str) -> str:
         if depth == "result":
-            return NO_RESULT
+            return self.material.no_result
+        if depth == BEFORE_OUT and self.material.before.depth_in is not None:
+            return "The frame before has no result"
+        if depth in (BEFORE_IN, BEFORE_OUT):
+            return self.material.before.text
         if depth == "ground_truth":
             return "This frame has no ground truth"
         if depth == "guide":
@@ -247,9 +267,12 @@ class DifferencePainter(Painter):
         return False
 
     def _show_note(self, text: str) -> None:
-        """Show a text about the difference, and the iteration of the result."""
-        moment = self.material.moment if "result" in self._pair else ""
-        self.cell.strip.set_text(", ".join(part for part in (text, moment) if part))
+        """Show a text about the difference, and the iteration of the result, or which frame is the one before."""
+        if self.content in FLICKERS:
+            about = "" if self.material.before.depth_in is None else self.material.before.text
+        else:
+            about = self.material.moment if "result" in self._pair else ""
+        self.cell.strip.set_text(", ".join(part for part in (text, about) if part))
 
     def _clear(self, message: str) -> None:
         self._drawn = None
@@ -261,7 +284,8 @@ class DifferencePainter(Painter):
         """Range of the difference; equal pixels, such as most measured ones, are ignored."""
 
         def robust() -> tuple[float, float]:
-            level = robust_difference_level(sampled[sampled != 0])
+            percent = _FLICKER_PERCENT if self.content in FLICKERS else 99
+            level = robust_difference_level(sampled[sampled != 0], percent)
             return -level, level
 
         low, high = levels_of(self.material, "signed", robust, lambda: (first - second) * _MM)
@@ -298,6 +322,8 @@ class DifferencePainter(Painter):
         marks = list(zip(self._one_only_brushes, texts, strict=True))
         if self._pair[1] == "depth-in":
             marks = [(self._one_only_brushes[0], "filled")]
+        elif self.content in FLICKERS:
+            marks = [(self._one_only_brushes[0], "not seen before")]
         self.cell.set_legend([*marks, (self._hatch, "missing")])
 
     def value_at(self, x: int, y: int) -> float | None:
@@ -370,14 +396,14 @@ class ExpectedErrorPainter(Painter):
         if depth is None or error is None:
             self._drawn = None
             self._measured.clear()
-            self.show_placeholder(_ESTIMATING if self.material.error_is_outdated else NO_RESULT)
+            self.show_placeholder(_ESTIMATING if self.material.error_is_outdated else self.material.no_result)
             return
         sampled = sample(error) * _MM
         low, high = levels_of(self.material, "expected", lambda: robust_error_levels(sampled), lambda: error * _MM)
         levels = max(low, _MIN_MM), max(high, 2 * max(low, _MIN_MM))
         self._drawn = depth, error, levels
         if drawn is not None and drawn[0] is depth and drawn[2] == levels:
-            box = changed_box(drawn[1], error)
+            box = None if drawn[1] is error else changed_box(drawn[1], error)
             if box is not None:
                 self.cell.view.image.update_indices(box, log_indices(error[box], levels))
             return

@@ -10,6 +10,7 @@ CELLS = {
     "depth-out": ("Depth out", "result"),
     "difference": ("Difference", "difference"),
     "expected-error": ("Expected error", "expected-error"),
+    "flicker": ("Flicker", "flicker"),
     "extraction": ("Extraction", "extraction"),
     "a": ("Side A", "a"),
     "b": ("Side B", "b"),
@@ -24,6 +25,7 @@ _FIRST_THREE = ("colour", "depth-in", "depth-out")
 GRIDS = {
     "grid": ((*_FIRST_THREE, "expected-error"), 2),
     "grid-difference": ((*_FIRST_THREE, "difference"), 2),
+    "grid-flicker": ((*_FIRST_THREE, "flicker"), 2),
     "grid-extraction": (("colour", "depth-in", "extraction", "depth-out"), 2),
     "row": ((*_FIRST_THREE, "expected-error"), 4),
     COMPARE: (("a", "b", "difference", "evaluation"), 2),
@@ -37,6 +39,7 @@ CORRECT_VIEWS = (*_FIRST_THREE, "expected-error")
 LAYOUT_TEXTS = {
     "grid": "Four views",
     "grid-difference": "Four with difference",
+    "grid-flicker": "Four with flicker",
     "grid-extraction": "Four with extraction",
     "row": "Four in a row",
     COMPARE: "Two compared",

@@ -23,7 +23,7 @@ from .image_view import ImageView, ViewTransform
 from .interaction import PointerHandler, Preview
 from .layouts import CELLS
 from .navigation import Navigation
-from .painter import Layer, Material, ShownRun, Spectrum
+from .painter import Before, Layer, Material, ShownRun, Spectrum
 from .pixel_items import BlockOverlay
 from .scene_items import missing_brush
 from .screen_layers import ScreenLayers
@@ -32,7 +32,7 @@ from .side_comparison import SideComparison
 _ALL = (
     *("frame", "invalid_mask", "result", "moment", "expected-error", "ground_truth", "guide", "runs"),
     "from_neighbours",
-    *("interpolated", "edges", "stage", "spectrum", "levels"),
+    *("before", "interpolated", "edges", "stage", "spectrum", "levels"),
 )
 """All parts of the material (names for `uses` of painters)."""
 
@@ -113,7 +113,7 @@ class LinkedViews(QWidget):
         layout.addWidget(self._pages)
 
         for name, cell in self.cells.items():
-            cell.view.resized.connect(self._fit_views)
+            cell.view.resized.connect(self._follow_size)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
         self.extraction.changed.connect(lambda: self._changed("stage"))
         self._navigation.cursorMoved.connect(self._move_cursor)
@@ -215,6 +215,55 @@ class LinkedViews(QWidget):
         self.material.result = None if depth_out is None else Layer(depth_out, extrapolated, stale)
         self.ranges.update_for_result()
         self._changed("result")
+
+    def show_played(
+        self,
+        rgb: NDArray[np.uint8],
+        depth_in: NDArray[np.float32],
+        depth_out: NDArray[np.float32] | None,
+        text: str,
+        before: Before,
+    ) -> None:
+        """Show the next frame of a sequence that is played: where the views were, in the colours of the first one.
+
+        Parameters
+        ----------
+        rgb : ndarray
+            Colour, uint8 (H, W, 3).
+        depth_in : ndarray
+            Depth [m], float32 (H, W), NaN = missing.
+        depth_out : ndarray, optional
+            Completed depth [m], float32 (H, W).
+        text : str
+            How it was completed.
+        before : Before
+        """
+        material = self.material
+        if not material.played or material.measured is None or depth_in.shape != material.measured.shape:
+            same = material.measured is not None and depth_in.shape == material.measured.shape
+            place = self.place if same else None
+            self.set_frame(rgb, depth_in)
+            if place is not None:
+                self.set_place(*place)
+            material.played = True
+        material.rgb, material.measured, material.depth_in = rgb, depth_in, depth_in
+        material.result = None if depth_out is None else Layer(depth_out)
+        material.moment, material.before = text, before
+        self._changed("frame", "invalid_mask", "result", "moment", "before")
+        self._show_marks()
+
+    def set_before(self, before: Before) -> None:
+        """Set the depth of the frame before, for flicker.
+
+        Raises
+        ------
+        ValueError
+            If the shape is not that of the frame.
+        """
+        for depth in (before.depth_in, before.depth_out):
+            self._check(depth, "the frame before")
+        self.material.before = before
+        self._changed("before")
 
     def set_moment(self, text: str) -> None:
         """Set which earlier iteration the result is from, "" for the current one; call `set_result` next."""
@@ -585,6 +634,11 @@ class LinkedViews(QWidget):
         self._fit_views()
         for cell in self._sheet.shown:
             cell.point_at(self._navigation.pixel)
+
+    def _follow_size(self) -> None:
+        """Fit the views after one has another size; while the cells are placed, only once at the end."""
+        if not self._sheet.is_placing:
+            self._fit_views()
 
     def _fit_views(self) -> None:
         """Apply the transform to views of their current size."""

@@ -14,7 +14,19 @@ from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base.theme import Colours
 from .colours import KINDS, Levels, Range, depth_table
-from .contents import COMPARABLE, DIFFERENCE, EARLIER, EVALUATION, INTERPOLATED, RUNS, SIDES, TITLES, difference_of
+from .contents import (
+    BEFORE_IN,
+    BEFORE_OUT,
+    COMPARABLE,
+    DIFFERENCE,
+    EARLIER,
+    EVALUATION,
+    INTERPOLATED,
+    RUNS,
+    SIDES,
+    TITLES,
+    difference_of,
+)
 from .view_cell import ViewCell
 
 # The data of the linked views, shared by all cells. No Qt.
@@ -46,6 +58,15 @@ class Layer(NamedTuple):
     stale: Mask | None = None
 
 
+class Before(NamedTuple):
+    """Depth in and depth out [m] of the frame before where the current frame shows their points, None for none; a text
+    on which frame it is, or why there is none."""
+
+    depth_in: Depth | None = None
+    depth_out: Depth | None = None
+    text: str = ""
+
+
 class Spectrum(NamedTuple):
     """Spectrum of a block: log magnitudes 0-1 around k = 0 in the middle, and the half axes of the pass band [samples];
     `text` is its title."""
@@ -73,6 +94,8 @@ class Material:
         Runs ticked for comparison, at most four.
     earlier : ShownRun or None
         The stored run before the current result.
+    before : Before
+        The frame before, for flicker.
     chosen_sides : (str, str)
         Selected depths to compare; "" for automatic.
     shows_a_as_result : bool
@@ -81,6 +104,8 @@ class Material:
         Column of the frame that divides side A from side B in the result; None while it is not divided.
     ranges : dict
         Kind of `KINDS` -> Range.
+    played : bool
+        Whether the frames of a sequence are being played: colour ranges stay as they are.
     """
 
     def __init__(self) -> None:
@@ -103,6 +128,8 @@ class Material:
         self.guide: Depth | None = None
         self.runs: tuple[ShownRun, ...] = ()
         self.earlier: ShownRun | None = None
+        self.before = Before()
+        self.played = False
         self.interpolated: Depth | None = None
         self.edges: FrameEdges | None = None
         self.spectrum: Spectrum | str = ""
@@ -117,6 +144,11 @@ class Material:
         self.error_is_outdated = False
         self.shows_a_as_result = False
 
+    @property
+    def no_result(self) -> str:
+        """What to do where there is no result."""
+        return NOT_PLAYED if self.played else NO_RESULT
+
     def layer(self, depth: str) -> Layer | None:
         """Depth by its name; None if it is not available."""
         if depth == "result":
@@ -129,6 +161,10 @@ class Material:
             return _plain(self.guide)
         if depth == INTERPOLATED:
             return _plain(self.interpolated)
+        if depth == BEFORE_IN:
+            return _plain(self.before.depth_in)
+        if depth == BEFORE_OUT:
+            return _plain(self.before.depth_out)
         run = self.run(depth)
         return None if run is None else Layer(run.depth, run.extrapolated)
 
@@ -198,6 +234,7 @@ def _plain(depth: Depth | None) -> Layer | None:
 
 EVERYWHERE: Box = slice(None), slice(None)
 NO_RESULT = "No result yet: run the blocks (F5)"
+NOT_PLAYED = "No result is stored for this frame"
 NO_GUIDE = "This frame has no guide"
 
 
@@ -272,7 +309,10 @@ def levels_of(
     robust: Callable[[], Levels],
     values: Callable[[], NDArray[np.floating]],
 ) -> Levels:
-    """Colour range of a kind for some values, in its unit, with this robust range."""
+    """Colour range of a kind for some values, in its unit, with this robust range; the former one during playing."""
+    former = material.ranges[kind].levels
+    if material.played and former is not None:
+        return former
     return material.ranges[kind].find(robust, lambda: full_levels(values()))
 
 

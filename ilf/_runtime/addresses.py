@@ -10,7 +10,6 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO, TypeGuard
 from urllib.parse import urlsplit
@@ -123,10 +122,20 @@ class RemoteFiles:
 
     def __init__(self, address: str) -> None:
         self.address = Address(address)
+        self._process = 0
+        self._own: tuple[Any, str] = None, ""
 
-    @cached_property
+    def __reduce__(self) -> tuple[type[RemoteFiles], tuple[str]]:
+        return RemoteFiles, (str(self.address),)
+
+    @property
     def _opened(self) -> tuple[Any, str]:
-        """The driver, and the address as it writes it."""
+        """The driver, and the address as it writes it; a process does not use that of another."""
+        if self._process != os.getpid():
+            self._own, self._process = self._open_driver(), os.getpid()
+        return self._own
+
+    def _open_driver(self) -> tuple[Any, str]:
         core = optional("fsspec.core", "remote", f"{self.address.protocol}://")
         try:
             files, root = core.url_to_fs(str(self.address), use_listings_cache=False)

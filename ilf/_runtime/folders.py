@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -82,6 +83,9 @@ class Folder(ABC):
     @abstractmethod
     def remove(self, name: str) -> None:
         """Remove a file; raises ExportError if that fails."""
+
+    def forget_working(self) -> None:  # noqa: B027 - a folder on a disk contains it
+        """Remove what waits on this machine for a folder that no longer exists, before it is begun anew."""
 
 
 class LocalFolder(Folder):
@@ -193,6 +197,9 @@ class RemoteFolder(Folder):
 
     def remove(self, name: str) -> None:
         self._files.remove(name)
+
+    def forget_working(self) -> None:
+        shutil.rmtree(self.working, ignore_errors=True)
 
 
 def folder_at(path: str | os.PathLike[str]) -> Folder:

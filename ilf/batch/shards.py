@@ -267,6 +267,7 @@ def open_shards(
     if target.exists(SETTINGS_FILE):
         raise InputError(f"{target} contains a batch with a folder for each frame. Choose another folder for shards.")
     if not target.exists(SHARDS_FILE):
+        target.forget_working()
         for _, _ in run_in_processes(partial(_freeze, str(target), facts, dict(request)), [list_frames]):
             pass
         if not target.exists(SHARDS_FILE):

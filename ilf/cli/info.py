@@ -252,7 +252,7 @@ def run(arguments: argparse.Namespace) -> None:
         _print_layouts(arguments.json)
         return
     inputs = [Path(path) for path in arguments.inputs]
-    if any(map(is_address, arguments.inputs)):
+    if any(map(is_address, arguments.inputs)) and len(inputs) < 3:
         sections = _sections_at_addresses(arguments)
     elif len(inputs) == 1 and inputs[0].suffix.lower() == SUFFIX:
         raise UsageError(f"{inputs[0]} is a project: use `ilf project info`.")

@@ -51,14 +51,14 @@ def robust_error_levels(error: NDArray[np.floating]) -> tuple[float, float]:
     return low, max(high, 10 * low)
 
 
-def robust_difference_level(difference: NDArray[np.floating]) -> float:
-    """End of a robust symmetric colour range [mm]: 99th percentile of the magnitudes, rounded up to 1, 2 or 5 times a
+def robust_difference_level(difference: NDArray[np.floating], percent: float = 99) -> float:
+    """End of a robust symmetric colour range [mm]: this percentile of the magnitudes, rounded up to 1, 2 or 5 times a
     power of ten.
 
     The rounding keeps the colours stable while a run refreshes the view.
     """
     known = _known_sample(difference)
-    level = float(np.percentile(np.abs(known), 99)) if known.size else 0.0
+    level = float(np.percentile(np.abs(known), percent)) if known.size else 0.0
     if level <= _SMALLEST_DIFFERENCE:
         return _SMALLEST_DIFFERENCE
     return _round_up(level)

@@ -107,10 +107,11 @@ def load_frame(
 ) -> RGBDFrame:
     """Read an RGB-D frame from registered images or from a recording. Unregistered depth of a recording is registered.
 
+    Paths may be addresses (s3://, gs://, https://, hf://), whose files are copied to a temporary folder first.
+
     Parameters
     ----------
     rgb : path-like
-        All paths may be addresses (s3://, https://, ...), whose files are copied to a temporary folder first.
         Colour PNG, JPEG or TIFF, or the depth file if it contains colour (.pcd, .heic); or, without `depth`, a folder
         with meta.json, a colour image `rgb.*` and depth `depth.*`; or, with `frame`, a recording.
     depth : path-like, optional
@@ -173,6 +174,8 @@ def load_frame(
     ParameterError
         If depth or ground truth units are not a positive number, there is no such encoding, both units and an encoding
         are given, ground truth units are given without ground truth, or the minimum confidence is not a number.
+    ExportError
+        If files at addresses cannot be copied to this machine.
 
     Examples
     --------

@@ -30,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ilf
+from ilf.evaluation.flicker import flicker, moved
 from ilf.evaluation.hold_out import frame_without
 
 from .pipeline import hundred_dcts, timed
@@ -81,31 +82,17 @@ def scaled(moment: Moment, width: int, height: int) -> Moment:
     return replace(moment, frame=ilf.RGBDFrame(rgb, depth, near, frame.name, pose=frame.pose), exact=exact)
 
 
-def moved(depth: Depth, start: Moment, end: Moment) -> tuple[NDArray[np.intp], NDArray[np.floating]]:
-    """For every pixel, the index of the pixel of another moment that shows the same point (-1: none), and its depth
-    there [m]."""
-    camera = start.frame.intrinsics
-    rows, columns = np.indices(depth.shape)
-    motion = end.pose @ np.linalg.inv(start.pose)
-    points = camera.points(columns, rows, depth) @ motion[:3, :3].T + motion[:3, 3]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        x = np.rint(camera.fx * points[..., 0] / points[..., 2] + camera.cx)
-        y = np.rint(camera.fy * points[..., 1] / points[..., 2] + camera.cy)
-        inside = (x >= 0) & (y >= 0) & (x < depth.shape[1]) & (y < depth.shape[0]) & (points[..., 2] > 0.05)
-    index = np.where(inside, np.nan_to_num(y) * depth.shape[1] + np.nan_to_num(x), -1).astype(np.intp)
-    return index, points[..., 2]
-
-
-def flicker(moments: Sequence[Moment], depths: Sequence[Depth], gap: int, filled: bool) -> float:
+def median_flicker(moments: Sequence[Moment], depths: Sequence[Depth], gap: int, filled: bool) -> float:
     """Median change of depth [mm] along the exact motion between frames so far apart; of filled or of measured
     pixels."""
     changes = []
     for start, end, before, after in zip(moments, moments[gap:], depths, depths[gap:], strict=False):
-        index, there = moved(before if start.exact is None else start.exact, start, end)
+        camera, motion = start.frame.intrinsics, end.pose @ np.linalg.inv(start.pose)
+        index, there = moved(before if start.exact is None else start.exact, camera, motion)
         seen = index >= 0
         at = np.maximum(index, 0)
         if start.exact is None:
-            change = np.abs(after.ravel()[at] - there)
+            change = np.abs(flicker(before, after, camera, motion))
         else:
             exact = end.exact.ravel()[at]
             seen &= np.abs(exact - there) < 0.015 * there
@@ -141,7 +128,7 @@ def show(name: str, moments: list[Moment], threads: int) -> None:
                 shares.append(np.isfinite(off).mean())
             error = float(np.mean(errors))
             first = error if math.isnan(first) else first
-            shaking = [flicker(moments, found.depths, gap, filled) for filled in (True, False) for gap in GAPS]
+            shaking = [median_flicker(moments, found.depths, gap, filled) for filled in (True, False) for gap in GAPS]
             wall, processor = (np.array(found.times)[1:, clock] / unit[clock] for clock in (0, 1))
             print(
                 f"{name:10} {method:12} {error:7.1f} {error / first:6.2f} {np.mean(shares):7.1%}"

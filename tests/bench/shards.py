@@ -1,12 +1,11 @@
-"""`python -m tests.bench.shards [kills] [store-kills] [keys] [overhead] [--kills 10] [--count 100000]`: many frames.
-
-Tests of batches with shards:
+"""`python -m tests.bench.shards [kills] [store-kills] [keys] [overhead] [--kills 10] [--count 100000]`: shards.
 
 kills     the process or one of its workers is killed (-9) at random moments until the batch is done; then the tars are
           those of an undisturbed batch byte for byte, and no frame was completed twice but those in progress
 store-kills  the same with sources and shards in a stand-in for S3 on this machine
-keys      processor time and memory for each key of listing and freezing, of resuming with all shards finished, of
-          merging and of opening the shards as a source
+keys      processor time and memory for each key of listing and freezing, of resuming with all shards finished (in a
+          stand-in for S3, too, which runs in the same process), of merging and of opening the shards as a source
+          and as results
 overhead  processor time of encoding, measuring, writing and assembling a frame of the sample, beyond the library's
 """
 
@@ -16,6 +15,7 @@ import argparse
 import io
 import json
 import os
+import pickle
 import random
 import resource
 import signal
@@ -43,6 +43,7 @@ from ilf.batch.shard_task import ShardTask, _completed, _files
 from ilf.batch.shards import open_shards
 from ilf.batch.task import measured
 from ilf.run.options import ExportOptions
+from ilf.run.stored_results import StoredResults
 from ilf.sources.shards import Shards
 from tests.ilf.batch_frames import write_frames
 from tests.ilf.object_store import object_store
@@ -153,14 +154,16 @@ def keys(folder: Path, count: int) -> bool:
             pyarrow.Table.from_pylist(made, schema().with_metadata(facts)), out / f"{name}.parquet"
         )
     _step("resuming, all finished", count, lambda: list(opened().outcomes()))
-    store, address = fsspec.filesystem("memory"), "memory://bench/out"
-    names = ["shards.json", "frames.jsonl", *tables(folder_at(out))]
-    store.put([str(out / name) for name in names], [f"/bench/out/{name}" for name in names])
-    at_address = partial(open_shards, partial(_listed, root), address, SETTINGS, KEEP, 1000, {})
-    _step("resuming at an address, all finished", count, lambda: list(at_address().outcomes()))
-    store.store.clear()
+    with object_store() as settings:
+        os.environ.update(settings)
+        names = ["shards.json", "frames.jsonl", *tables(folder_at(out))]
+        fsspec.filesystem("s3").put([str(out / name) for name in names], [f"bucket/out/{name}" for name in names])
+        there = partial(open_shards, partial(_listed, root), "s3://bucket/out", SETTINGS, KEEP, 1000, {})
+        _step("resuming in a store, with the store's own work", count, lambda: list(there().outcomes()))
     _step("merging", count, lambda: merge_tables(folder_at(out)))
     _step("opening as a source", count, lambda: Shards(out).index())
+    _step("opening as results", count, lambda: StoredResults(out))
+    print(f"pickled results: {len(pickle.dumps(StoredResults(out))) / count:.0f} bytes a key")
     return True
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
@@ -69,6 +70,13 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     assert _done(part, qtbot) == f"3 of 3 frames, 1 failed. Written to {out}"
     assert _rows(part) == {"rgb/0000": "completed", "rgb/0001": "failed", "rgb/0002": "completed"}
     assert {path.name for path in out.iterdir()} >= {"manifest.csv", "contact-sheet.png", "rgb__0002"}
+
+    first, _, last = window.workspace.frames.entries
+    assert part.results == {
+        entry.id: (out / folder, 1000.0) for entry, folder in ((first, "rgb__0000"), (last, "rgb__0002"))
+    }
+    frame = first.source.load()
+    assert np.allclose(part.results[first.id].read()[frame.known], frame.depth[frame.known], atol=0.001)
 
     dialog.start_button.click()  # again: there is nothing left to do
     assert _done(part, qtbot).startswith("3 of 3 frames, 1 failed.")

@@ -17,7 +17,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 NOTICE = (ROOT / "assets" / "NOTICE").read_text(encoding="utf-8")
 EXTRAS = PROJECT["project"]["optional-dependencies"]
-FOR_DEVELOPERS = {"test", "dev", "mutants"}
+FOR_DEVELOPERS = {"test", "dev", "docs", "mutants"}
 
 EDITABLE = os.pathsep.join(
     str((ROOT / folder).resolve()) for folder in PROJECT["tool"]["hatch"]["build"]["dev-mode-dirs"]

@@ -7,6 +7,10 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ilf._runtime.cancellation import current_cancel_events, set_cancel_events
 from ilf._runtime.formatting import counted
@@ -16,7 +20,8 @@ from ilf.batch.frames import BatchFrame, frames_of_files
 from ilf.batch.pictures import write_contact_sheet, write_video
 from ilf.batch.settings import BatchSettings
 from ilf.errors import IlfError
-from ilf.run.options import RECORD_FILE
+from ilf.io.depth import depth_in_metres, read_depth_values
+from ilf.run.options import DEPTH_FILES, RECORD_FILE
 from ilf.run.run import RunConfiguration
 from ilf.sources.frame_source import FrameSource
 
@@ -63,6 +68,27 @@ class BatchRequest:
     anew: bool = False
     sheet: bool = False
     video: bool = False
+
+
+class BatchResult(NamedTuple):
+    """Where a batch has written the completed depth of a frame: its folder, and the units per metre of a depth PNG."""
+
+    folder: Path
+    units: float
+
+    def read(self) -> NDArray[np.float32] | None:
+        """Read the depth [m], float32 (H, W), NaN = missing; None if it was not written.
+
+        Raises
+        ------
+        IlfError
+            If it cannot be read.
+        """
+        for name, units in (("npy", 1.0), ("tiff", 1.0), ("png", self.units)):
+            path = self.folder / DEPTH_FILES[name]
+            if path.exists():
+                return depth_in_metres(read_depth_values(path), units)
+        return None
 
 
 @dataclass(frozen=True)
@@ -126,6 +152,11 @@ class BatchFeature(Feature):
         self.worker.finished.connect(self._finish)
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self._end("Cancelled. Start again to resume."))
+        self.results: dict[str, BatchResult] = {}
+        """Id of a frame -> its result in the latest batch of this window that completed it."""
+        self._ids: dict[str, str] = {}
+        """Name of a frame in the batch -> its id."""
+        self._units = 1.0
         self._folder = Path()
         self._total, self._done, self._failed, self._completed = 0, 0, 0, 0
 
@@ -166,6 +197,8 @@ class BatchFeature(Feature):
             dialog.sheet.isChecked(),
             dialog.video.isChecked(),
         )
+        self._ids = {frame.key: entry.id for frame, entry in zip(frames, entries, strict=True)}
+        self._units = wish.settings.options.depth_units
         self._folder, self._total = wish.folder, len(wish.only)
         self._done, self._failed, self._completed = 0, 0, 0
         dialog.begin()
@@ -204,6 +237,10 @@ class BatchFeature(Feature):
                 self._completed += item.status is FrameStatus.COMPLETED
         self._done += len(outcomes)
         self._failed += sum(outcome.status is FrameStatus.FAILED for outcome in outcomes)
+        for outcome in outcomes:
+            id = self._ids.get(outcome.frame)
+            if id is not None and outcome.status is FrameStatus.COMPLETED:
+                self.results[id] = BatchResult(self._folder / outcome.folder, self._units)
         if outcomes:
             self.dialog.table.outcomes.add(outcomes)
         left = self._total - self._done

@@ -147,6 +147,8 @@ class FramesFeature(Feature):
         )
         self._wanted: Entry | None = None
         """The frame that is being opened; *Next frame* continues from it."""
+        self._played: Entry | None = None
+        """The frame shown by playing, while none is open."""
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self.show)
         context.actions.add(self._commands())
@@ -180,7 +182,7 @@ class FramesFeature(Feature):
                 "Ctrl+PgDown",
                 "Show the next frame in the order of the list",
                 handler=lambda: self.turn(1),
-                why_off=self._why_no_other,
+                why_off=self.why_no_other,
             ),
             Command(
                 "previous_frame",
@@ -189,7 +191,7 @@ class FramesFeature(Feature):
                 "Ctrl+PgUp",
                 "Show the previous frame in the order of the list",
                 handler=lambda: self.turn(-1),
-                why_off=self._why_no_other,
+                why_off=self.why_no_other,
             ),
             Command(
                 "next_untouched",
@@ -198,7 +200,7 @@ class FramesFeature(Feature):
                 "Ctrl+Shift+PgDown",
                 "Show the next frame that has not been worked on",
                 handler=self.next_untouched,
-                why_off=self._why_no_other,
+                why_off=self.why_no_other,
             ),
             Command(
                 "mark_done",
@@ -284,7 +286,14 @@ class FramesFeature(Feature):
         elif present is not None:
             self.panel.model.note_changed(present)
 
+    def show_played(self, entry: Entry | None) -> None:
+        """Mark the frame shown by playing as the current one; None once an open one is shown again."""
+        self._played = entry
+        self._show_present()
+
     def _present(self) -> Entry | None:
+        if self._played is not None:
+            return self._played
         workspace = self.context.workspace
         return workspace.frames.entries.of(workspace.session.id) if workspace.has_session else None
 
@@ -301,7 +310,8 @@ class FramesFeature(Feature):
         if not self._soon.isActive():
             self._soon.start()
 
-    def _why_no_other(self) -> str:
+    def why_no_other(self) -> str:
+        """The list has no other frame; "" if it has."""
         more = len(self.context.workspace.frames.entries) > 1
         return "" if more else "The list has no other frame: open more frames, or a folder of frames."
 
@@ -318,7 +328,7 @@ class FramesFeature(Feature):
 
     def turn(self, steps: int) -> None:
         """Show the next or previous frame in the order of the list; the first follows the last."""
-        shown, row = self._shown()
+        shown, row = self.shown()
         if len(shown) > 1:
             self._go_to(shown[(row + steps) % len(shown)] if row >= 0 else shown[0 if steps > 0 else -1])
 
@@ -342,14 +352,14 @@ class FramesFeature(Feature):
 
     def _go_to_next(self, wanted: Callable[[Entry], bool], none_left: str) -> None:
         """Show the next wanted frame, the first after the last; a message if there is none."""
-        shown, row = self._shown()
+        shown, row = self.shown()
         entry = next((entry for entry in (*shown[row + 1 :], *shown[: row + 1]) if wanted(entry)), None)
         if entry is None:
             self.context.notes.show_message(none_left)
         else:
             self._go_to(entry)
 
-    def _shown(self) -> tuple[list[Entry], int]:
+    def shown(self) -> tuple[list[Entry], int]:
         """Return the shown entries, and the row of the current frame or the one being opened; -1 if not shown."""
         if self._soon.isActive():
             self.show()

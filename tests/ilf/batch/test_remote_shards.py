@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import errno
+import io
 import json
 import os
+import pickle
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +21,8 @@ import ilf._runtime.files
 from ilf._runtime.addresses import RemoteFiles
 from ilf._runtime.folders import folder_at
 from ilf.cli import main
+from ilf.errors import ExportError
+from ilf.run.stored_results import StoredResults
 from ilf.sources.opening import close_all
 
 from ..batch_frames import work_in_this_process, write_frames
@@ -26,7 +30,7 @@ from ..object_store import SECRET, object_store
 from .test_batch import FLAGS
 
 fsspec = pytest.importorskip("fsspec")
-pytest.importorskip("pyarrow.parquet")
+parquet = pytest.importorskip("pyarrow.parquet")
 
 OUT = "memory://results/out"
 
@@ -63,6 +67,15 @@ def tars(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.glob("*.tar"))}
 
 
+def without_tars(upload: Callable[..., None]) -> Callable[..., None]:
+    def checked(files: RemoteFiles, path: Path, name: str) -> None:
+        if name.endswith(".tar"):
+            raise ExportError("no route")
+        upload(files, path, name)
+
+    return checked
+
+
 def failing_request() -> None:
     raise ConnectionError("no route")
 
@@ -91,6 +104,8 @@ def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, in
         np.testing.assert_array_equal(here[key].depth, there[key].depth)
         np.testing.assert_array_equal(here[key].rgb, there[key].rgb)
     assert there[0].inputs.rgb.path == OUT
+    results = pickle.loads(pickle.dumps(StoredResults(OUT)))  # as for the workers of a DataLoader
+    np.testing.assert_array_equal(results[0].depth, here[0].depth)
     assert main(["info", OUT]) == 0
     assert f"{OUT}, 3 of 3 finished" in capsys.readouterr().out
     memory.pipe("/results/out/" + put[2], b"0" * 40)
@@ -170,6 +185,17 @@ def test_what_a_store_refuses_is_one_line_and_is_resumed(
     assert "it has 0 bytes instead of" in capsys.readouterr().err
 
 
+def test_a_folder_that_was_deleted_is_begun_anew(source, tmp_path, memory, in_this_process, monkeypatch):
+    with monkeypatch.context() as failing:
+        failing.setattr(RemoteFiles, "upload", without_tars(RemoteFiles.upload))
+        assert main(command(source, OUT)) == 1
+    assert staged(tmp_path)
+    memory.rm("/results/out", recursive=True)
+    in_this_process.clear()
+    assert main(command(source, OUT)) == 0
+    assert len(in_this_process) == 5
+
+
 def test_a_full_disk_of_this_machine_is_one_line_and_is_resumed(
     source, tmp_path, memory, in_this_process, monkeypatch, capsys
 ):
@@ -247,6 +273,9 @@ def test_kills_lose_nothing_at_an_address(source, tmp_path, bucket, in_this_proc
     log.close()
     written = [bucket.cat(path) for path in bucket.find("bucket")]
     written += [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
+    tables = [content for content in written if content.startswith(b"PAR1")]
+    assert len(tables) == 2 * 3
+    written += [str(parquet.read_table(io.BytesIO(content)).to_pydict()).encode() for content in tables]
     assert not any(SECRET.encode() in content or b"AKIAIOSFODNN7EXAMPLE" in content for content in written)
     assert json.loads((tmp_path / "one/run.json").read_text())["inputs"]["rgb"]["path"] == f"{address}/rgb/0001.png"
 
@@ -257,5 +286,6 @@ def test_a_store_that_does_not_answer_is_one_line(bucket, monkeypatch, capsys):
     assert main(["info", "s3://bucket/in"]) == 1
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert "s3://bucket/in: cannot be read" in error
+    assert "error: s3://bucket/in/" in error
+    assert ": cannot be read (Could not connect" in error
     assert SECRET not in error

@@ -8,6 +8,8 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import cv2
@@ -23,7 +25,7 @@ from ilf.errors import Cancelled, FormatError, InputError
 from ilf.sources.opening import close_all
 
 from ..bags import write_aligned
-from ..batch_frames import write_frames
+from ..batch_frames import work_in_this_process, write_frames
 from ..phone_files import write_stray
 from ..small_sequences import write_sequence
 
@@ -103,6 +105,25 @@ def test_a_source_is_read_as_on_a_disk(tmp_path: Path, write: Callable[[Path], P
     assert there.calibration(there.keys[0]).colour == here.calibration(here.keys[0]).colour
 
 
+def test_a_folder_on_the_web_is_read_by_its_pages_of_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
+    pytest.importorskip("pyarrow")
+    work_in_this_process(monkeypatch)
+    path = write_frames(tmp_path / "web" / "in", 2)
+    out = str(tmp_path / "web" / "shards")
+    assert main(["batch", str(path), "--shards", out, "--max-iterations", "3", "--quiet", "--per-shard", "1"]) == 0
+    quiet = type("Quiet", (SimpleHTTPRequestHandler,), {"log_message": lambda *_: None})
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(quiet, directory=str(tmp_path / "web"))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_port}"
+        for name in ("in", "shards"):  # this server sends whole files only, and states no sizes
+            here, there = ilf.open_source(tmp_path / "web" / name), ilf.open_source(f"{address}/{name}")
+            assert here.keys == there.keys
+            for key in here.keys:
+                np.testing.assert_array_equal(here[key].measured, there[key].measured)
+        server.shutdown()
+
+
 def test_a_run_of_a_remote_frame_is_replayed_and_its_folder_opened(tmp_path: Path, capsys):
     address = upload(write_frames(tmp_path / "in", 1), "in")
     files = [f"{address}/rgb/0000.png", f"{address}/depth/0000.png"]
@@ -160,8 +181,6 @@ def test_errors_name_the_address_and_the_cure(tmp_path: Path, capsys):
 
 
 def test_a_frame_that_cannot_be_read_is_a_row_of_the_batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys):
-    from ..batch_frames import work_in_this_process
-
     work_in_this_process(monkeypatch)
     address, out = upload(write_frames(tmp_path / "in", 3), "in"), tmp_path / "out"
     fsspec.filesystem("memory").pipe("/data/in/depth/0001.png", b"damaged")
@@ -213,6 +232,11 @@ def test_credentials_in_errors_of_drivers_are_not_shown(memory, monkeypatch: pyt
         source[0]
     assert "(403 for https://host/a.png with *** no). Check the address, the credentials" in str(caught.value)
     assert caught.value.__suppress_context__
+    work_in_this_process(monkeypatch)
+    assert main(["batch", address, "--out", str(tmp_path / "out"), "--quiet"]) == 1
+    written = [path.read_text() for path in (tmp_path / "out").rglob("*") if path.is_file()]
+    assert any("403 for https://host/a.png with ***" in text for text in written)
+    assert not any(SECRET in text or "Signature" in text for text in written)
     assert without_credentials("hf://datasets/a/b@main: no") == "hf://datasets/a/b@main: no"
 
 

@@ -1,0 +1,1 @@
+"""Sequences of frames: playing them, and flicker."""

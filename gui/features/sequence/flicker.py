@@ -1,0 +1,73 @@
+"""Flicker of the current frame: reads the frame before it in the list while a view shows the change."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ...project.store import WorkStore
+from ...state.entries import Entry
+from ...views.painter import Before
+from ...work.latest_request import LatestRequest
+from ..context import Context, Feature
+from ..frame_list.feature import FramesFeature
+from .moments import Moment
+
+
+class _Question(NamedTuple):
+    now: Moment
+    before: Moment | Entry
+    """The frame before; its entry if it is not open."""
+    store: WorkStore
+
+
+class FlickerFeature(Feature):
+    """The depth of the frame before the current one in the list, as the views of flicker need it."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._frames = context.feature(FramesFeature)
+        self._questions = LatestRequest[_Question, Before](_find, self)
+        self._questions.answered.connect(self._take)
+        self._questions.failed.connect(lambda _, error: context.views.set_before(Before(text=str(error))))
+        workspace = context.workspace
+        turned, results = workspace.frames.session_changed, workspace.runs.results_changed
+        listed = workspace.frames.entries.added, workspace.frames.entries.removed
+        turned.connect(self._questions.forget)
+        context.refresh.add(
+            "flicker",
+            self.show,
+            (turned, results, workspace.blocks.invalid_mask_changed, context.views.shownChanged, *listed),
+            (workspace.runs.results_added,),
+        )
+
+    @property
+    def busy(self) -> bool:
+        """Whether the frame before is being read."""
+        return self._questions.busy
+
+    def show(self) -> None:
+        """Find the change against the frame before, if a view shows it."""
+        workspace, views = self.context.workspace, self.context.views
+        if not workspace.has_session or not views.shows("before"):
+            return
+        entry, (shown, _) = workspace.frames.entries.of(workspace.session.id), self._frames.shown()
+        row = shown.index(entry) if entry in shown else 0
+        now = None if entry is None else Moment.of_open(entry)
+        if now is None or row == 0:
+            views.set_before(Before(text="The list has no frame before this one"))
+            return
+        before = shown[row - 1]
+        self._questions.ask(_Question(now, Moment.of_open(before) or before, self.context.recorder.store))
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _take(self, _: _Question, before: Before) -> None:
+        self.context.views.set_before(before)
+
+
+def _find(question: _Question) -> Before:
+    """Read the frame before; called in a worker thread."""
+    before = question.before
+    return question.now.since(Moment.read(before, question.store) if isinstance(before, Entry) else before)

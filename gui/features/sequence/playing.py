@@ -1,0 +1,416 @@
+"""Playing the frames of the list in the views: speed, loop, completion as they play; pausing opens the frame shown."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget
+
+from ilf._runtime.cancellation import check_cancelled
+from ilf.data.parameters import Parameters
+from ilf.errors import IlfError
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.listing import Listing
+from ilf.stream.stream import Stream
+
+from ...base.commands import Actions, Command
+from ...state.entries import Entry
+from ...state.session import Session
+from ...views.painter import Before
+from ...work.jobs import Worker
+from ..batch.feature import BatchFeature
+from ..context import Context, Feature
+from ..frame_list.feature import FramesFeature
+from ..frame_list.film_strip import FilmStripFeature
+from ..live import USUAL_RATE
+from ..status import StatusFeature
+from ..views import ViewsFeature
+from .moments import Moment
+
+# Playing, in the worker's thread.
+
+_POLL_S = 0.02
+"""Interval of checks for cancellation while the next frame is not due [s]."""
+
+
+@dataclass
+class Pace:
+    """How frames are played: set in the window's thread, read in the worker's.
+
+    Attributes
+    ----------
+    rate : float or None
+        Frames a second; None for as many as can be read and shown, without leaving any out.
+    loop : bool
+        Whether the first frame follows the last.
+    completes : bool
+        Whether frames without a result are completed.
+    flickers : bool
+        Whether the change against the frame before is wanted.
+    """
+
+    rate: float | None = USUAL_RATE
+    loop: bool = False
+    completes: bool = False
+    flickers: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class PlayedFrame:
+    """A frame that is due.
+
+    Attributes
+    ----------
+    row : int
+    moment : Moment
+    before : Before
+        The frame that was shown before.
+    left_out, unreadable : int
+        Number of frames so far that were left out because they were late, and because they cannot be read.
+    """
+
+    row: int
+    moment: Moment
+    before: Before
+    left_out: int
+    unreadable: int
+
+
+def play(
+    count: int, row: int, read: Callable[[int], Moment], pace: Pace, parameters: Parameters
+) -> Generator[PlayedFrame, None, None]:
+    """Yield the frames of a list from a row on, each when it is due; of those that are late, only the latest.
+
+    Parameters
+    ----------
+    count : int
+        Number of frames.
+    row : int
+        The first one to play.
+    read : callable
+        Reads the frame of a row; raises IlfError if it cannot be read.
+    pace : Pace
+    parameters : Parameters
+        Of the filter, to complete frames.
+    """
+    before, shown = None, row
+    due, left_out, unreadable, failed = time.monotonic(), 0, 0, 0
+    with ExitStack() as stack:
+        stream: Stream | None = None
+        while failed < count:
+            try:
+                moment = read(row)
+                if pace.completes and moment.depth is None:
+                    if stream is None:
+                        stream = stack.enter_context(Stream(parameters, rate=pace.rate or USUAL_RATE))
+                    depth = stream.complete(moment.frame).depth
+                    moment = replace(moment, depth=depth, text="completed as it plays")
+            except IlfError:
+                unreadable, failed, late = unreadable + 1, failed + 1, 0
+            else:
+                change = moment.since(before, row - shown) if pace.flickers else Before()
+                _wait_until(due)
+                yield PlayedFrame(row, moment, change, left_out, unreadable)
+                before, shown, failed = moment, row, 0
+                now, rate = time.monotonic(), pace.rate
+                late = 0 if rate is None else max(int((now - due) * rate), 0)
+                due = now if rate is None else due + (1 + late) / rate
+            if row == count - 1:
+                if not pace.loop:
+                    return
+                row, before = 0, None
+            else:
+                late = min(late, count - 2 - row)  # the last frame is always shown
+                row += 1 + late
+                left_out += late
+
+
+def _wait_until(due: float) -> None:
+    while (left := due - time.monotonic()) > 0:
+        check_cancelled()
+        time.sleep(min(left, _POLL_S))
+
+
+# The window.
+
+_SPEEDS: Mapping[str, tuple[str, float | None]] = {
+    "speed_quarter": ("0.25\N{MULTIPLICATION SIGN}", 0.25),
+    "speed_half": ("0.5\N{MULTIPLICATION SIGN}", 0.5),
+    "speed_normal": ("1\N{MULTIPLICATION SIGN}", 1.0),
+    "speed_double": ("2\N{MULTIPLICATION SIGN}", 2.0),
+    "speed_fourfold": ("4\N{MULTIPLICATION SIGN}", 4.0),
+    "speed_fastest": ("As fast as it goes", None),
+}
+"""Commands of the speeds: text, and multiple of the sequence's own rate."""
+
+_RECENT = 20
+"""Number of frames over which the rate is measured."""
+
+
+class PlayFeature(Feature):
+    """Plays the frames of the list. None of them is open meanwhile, so that no edit can get lost or into another frame;
+    pausing opens the frame shown."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._frames = context.feature(FramesFeature)
+        self._presenter = context.feature(ViewsFeature).presenter
+        self._status = context.feature(StatusFeature)
+        context.actions.add(self._commands())
+        self._on = context.actions["play_frames"]
+        context.actions["speed_normal"].setChecked(True)
+        self.worker = Worker(self)
+        self.worker.progressed.connect(self._take)
+        self.worker.finished.connect(lambda _: self._end())
+        self.worker.failed.connect(self._fail)
+        self.pace = Pace()
+        self.shown: PlayedFrame | None = None
+        """The frame shown by playing; None once an open one is shown again."""
+        self.rate = 0.0
+        """Frames a second that are shown."""
+        self._speed: float | None = 1.0
+        self._times: dict[str, float] = {}
+        """Key of a frame -> its time [s], where it is known."""
+        self._entries: list[Entry] = []
+        self._left: Session | None = None
+        """The frame that was open before."""
+        self._opening = False
+        """Whether the frame shown is being opened."""
+        self._place: tuple[float, float, float] | None = None
+        """The place that the views show when playing ends."""
+        self._clock = deque[float](maxlen=_RECENT)
+        context.loader.listed.connect(self._note_times)
+        workspace = context.workspace
+        workspace.frames.session_changed.connect(self._follow)
+        context.views.pressed.connect(lambda: self._on.setChecked(False))
+        changed = workspace.frames.session_changed, workspace.frames.entries.removed, context.loader.busy_changed
+        context.refresh.add("played", self._settle, changed)
+        self.bar = _PlayBar(context.actions)
+        strip = context.feature(FilmStripFeature).strip
+        context.centre.add_before(strip, self.bar)
+        entries = workspace.frames.entries
+        context.refresh.add("play bar", self._show_bar, (entries.added, entries.removed))
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "play_frames",
+                "&Play",
+                "ph.play-circle",
+                "K",
+                "Play the frames of the list from this one on; again, or a click in a view, opens the frame shown",
+                checkable=True,
+                handler=self._turn,
+                why_off=self._why_off,
+            ),
+            Command(
+                "play_loop",
+                "&Loop",
+                "",
+                "",
+                "Go on with the first frame after the last one",
+                checkable=True,
+                handler=lambda on: setattr(self.pace, "loop", on),
+            ),
+            Command(
+                "play_completed",
+                "&Complete while playing",
+                "",
+                "",
+                "Complete frames without a result as they play, as a stream does; nothing is stored",
+                checkable=True,
+                handler=lambda on: setattr(self.pace, "completes", on),
+            ),
+            *(
+                Command(
+                    name,
+                    text,
+                    group="speed",
+                    hint="Play every frame, as many a second as can be read and shown"
+                    if speed is None
+                    else f"Play at {text} of the sequence's own rate",
+                    handler=lambda speed=speed: self._set_speed(speed),
+                )
+                for name, (text, speed) in _SPEEDS.items()
+            ),
+        )
+
+    def _why_off(self) -> str:
+        return self._frames.why_no_other() or ("The frame shown is being opened." if self._opening else "")
+
+    @property
+    def playing(self) -> bool:
+        """Whether frames are played."""
+        return self._on.isChecked()
+
+    def _turn(self, on: bool) -> None:
+        icon = "ph.pause-circle" if on else "ph.play-circle"
+        self.context.actions.adopt("play_frames", self._on, icon)
+        self.context.reasons.playing = on
+        if on:
+            self._begin()
+        else:
+            self._pause()
+
+    def _begin(self) -> None:
+        """Close the current frame as on going to another one, and play from it on; after the last, from the first."""
+        workspace = self.context.workspace
+        self._entries, row = self._frames.shown()
+        self._entries = list(self._entries)
+        if row == len(self._entries) - 1:
+            row = 0
+        self.shown, self._left = None, workspace.session if workspace.has_session else None
+        self._set_speed(self._speed)
+        self.context.centre.show_images()
+        self._presenter.keep_pictures(True)
+        workspace.frames.show(None)
+        self.context.actions.refresh()
+        entries, store, parameters = self._entries, self.context.recorder.store, workspace.parameters.current
+        results = dict(self.context.feature(BatchFeature).results)
+        opened = {entry.id: moment for entry in entries if (moment := Moment.of_open(entry)) is not None}
+
+        def read(row: int) -> Moment:
+            entry = entries[row]
+            return (opened.get(entry.id) or Moment.read(entry, store)).or_of_batch(results.get(entry.id))
+
+        def start() -> None:
+            if self.playing:
+                self.worker.start(lambda: play(len(entries), max(row, 0), read, self.pace, parameters), paused=True)
+
+        if self.worker.busy:  # the former one still ends
+            self.worker.cancelled.connect(start, Qt.ConnectionType.SingleShotConnection)
+        else:
+            start()
+
+    def _pause(self) -> None:
+        """Open the frame shown."""
+        self.worker.cancel()
+        self._status.show_playing("")
+        if self.context.workspace.has_session:
+            return
+        self._opening = True
+        if self.shown is not None and self._is_listed(entry := self._entries[self.shown.row]):
+            self._frames.open(entry)
+        self.context.refresh.mark("played")
+        self.context.actions.refresh()
+
+    def _is_listed(self, entry: Entry) -> bool:
+        return self.context.workspace.frames.entries.of(entry.id) is entry
+
+    def _follow(self) -> None:
+        """End playing once a frame is open: the one that was shown, or another one that was chosen."""
+        workspace = self.context.workspace
+        if workspace.has_session:
+            same = self.shown is not None and self._entries[self.shown.row].id == workspace.session.id
+            self._place = self.context.views.place if same else None
+            self.shown, self._left, self._opening = None, None, False
+            self._on.setChecked(False)
+            self._frames.show_played(None)
+
+    def _settle(self) -> None:
+        """End playing if a frame was removed. Once a frame is open, show the place that was shown by playing; if the
+        one shown could not be opened, show the former one."""
+        workspace, place = self.context.workspace, self._place
+        if self.playing and not all(map(self._is_listed, self._entries)):
+            self._on.setChecked(False)
+        elif place is not None and workspace.has_session:
+            self._place = None
+            self.context.views.set_place(*place)
+        elif self._opening and not workspace.has_session and not self.context.loader.busy:
+            self.shown, self._opening = None, False
+            self._frames.show_played(None)
+            if self._left in workspace.frames.sessions:
+                workspace.frames.show(self._left)
+            else:
+                self._presenter.keep_pictures(False)
+
+    def _take(self, played: list[PlayedFrame]) -> None:
+        """Show the frame that is due, while the next one is being read."""
+        if not self.playing:
+            return
+        self.pace.flickers = self.context.views.shows("before")
+        self.worker.step()
+        self.shown = shown = played[-1]
+        moment = shown.moment
+        self._presenter.show_played(moment.frame, moment.depth, moment.text, shown.before)
+        self._frames.show_played(self._entries[shown.row])
+        self._clock.append(time.monotonic())
+        passed = self._clock[-1] - self._clock[0]
+        self.rate = (len(self._clock) - 1) / passed if passed > 0 else 0.0
+        self._status.show_playing(self._text(shown))
+
+    def _text(self, shown: PlayedFrame) -> str:
+        wanted = "" if self.pace.rate is None else f" of {self.pace.rate:.1f}"
+        parts = [f"{self.rate:.1f}{wanted} frames a second"]
+        parts += [f"{shown.left_out} left out"] * bool(shown.left_out)
+        parts += [f"{shown.unreadable} unreadable"] * bool(shown.unreadable)
+        return f"{shown.moment.name} ({shown.row + 1} of {len(self._entries)}): {', '.join(parts)}"
+
+    def _end(self) -> None:
+        """Open the last frame."""
+        if self.shown is None:
+            self.context.notes.show_message("None of the frames can be read.")
+        self._on.setChecked(False)
+
+    def _fail(self, error: Exception) -> None:
+        self._on.setChecked(False)
+        self.context.notes.report("Play", error)
+
+    def _set_speed(self, speed: float | None) -> None:
+        self._speed = speed
+        self.pace.rate = None if speed is None else speed * self._own_rate()
+        self._clock.clear()
+
+    def _own_rate(self) -> float:
+        """Frames a second of the list, by the times of its frames if they are known."""
+        times = [self._times.get(entry.key) for entry in self._entries]
+        gaps = [later - time for time, later in pairwise(times) if time is not None and later is not None]
+        gaps = [gap for gap in gaps if gap > 0]
+        return 1 / statistics.median(gaps) if gaps else USUAL_RATE
+
+    def _note_times(self, _: FrameSource, listing: Listing) -> None:
+        keys = (source.key for source in listing.sources)
+        self._times |= dict(zip(keys, listing.times, strict=False))
+
+    def _show_bar(self) -> None:
+        self.bar.setVisible(len(self.context.workspace.frames.entries) > 1)
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if no thread of the feature is left."""
+        return self.worker.shutdown()
+
+
+class _PlayBar(QWidget):
+    """Buttons beside the film strip: play, and a menu of the speeds with loop and completion."""
+
+    def __init__(self, actions: Actions) -> None:
+        super().__init__()
+        play, self._speed = QToolButton(), QToolButton()
+        play.setDefaultAction(actions["play_frames"])
+        menu = QMenu(self)
+        menu.setToolTipsVisible(True)
+        menu.addActions([actions[name] for name in _SPEEDS])
+        menu.addSeparator()
+        menu.addActions([actions["play_loop"], actions["play_completed"]])
+        self._speed.setMenu(menu)
+        self._speed.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._speed.setAccessibleName("Speed of playing")
+        self._speed.setToolTip("Speed, loop, and completion while playing")
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(4, 0, 4, 0)
+        layout.setSpacing(0)
+        for button in (play, self._speed):
+            button.setAutoRaise(True)
+            layout.addWidget(button)
+        for name, (text, speed) in _SPEEDS.items():
+            short = "max" if speed is None else text
+            actions[name].toggled.connect(lambda on, short=short: self._speed.setText(short) if on else None)
+        self._speed.setText(_SPEEDS["speed_normal"][0])
+        self.hide()

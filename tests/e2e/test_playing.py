@@ -1,0 +1,265 @@
+"""Playing the frames of a sequence, and the view of flicker."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+from gui.base.commands import WHY_NOT
+from gui.features.batch.feature import BatchFeature, BatchResult
+from gui.features.frame_list.feature import FramesFeature
+from gui.features.sequence import playing
+from gui.features.sequence.flicker import FlickerFeature
+from gui.features.sequence.moments import Moment
+from gui.features.sequence.playing import Pace, PlayedFrame, PlayFeature, play
+from gui.features.status import StatusFeature
+from ilf.data.parameters import preset
+from ilf.errors import InputError
+
+from ..ilf.small_sequences import sequence, write_sequence
+from .conftest import WAIT_MS
+from .test_neighbours import open_sequence
+
+COUNT = 4
+
+
+@pytest.fixture
+def listed(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
+    """The window with a short sequence, and its first frame open."""
+    window.recorder.start()
+    open_sequence(window, qtbot, write_sequence(tmp_path / "in", COUNT), number=0)
+    window.actions_["speed_fastest"].trigger()
+    return window
+
+
+def _play(window: MainWindow, qtbot: QtBot) -> list[PlayedFrame]:
+    """Play to the end, and wait until the last frame is open; return the frames shown."""
+    feature, shown = window.feature(PlayFeature), []
+    feature.worker.progressed.connect(lambda items: shown.append(items[-1]))
+    window.actions_["play_frames"].trigger()
+    qtbot.waitUntil(lambda: not feature.playing, timeout=WAIT_MS)
+    _settle(window, qtbot)
+    feature.worker.progressed.disconnect()
+    feature.worker.progressed.connect(feature._take)
+    return shown
+
+
+def _settle(window: MainWindow, qtbot: QtBot) -> None:
+    """Wait until the frame shown by playing is open."""
+    workspace, worker = window.workspace, window.feature(PlayFeature).worker
+    qtbot.waitUntil(
+        lambda: workspace.has_session and not window.loader.busy and not worker.busy,
+        timeout=WAIT_MS,
+    )
+    window.refresh.now()
+
+
+def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
+    listed: MainWindow, qtbot: QtBot, run_all, tmp_path: Path
+) -> None:
+    window, workspace, views = listed, listed.workspace, listed.views
+    window.feature(FramesFeature).open_frames.max_open = 1
+    first = workspace.session
+    workspace.blocks.replace(np.ones(first.frame.shape, np.int32), "One block")
+    run_all(window)
+    completed = first.completion().depth.copy()
+    views.set_layout("grid-flicker")
+    views.set_content("flicker", "flicker-in")
+
+    shown = _play(window, qtbot)
+    entries = workspace.frames.entries
+    assert [played.row for played in shown] == [0, 1, 2, 3]
+    assert np.array_equal(shown[0].moment.depth, completed, equal_nan=True)
+    assert [played.moment.depth is None for played in shown] == [False, True, True, True]
+    assert workspace.session.id == entries[COUNT - 1].id, "the last one is open"
+    qtbot.waitUntil(lambda: entries[0].session is None, timeout=WAIT_MS)
+
+    by_batch = np.full(first.frame.shape, 2.5, np.float32)
+    np.save(tmp_path / "depth.npy", by_batch)
+    for entry in list(entries)[:2]:
+        window.feature(BatchFeature).results[entry.id] = BatchResult(tmp_path, 1000.0)
+    shown = _play(window, qtbot)  # after the last frame from the first one, which is stored now
+    assert [played.row for played in shown] == [0, 1, 2, 3]
+    assert np.array_equal(shown[0].moment.depth, completed, equal_nan=True)
+    assert np.array_equal(shown[1].moment.depth, by_batch), "a frame without a result of its own"
+    assert [played.moment.text for played in shown] == ["", "by batch", "", ""]
+    changes = [played.before for played in shown]
+    assert changes[0].depth_in is None
+    off = [
+        float(np.nanmedian(np.abs(played.moment.frame.depth - change.depth_in)))
+        for played, change in zip(shown[1:], changes[1:], strict=True)
+    ]
+    assert max(off) < 0.002, "the scene stands still, and depth is stored in millimetres"
+    assert changes[1].depth_out is not None
+    assert changes[2].depth_out is None
+    assert changes[1].text == "1 frame before, by poses"
+
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.loader.open_entry(entries[0])
+    assert np.array_equal(workspace.session.labels, np.ones(first.frame.shape)), "the edit was stored"
+    assert np.array_equal(workspace.session.completion().depth, completed, equal_nan=True)
+
+
+def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_shown(
+    listed: MainWindow, qtbot: QtBot
+) -> None:
+    window, workspace, feature = listed, listed.workspace, listed.feature(PlayFeature)
+    actions, status = window.actions_, window.feature(StatusFeature)
+    window.views.set_content("expected-error", "flicker-in")
+    actions["play_loop"].trigger()
+    actions["play_frames"].trigger()
+    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2, timeout=WAIT_MS)
+    window.refresh.now()
+    assert not workspace.has_session
+    for name in ("undo", "extract", "run", "select_all"):
+        assert not actions[name].isEnabled(), name
+    assert actions["run"].property(WHY_NOT) == "Pause playing first."
+    marked = window.feature(FramesFeature).panel.model.present
+    window.views.point_at((40, 5))
+    shown = feature.shown
+    assert marked is workspace.frames.entries[shown.row]
+    assert status.bar.hint.text().startswith(f"{marked.name} ({shown.row + 1} of {COUNT}): ")
+    assert "frames a second" in status.bar.hint.text()
+    assert "x 40, y 5  |  in " in status.bar.readout.text()
+    window.views.set_place(30.0, 20.0, 9.0)
+    view = window.views.cells["depth-in"].view
+    QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=view.viewport().rect().center())
+    assert not feature.playing
+    row = feature.shown.row
+    _settle(window, qtbot)
+    assert workspace.session.id == workspace.frames.entries[row].id
+    assert workspace.session.undo_stack.count() == 0
+    assert actions["run"].isEnabled()
+    assert window.views.place == pytest.approx((30.0, 20.0, 9.0))
+
+
+def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out(
+    listed: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    window, workspace, feature = listed, listed.workspace, listed.feature(PlayFeature)
+    (tmp_path / "in" / "frame-000001.depth.png").write_bytes(b"nothing")
+    actions = window.actions_
+    actions["play_loop"].trigger()
+    actions["play_frames"].trigger()
+    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2, timeout=WAIT_MS)
+    assert feature.shown.unreadable >= 1  # once a loop
+    window.loader.open_entry(workspace.frames.entries[0])
+    assert not feature.playing
+    _settle(window, qtbot)
+    assert workspace.session.id == workspace.frames.entries[0].id
+
+
+def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed: MainWindow, qtbot: QtBot) -> None:
+    window, workspace, feature = listed, listed.workspace, listed.feature(PlayFeature)
+    first, actions = workspace.session, window.actions_
+    actions["play_loop"].trigger()
+    actions["play_frames"].trigger()
+    qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 1, timeout=WAIT_MS)
+    workspace.frames.remove_entries([workspace.frames.entries[feature.shown.row]])
+    qtbot.waitUntil(lambda: workspace.has_session, timeout=WAIT_MS)
+    assert not feature.playing
+    _settle(window, qtbot)
+    assert workspace.session in workspace.frames.sessions
+
+    qtbot.waitUntil(lambda: actions["play_frames"].isEnabled(), timeout=WAIT_MS)
+    actions["play_frames"].trigger()
+    qtbot.waitUntil(lambda: feature.shown is not None, timeout=WAIT_MS)
+    workspace.frames.remove_entries(list(workspace.frames.entries))
+    qtbot.waitUntil(lambda: not feature.playing and feature.shown is None, timeout=WAIT_MS)
+    assert not workspace.has_session
+    assert first not in workspace.frames.sessions
+    assert window.views.material.rgb is None, "the start page is shown"
+
+
+def test_frames_without_a_result_are_completed_while_they_play(listed: MainWindow, qtbot: QtBot) -> None:
+    window = listed
+    window.actions_["play_completed"].trigger()
+    shown = _play(window, qtbot)
+    for played in shown:
+        assert np.isfinite(played.moment.depth).all()
+        assert played.moment.text == "completed as it plays"
+    assert window.workspace.session.completion() is None, "nothing is stored"
+
+
+def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed: MainWindow, qtbot: QtBot, run_all) -> None:
+    window, workspace, views = listed, listed.workspace, listed.views
+    flicker = window.feature(FlickerFeature)
+    views.set_layout("grid-flicker")
+    cell = views.cells["flicker"]
+    for number in (0, 1):
+        if number:
+            with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+                window.actions_["next_frame"].trigger()
+        window.refresh.now()
+        assert cell.painter.value_at(40, 5) is None
+        workspace.blocks.replace(np.ones(workspace.session.frame.shape, np.int32), "One block")
+        run_all(window)
+    qtbot.waitUntil(lambda: not flicker.busy and cell.painter.value_at(40, 5) is not None, timeout=WAIT_MS)
+    assert cell.strip.title == "Flicker of depth out"
+    assert abs(cell.painter.value_at(40, 5)) < 5
+    low, high = cell.bar.levels
+    assert -high == low
+    assert high < 50
+    views.point_at((40, 5))
+    window.refresh.now()
+    assert "flicker out" in window.feature(StatusFeature).bar.readout.text()
+    assert cell.bar.value == cell.painter.value_at(40, 5)
+    window.actions_["previous_frame"].trigger()
+    window.refresh.now()
+    assert views.material.before.text == "The list has no frame before this one"
+
+
+class Clock:
+    """A clock that only sleeping and reading advance."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += seconds
+
+
+def _rows(monkeypatch: pytest.MonkeyPatch, cost: float, pace: Pace, count: int, bad: tuple[int, ...] = ()):
+    """Rows and times of the frames that are due, read in `cost` seconds each, and how many were left out."""
+    clock, frame = Clock(), sequence(1)[0]
+    monkeypatch.setattr(playing, "time", clock)
+
+    def read(row: int) -> Moment:
+        clock.now += cost
+        if row in bad:
+            raise InputError("It cannot be read.")
+        return Moment(f"frame {row}", "here", frame, None)
+
+    frames = play(10, 0, read, pace, preset())
+    shown = [(played.row, clock.now - 100, played.left_out) for played, _ in zip(frames, range(count), strict=False)]
+    return [row for row, _, _ in shown], [at for _, at, _ in shown], shown[-1][2]
+
+
+def test_frames_are_due_at_the_rate_and_those_that_are_late_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows, times, left_out = _rows(monkeypatch, 0.02, Pace(rate=10), 99)
+    assert (rows, left_out) == (list(range(10)), 0)
+    assert times[1:] == pytest.approx([0.1 * number for number in range(1, 10)])
+    rows, times, left_out = _rows(monkeypatch, 0.27, Pace(rate=10), 99)
+    assert (rows, left_out) == ([0, 3, 6, 9], 6)
+    assert _rows(monkeypatch, 0.47, Pace(rate=10), 99)[0] == [0, 5, 9], "the last one is always shown"
+    rows, times, left_out = _rows(monkeypatch, 0.25, Pace(rate=None), 99)
+    assert (rows, left_out) == (list(range(10)), 0)
+    assert times == pytest.approx([0.25 * number for number in range(1, 11)])
+    assert _rows(monkeypatch, 0.02, Pace(loop=True), 25)[0] == [row % 10 for row in range(25)]
+    assert _rows(monkeypatch, 0.0, Pace(loop=True), 9, bad=(1, 9))[0] == [0, 2, 3, 4, 5, 6, 7, 8, 0]
+
+
+def test_a_loop_over_frames_that_cannot_be_read_ends() -> None:
+    def read(row: int) -> Moment:
+        raise InputError("It cannot be read.")
+
+    assert not [*play(2, 0, read, Pace(loop=True), preset())]
