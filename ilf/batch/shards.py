@@ -108,11 +108,8 @@ class ShardBatch:
         IlfError
             If the connection to the scheduler is lost.
         """
-        if cluster is not None and self.to_do:
-            found = self._by_shard(cluster)
-        else:
-            found = self._by_frame(self.to_do, jobs)
-        for outcome in found:
+        local = cluster is None or not self.to_do
+        for outcome in self._by_frame(self.to_do, jobs) if local else self._by_shard(str(cluster)):
             if outcome.is_completed:
                 self.counts.completed += 1
             else:

@@ -149,7 +149,7 @@ def test_a_frame_that_ends_workers_is_left_for_the_end(batch, begun, as_worker, 
 
 
 def test_workers_that_see_or_are_something_else(batch, begun, as_worker, tmp_path, monkeypatch):
-    with pytest.raises(InputError, match="does not see the shards in .*elsewhere. Use an output folder that all"):
+    with pytest.raises(InputError, match=r"does not see the shards in .*elsewhere\. Use an output folder that all"):
         complete_shard(str(tmp_path / "elsewhere"), batch.task, False, 0)
     with pytest.raises(InputError, match="does not see the shards"):
         complete_shard(str(batch.folder), replace(batch.task, sha256="other"), False, 0)
