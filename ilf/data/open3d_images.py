@@ -15,8 +15,13 @@ from .camera import CameraIntrinsics, camera_from_numbers
 _LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libgomp.so.1", "libidn2.so.0", "libudev.so.1")
 
 
-def load_open3d() -> Any:
+def load_open3d(purpose: str = "Open3D's data") -> Any:
     """Import the module open3d.
+
+    Parameters
+    ----------
+    purpose : str
+        What needs it, as the subject of a sentence.
 
     Raises
     ------
@@ -28,7 +33,7 @@ def load_open3d() -> Any:
         import open3d
     except (ImportError, OSError) as error:
         raise ExportError(
-            f"Open3D's data needs the package open3d, {remedy('open3d', 'cloud', error, _LIBRARIES)}"
+            f"{purpose} needs the package open3d, {remedy('open3d', 'cloud', error, _LIBRARIES)}"
         ) from error
     return open3d
 
