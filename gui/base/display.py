@@ -61,7 +61,9 @@ def display_problem() -> str:
         return ""
     platforms = _platforms()
     if not platforms:
-        return "No window can be shown: there is no display. Set DISPLAY or WAYLAND_DISPLAY."
+        # what a display needs is named in the same round
+        lacks = _problem(QT_LIBRARIES + PLATFORM_LIBRARIES["xcb"])
+        return f"No window can be shown: there is no display. Set DISPLAY or WAYLAND_DISPLAY. {lacks}".rstrip()
     # one working platform is enough: Qt tries them in turn
     problems = [
         _problem(QT_LIBRARIES + PLATFORM_LIBRARIES.get(platform, ())) or (platform == "xcb" and _x11_problem()) or ""

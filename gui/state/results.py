@@ -421,7 +421,8 @@ class BlockErrors:
     def expected(error: NDArray[np.float32], labels: NDArray[np.int32]) -> BlockErrors:
         """Return the root mean square of the expected error [m], float32 (H, W), NaN = unknown, over each block."""
         known = np.isfinite(error)
-        counts = np.bincount(labels[known])
-        sums = np.bincount(labels[known], np.square(error[known], dtype=np.float64))
+        inside = labels[known]
+        counts = np.bincount(inside)
+        sums = np.bincount(inside, np.square(error[known], dtype=np.float64))
         there = [int(label) for label in np.flatnonzero(counts) if label]
         return BlockErrors(EXPECTED, {label: float(np.sqrt(sums[label] / counts[label])) for label in there})

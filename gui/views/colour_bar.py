@@ -39,8 +39,7 @@ class ColourBar(QWidget):
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.85)
         self.setFont(font)
-        width = self.fontMetrics().horizontalAdvance("\u22120000")
-        self.setFixedWidth(_PAD + _BAR + _TICK + 3 + width + 3)
+        self._fit_width()
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def set_colours(self, colours: Colours) -> None:
@@ -66,6 +65,7 @@ class ColourBar(QWidget):
         """
         if (levels, logarithmic) != (self._levels, self._logarithmic):
             self._levels, self._logarithmic = levels, logarithmic
+            self._fit_width()
             self._redraw()
 
     def set_value(self, value: float | None) -> None:
@@ -107,6 +107,17 @@ class ColourBar(QWidget):
             painter.setFont(self.font())
             self._paint_value(painter, self._colours, self._value, self._levels)
 
+    def _fit_width(self) -> None:
+        """Be as narrow as the texts at the ends and between them allow; the right side stays in its place."""
+        texts = ["\u22120000"] if self._levels is None else [_number(level, self._levels) for level in self._levels]
+        if self._logarithmic and self._levels is not None:
+            texts = [_significant(level) for level in self._levels]
+        text = max(self.fontMetrics().horizontalAdvance(text) for text in texts)
+        width, right = _PAD + _BAR + _TICK + 3 + text + 3, self.x() + self.width()
+        if width != self.width():
+            self.setFixedWidth(width)
+            self.move(right - width, self.y())
+
     def _redraw(self) -> None:
         """Redraw the scale."""
         self._drawn = None
@@ -129,7 +140,7 @@ class ColourBar(QWidget):
         painter.drawText(_PAD, _PAD + self.fontMetrics().ascent(), self._unit)
         painter.drawImage(bar, self._gradient)
         painter.drawRect(bar.adjusted(0, 0, -1, -1))
-        max_ticks = max(bar.height() // (3 * line), 2)
+        max_ticks = max(bar.height() // (2 * line), 2)
         for text, share in (log_ticks if self._logarithmic else linear_ticks)(*levels, max_ticks):
             y = _height_at(bar, share)
             painter.setPen(colours.muted)

@@ -139,8 +139,10 @@ class DepthPainter(Painter):
         box = union(changed_box(drawn, depth), changed_box(self._stale, stale))
         if box is not None:
             drawn[box], self._stale[box] = depth[box], stale[box]
-            self.cell.view.image.update_indices(box, to_indices(depth[box], *self._levels), stale[box])
-            self.cell.view.points.set_indices(to_indices(depth, *self._levels), self._table)
+            image = self.cell.view.image
+            image.update_indices(box, to_indices(depth[box], *self._levels), stale[box])
+            if image.image is not None:
+                self.cell.view.points.set_indices(image.image.astype(np.uint8, copy=False), self._table)
 
     def _draw_all(self, depth: Depth) -> None:
         self.cell.bar.set_table(self._table)
@@ -401,7 +403,7 @@ class ExpectedErrorPainter(Painter):
         levels = max(low, _MIN_MM), max(high, 2 * max(low, _MIN_MM))
         self._drawn = depth, error, levels
         if drawn is not None and drawn[0] is depth and drawn[2] == levels:
-            box = changed_box(drawn[1], error)
+            box = None if drawn[1] is error else changed_box(drawn[1], error)
             if box is not None:
                 self.cell.view.image.update_indices(box, log_indices(error[box], levels))
             return

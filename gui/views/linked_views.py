@@ -113,7 +113,7 @@ class LinkedViews(QWidget):
         layout.addWidget(self._pages)
 
         for name, cell in self.cells.items():
-            cell.view.resized.connect(self._fit_views)
+            cell.view.resized.connect(self._follow_size)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
         self.extraction.changed.connect(lambda: self._changed("stage"))
         self._navigation.cursorMoved.connect(self._move_cursor)
@@ -634,6 +634,11 @@ class LinkedViews(QWidget):
         self._fit_views()
         for cell in self._sheet.shown:
             cell.point_at(self._navigation.pixel)
+
+    def _follow_size(self) -> None:
+        """Fit the views after one has another size; while the cells are placed, only once at the end."""
+        if not self._sheet.is_placing:
+            self._fit_views()
 
     def _fit_views(self) -> None:
         """Apply the transform to views of their current size."""

@@ -142,9 +142,10 @@ class PointsItem(ViewItem):
     def set_indices(self, indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> None:
         """Draw a dot for every index but 0, uint8 (H, W), through a table of RGBA, uint8 (256, 4); none if there are
         too many."""
-        places = np.flatnonzero(indices)
-        if places.size > min(self.SPARSE * indices.size, self.MOST):
-            places = places[:0]
+        drawn = indices != 0
+        if np.count_nonzero(drawn) > min(self.SPARSE * indices.size, self.MOST):
+            drawn[:] = False
+        places = np.flatnonzero(drawn)
         rows, columns = np.divmod(places, indices.shape[1])
         colours = indices.ravel()[places]
         self.dots = [

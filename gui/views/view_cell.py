@@ -188,7 +188,7 @@ _OUTSIDE = QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern
 _BY_HAND = QColor(158, 110, 206), Qt.BrushStyle.FDiagPattern
 _UNSUPPORTED = QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern
 _BAR_MARGIN = 6
-_BAR_SHARE = 0.62
+_BAR_SHARE = 0.45
 """Maximum height of the colour bar, as a share of the picture's."""
 _BAR_HEIGHTS = (84, 240)
 """Minimum and maximum height of the colour bar; a smaller view has none."""

@@ -19,7 +19,6 @@ _DISTRIBUTIONS = {
         "opencv-contrib-python",
         "opencv-contrib-python-headless",
     ),
-    "scikit-image": ("scikit-image",),
     "numba": ("numba",),
 }
 

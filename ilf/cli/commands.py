@@ -33,7 +33,7 @@ COMMANDS = {
     "models": "list, import and remove edge networks",
     "presets": "list the built-in presets and your own",
     "project": "make, show, export and replay project files",
-    "nerfstudio": "write results with known poses as a nerfstudio data set",
+    "export": "write results with known poses as a data set for nerfstudio, 3D Gaussian splatting or Open3D",
     "completion": "print the completion script of a shell",
 }
 """Name -> one-line help. `add_arguments` in the module of the same name adds the arguments and the function that runs

@@ -6,12 +6,8 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from .._runtime.formatting import counted
 from ..errors import InputError
-from ..io.depth import depth_in_metres, read_depth_values
 from ..io.rosbags import (
     CAMERA_TOPIC,
     COLOUR_TOPIC,
@@ -22,15 +18,11 @@ from ..io.rosbags import (
     StampedDepth,
     write_rosbag,
 )
-from ..run.nerfstudio import result_folders
-from ..run.options import ERROR_FILES, RECORD_FILE
+from ..run.options import RECORD_FILE
 from ..run.record_file import read_record
-from ..sources.frames import load_frame
+from ..run.stored_results import StoredResults, result_folders
 from ..sources.pairing import stamp_of
 from .usage import Parser
-
-_BEST_FIRST = ("npy", "tiff", "png")
-"""Formats of depth files, the most precise first."""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -98,18 +90,5 @@ def _stamped(folders: list[Path], rate: float | None) -> Iterator[tuple[int, Pat
 
 
 def _frame(folder: Path, stamp: int) -> StampedDepth:
-    frame = load_frame(folder)
-    return StampedDepth(frame.depth, frame.intrinsics, stamp, frame.rgb, _expected_error(folder, frame.shape))
-
-
-def _expected_error(folder: Path, shape: tuple[int, int]) -> NDArray[np.float32] | None:
-    """Read the expected error of a result [m] from the most precise of its files; None if there is none."""
-    for kind in _BEST_FIRST:
-        path = folder / ERROR_FILES[kind]
-        if not path.is_file():
-            continue
-        values = read_depth_values(path)
-        if values.shape != shape:
-            raise InputError(f"{path} and the frame differ in size. Complete the frame again.")
-        return depth_in_metres(values, read_record(folder / RECORD_FILE).export.depth_units if kind == "png" else 1.0)
-    return None
+    result = StoredResults(folder)[0]
+    return StampedDepth(result.depth, result.intrinsics, stamp, result.rgb, result.expected_error)

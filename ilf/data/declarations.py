@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import inspect
 import math
 import textwrap
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -198,8 +199,9 @@ class ParameterSet:
 
     def same_effect(self, other: Self) -> bool:
         """Whether two sets differ only in values that have no effect."""
-        return all(
-            getattr(self, name) == getattr(other, name) or not self.has_effect(name) for name in self.declarations()
+        mine, others = vars(self), vars(other)
+        return mine == others or all(
+            mine[name] == others[name] or not self.has_effect(name) for name in self.declarations()
         )
 
     def _unmet(self, name: str) -> tuple[str, *tuple[Value, ...]] | tuple[()]:
@@ -278,11 +280,12 @@ def with_documented_parameters(kind: Kind) -> Kind:
     >>> print(BlockParameters.__doc__.split("depth_jump : ")[1].splitlines()[0])
     float, 0.001 to 5 m, default 0.04 m
     """
-    lines = [kind.__doc__ or "", "", "Parameters", "----------"]
+    text, heading, examples = inspect.cleandoc(kind.__doc__ or "").partition("\n\nExamples\n")
+    lines = [text, "", "Parameters", "----------"]
     for declaration in kind.declarations().values():
         lines.append(f"{declaration.name} : {_kind_and_range(declaration)}, default {_default(declaration)}")
         lines += textwrap.wrap(declaration.help, 110, initial_indent="    ", subsequent_indent="    ")
-    kind.__doc__ = "\n".join(lines)
+    kind.__doc__ = "\n".join(lines) + heading + examples
     return kind
 
 

@@ -243,7 +243,7 @@ class RGBDFrame:
         )
 
     def _repr_html_(self) -> str:
-        return html_row(self.summary(), self.rgb, {"Depth": self.depth})
+        return html_row(self.summary(), {"Colour": self.rgb, "Depth": self.depth})
 
     def plot(self) -> NDArray[Any]:
         """Plot colour and depth by matplotlib.
@@ -258,7 +258,7 @@ class RGBDFrame:
         InputError
             If matplotlib is not installed (extra `plot`).
         """
-        return plot_row(self.rgb, {"Depth": self.depth})
+        return plot_row({"Colour": self.rgb, "Depth": self.depth})
 
     @property
     def sources(self) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""Conversion of frames to and from Open3D. Open3D is imported on first use, because that takes seconds."""
+"""Frames to and from Open3D, clouds and meshes to it. Open3D is imported on first use, because that takes seconds."""
 
 from __future__ import annotations
 
@@ -15,8 +15,13 @@ from .camera import CameraIntrinsics, camera_from_numbers
 _LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libgomp.so.1", "libidn2.so.0", "libudev.so.1")
 
 
-def load_open3d() -> Any:
+def load_open3d(purpose: str = "Open3D's data") -> Any:
     """Import the module open3d.
+
+    Parameters
+    ----------
+    purpose : str
+        What needs it, as the subject of a sentence.
 
     Raises
     ------
@@ -28,7 +33,7 @@ def load_open3d() -> Any:
         import open3d
     except (ImportError, OSError) as error:
         raise ExportError(
-            f"Open3D's images need the package open3d, {remedy('open3d', 'cloud', error, _LIBRARIES)}"
+            f"{purpose} needs the package open3d, {remedy('open3d', 'cloud', error, _LIBRARIES)}"
         ) from error
     return open3d
 
@@ -43,6 +48,35 @@ def image_of(rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> Any:
         depth_trunc=float(np.finfo(np.float32).max),
         convert_rgb_to_intensity=False,
     )
+
+
+def cloud_of(points: NDArray[np.float32], colours: NDArray[np.uint8], normals: NDArray[np.float32] | None) -> Any:
+    """Convert points [m], colours and normals, each (N, 3), to an `open3d.geometry.PointCloud`."""
+    o3d = load_open3d()
+    cloud = o3d.geometry.PointCloud(_vectors(points))
+    cloud.colors = _vectors(colours / 255)
+    if normals is not None:
+        cloud.normals = _vectors(normals)
+    return cloud
+
+
+def mesh_of(
+    points: NDArray[np.float32],
+    colours: NDArray[np.uint8],
+    normals: NDArray[np.float32] | None,
+    faces: NDArray[np.int32],
+) -> Any:
+    """Convert vertices as for `cloud_of` and faces, (M, 3), to an `open3d.geometry.TriangleMesh`."""
+    o3d = load_open3d()
+    mesh = o3d.geometry.TriangleMesh(_vectors(points), o3d.utility.Vector3iVector(faces))
+    mesh.vertex_colors = _vectors(colours / 255)
+    if normals is not None:
+        mesh.vertex_normals = _vectors(normals)
+    return mesh
+
+
+def _vectors(values: NDArray[Any]) -> Any:
+    return load_open3d().utility.Vector3dVector(values.astype(np.float64))
 
 
 def pinhole_of(camera: CameraIntrinsics, shape: tuple[int, int]) -> Any:

@@ -21,7 +21,13 @@ _IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 @with_documented_parameters
 @dataclass(frozen=True)
 class BlockParameters(ParameterSet):
-    """Parameters of EBS, the extraction of boundaries and surfaces. Lengths in pixels of the frame."""
+    """Parameters of EBS, the extraction of boundaries and surfaces. Lengths in pixels of the frame.
+
+    Examples
+    --------
+    >>> BlockParameters(granularity=0.3).changed(min_size=2).min_size
+    2.0
+    """
 
     granularity: float = declare(
         0.5, "Granularity", "0: few large blocks, divided only by depth jumps and the strongest edges. 1: many small "
@@ -112,7 +118,13 @@ PAPER_BLOCKS = BlockParameters(detector="hed")
 @with_documented_parameters
 @dataclass(frozen=True)
 class Parameters(ParameterSet):
-    """Parameters of ILF, the iterative low-pass filter. The defaults are those of the preset `best`."""
+    """Parameters of ILF, the iterative low-pass filter. The defaults are those of the preset `best`.
+
+    Examples
+    --------
+    >>> Parameters(smoothness=2).differences_from(Parameters())
+    {'smoothness': 2.0}
+    """
 
     mode: str = declare(
         "fill", "Mode", "fill: only missing pixels change. fill+denoise: the whole block gets the filtered depth.",

@@ -1,10 +1,10 @@
-"""Display of frames and completions in notebooks and scripts: thumbnails as HTML, plots by matplotlib."""
+"""Display of frames, runs and completions in notebooks and scripts: thumbnails as HTML, plots by matplotlib."""
 
 from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import cv2
@@ -19,43 +19,47 @@ _WIDTH = 240
 _MISSING = (178, 182, 189)
 """Colour of missing depth."""
 
+_MOST_NAMED = 12
+"""Largest number of blocks of which a plot has a legend."""
 
-def html_row(caption: str, rgb: NDArray[np.uint8], depths: Mapping[str, NDArray[np.float32]]) -> str:
-    """Make a line of text and, side by side, thumbnails of colour and depth, all depth with one colour range.
+
+def html_row(caption: str, images: Mapping[str, NDArray[Any]]) -> str:
+    """Make a line of text and, side by side, thumbnails of images, all depth with one colour range.
 
     Parameters
     ----------
     caption : str
-    rgb : ndarray of uint8, shape (H, W, 3)
-    depths : mapping
-        Title -> depth [m], shape (H, W), NaN = missing.
+    images : mapping
+        Title -> image: uint8 (H, W, 3) is colour, float32 (H, W) depth [m], NaN = missing.
 
     Returns
     -------
     str
         HTML with the images as PNG data URIs.
     """
-    limits = _limits(depths.values())
-    pictures = {"Colour": _small(rgb)} | {title: _coloured(_small(depth), *limits) for title, depth in depths.items()}
-    figures = "".join(
-        f'<figure style="display:inline-block;margin:4px"><img src="{_data_uri(picture)}" alt="{title}">'
-        f"<figcaption>{title}</figcaption></figure>"
-        for title, picture in pictures.items()
-    )
+    limits = _limits(image for image in images.values() if _is_depth(image))
+    figures = ""
+    for title, image in images.items():
+        small = _small(image)
+        picture = _coloured(small, *limits) if _is_depth(image) else small
+        figures += (
+            f'<figure style="display:inline-block;margin:4px"><img src="{_data_uri(picture)}" alt="{title}">'
+            f"<figcaption>{title}</figcaption></figure>"
+        )
     return f"<div>{html.escape(caption)}</div><div>{figures}</div>"
 
 
-def plot_row(rgb: NDArray[np.uint8], depths: Mapping[str, NDArray[np.float32]]) -> NDArray[Any]:
-    """Plot colour and depth side by side by matplotlib, all depth with one colour range and a colour bar in metres.
+def plot_row(images: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
+    """Plot images side by side by matplotlib, all depth with one colour range and a colour bar in metres.
 
     Parameters
     ----------
-    rgb, depths
-        As for `html_row`.
+    images : mapping
+        As for `html_row`, with at least one depth.
 
     Returns
     -------
-    ndarray of matplotlib.axes.Axes, shape (1 + number of depths,)
+    ndarray of matplotlib.axes.Axes, shape (number of images,)
 
     Raises
     ------
@@ -63,32 +67,85 @@ def plot_row(rgb: NDArray[np.uint8], depths: Mapping[str, NDArray[np.float32]]) 
         If matplotlib is not installed (extra `plot`).
     """
     pyplot = optional("matplotlib.pyplot", "plot", "A plot")
-    low, high = _limits(depths.values())
-    height, width = rgb.shape[:2]
-    size = (4.0 * (1 + len(depths)), 4.0 * height / width + 0.5)
-    figure, axes = pyplot.subplots(1, 1 + len(depths), figsize=size, sharex=True, sharey=True, layout="constrained")
-    axes[0].imshow(rgb)
-    axes[0].set_title("Colour")
-    for axis, (title, depth) in zip(axes[1:], depths.items(), strict=True):
-        image = axis.imshow(depth, cmap="turbo", vmin=low, vmax=high)
-        axis.set_title(title)
-        axis.set_facecolor(np.array(_MISSING) / 255)
-    for axis in axes:
-        axis.set(xticks=[], yticks=[])
-    figure.colorbar(image, ax=axes[1:], label="Depth [m]")
+    low, high = _limits(image for image in images.values() if _is_depth(image))
+    height, width = next(iter(images.values())).shape[:2]
+    size = (4.0 * len(images), 4.0 * height / width + 0.5)
+    figure, axes = pyplot.subplots(1, len(images), figsize=size, sharex=True, sharey=True, layout="compressed")
+    for axis, (title, image) in zip(axes, images.items(), strict=True):
+        shown = axis.imshow(image, cmap="turbo", vmin=low, vmax=high) if _is_depth(image) else axis.imshow(image)
+        axis.set(title=title, xticks=[], yticks=[], facecolor=np.array(_MISSING) / 255)
+    figure.colorbar(shown, ax=axes, label="Depth [m]")
     return np.asarray(axes)
 
 
+def plot_error(rgb: NDArray[np.uint8], error: NDArray[np.float32]) -> NDArray[Any]:
+    """Plot colour, and the expected error [m], shape (H, W), on a logarithmic colour range in millimetres.
+
+    Returns and raises as `plot_row` does.
+    """
+    pyplot = optional("matplotlib.pyplot", "plot", "A plot")
+    height, width = error.shape
+    size = (8.0, 4.0 * height / width + 0.5)
+    figure, axes = pyplot.subplots(1, 2, figsize=size, sharex=True, sharey=True, layout="compressed")
+    axes[0].imshow(rgb)
+    low, high = _limits([1000 * error])
+    norm = optional("matplotlib.colors", "plot", "A plot").LogNorm(max(low, 1e-3), max(high, 1e-2))
+    shown = axes[1].imshow(1000 * error, cmap="inferno", norm=norm)
+    for axis, title in zip(axes, ("Colour", "Expected error"), strict=True):
+        axis.set(title=title, xticks=[], yticks=[], facecolor=np.array(_MISSING) / 255)
+    figure.colorbar(shown, ax=axes, label="Expected error [mm]")
+    return np.asarray(axes)
+
+
+def plot_curves(histories: Mapping[int, Sequence[Any]]) -> NDArray[Any]:
+    """Plot sigma_i [mm] and the change of the L1 norm [%] against the iteration, a line for each block.
+
+    Parameters
+    ----------
+    histories : mapping
+        Block label -> each `IterationRecord` of the block; blocks without any are left out.
+
+    Returns
+    -------
+    ndarray of matplotlib.axes.Axes, shape (2,)
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed (extra `plot`).
+    """
+    pyplot = optional("matplotlib.pyplot", "plot", "A plot")
+    _, axes = pyplot.subplots(1, 2, figsize=(10.0, 3.6), layout="constrained")
+    for label, records in histories.items():
+        if records:
+            iterations = [record.i for record in records]
+            axes[0].plot(iterations, [1000 * record.sigma_i for record in records], label=f"Block {label}")
+            axes[1].plot(iterations, [100 * (record.l1 / records[-1].l1 - 1) for record in records])
+    axes[0].set(title="Deviation of an iteration", xlabel="Iteration", ylabel="sigma_i [mm]", yscale="log")
+    axes[1].set(title="L1 norm", xlabel="Iteration", ylabel="Difference from the last [%]")
+    if 0 < len(axes[0].lines) <= _MOST_NAMED:
+        axes[0].legend()
+    return np.asarray(axes)
+
+
+def _is_depth(image: NDArray[Any]) -> bool:
+    return image.ndim == 2
+
+
 def _limits(depths: Iterable[NDArray[np.float32]]) -> tuple[float, float]:
-    """Return the 1st and 99th percentile of all known depth [m], at least 1 mm apart; (0, 1) if none is known."""
+    """Return the 1st and 99th percentile of all known values, at least 0.001 apart; (0, 1) if none is known."""
     known = np.concatenate([depth[np.isfinite(depth)] for depth in depths])
     low, high = np.percentile(known, (1, 99)).tolist() if known.size else (0.0, 1.0)
     return low, max(high, low + 1e-3)
 
 
 def _small(picture: NDArray[Any]) -> NDArray[Any]:
+    """Return a picture of at most `_WIDTH`: colour is averaged, so that thin lines stay, and depth is sampled."""
     step = -(-picture.shape[1] // _WIDTH)
-    return picture[::step, ::step]
+    if step == 1 or _is_depth(picture):
+        return picture[::step, ::step]
+    size = -(-picture.shape[1] // step), -(-picture.shape[0] // step)
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
 
 
 def _coloured(depth: NDArray[np.float32], low: float, high: float) -> NDArray[np.uint8]:

@@ -1,4 +1,4 @@
-"""Operations on pixel grids: nearest pixels, pairs of neighbours, and halving."""
+"""Operations on pixel grids: nearest pixels, connected regions, pairs of neighbours, and halving."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from .._runtime.compiling import compiled
 
@@ -35,6 +37,49 @@ def nearest_values(values: Array, there: NDArray[np.bool_], mask_size: int = 5) 
     of_place = np.zeros(int(places.max()) + 1, np.float32)
     of_place[places[there]] = values[there]
     return np.asarray(distance, np.float32), of_place[places]
+
+
+def connected_regions(values: NDArray[np.integer], *, background: int = 0, diagonal: bool = False) -> NDArray[np.int32]:
+    """Number the regions of connected pixels with the same value.
+
+    Parameters
+    ----------
+    values : (H, W) integer
+    background : int
+        Pixels with this value are in no region.
+    diagonal : bool
+        Whether pixels are also connected through their corners.
+
+    Returns
+    -------
+    (H, W) int32
+        Regions 1, 2, ... in the order of their first pixels, row by row; 0 in the background.
+
+    Examples
+    --------
+    >>> connected_regions(np.array([[7, 0, 7], [7, 7, 0]])).tolist()
+    [[1, 0, 2], [1, 1, 0]]
+    """
+    # pixels of equal value in a row form a run; runs of adjacent rows are connected where they touch
+    starts = np.ones(values.shape, bool)
+    starts[:, 1:] = values[:, 1:] != values[:, :-1]
+    run_at = (np.cumsum(starts, dtype=np.int32) - 1).reshape(values.shape)
+    width = values.shape[1]
+    touching = []
+    for shift in (-1, 0, 1) if diagonal else (0,):
+        upper = np.s_[:-1, max(-shift, 0) : width - max(shift, 0)]
+        lower = np.s_[1:, max(shift, 0) : width + min(shift, 0)]
+        # once for each pair of runs: where one of them starts
+        there = (values[upper] == values[lower]) & (starts[upper] | starts[lower])
+        touching.append(np.stack([run_at[upper][there], run_at[lower][there]]))
+    one, other = np.concatenate(touching, axis=1)
+    runs = int(starts.sum())
+    links = coo_array((np.ones(one.size, bool), (one, other)), (runs, runs))
+    # regions are numbered in the order of their first runs
+    region_of = connected_components(links, directed=False)[1]
+    counted = np.zeros(runs, bool)
+    counted[region_of] = values[starts] != background
+    return (np.cumsum(counted, dtype=np.int32) * counted)[region_of][run_at]
 
 
 # Pairs of neighbouring pixels: each pixel with its right neighbour, and with its lower neighbour.

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, ParameterError
 from .camera import CameraIntrinsics
+from .open3d_images import cloud_of
 
 AXES = ("camera", "y-up")
 """camera: x right, y down, z forward. y-up: x right, y up, z towards the viewer."""
@@ -79,6 +80,16 @@ class PointCloud:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    def to_open3d(self) -> Any:
+        """Return points, colours and normals as an `open3d.geometry.PointCloud`, which has no scalars.
+
+        Raises
+        ------
+        ExportError
+            If Open3D is not installed (extra `cloud`).
+        """
+        return cloud_of(self.points, self.colours, self.normals)
 
 
 def _all_finite(numbers: NDArray[Any]) -> bool:

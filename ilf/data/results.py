@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted, grouped
+from ..errors import InputError
 from .blocks import Block
 from .by_hand import DepthByHand
 from .frame import RGBDFrame
+from .open3d_images import image_of
 from .parameters import BlockParameters, Parameters
-from .pictures import html_row, plot_row
+from .pictures import html_row, plot_curves, plot_row
 
 # Equality of records that may hold NaN.
 
@@ -244,6 +246,17 @@ class Completion:
         What the user should know about how the result was computed, each sentence once.
     extrapolation_network : str or None
         SHA-256 of the edge network used for extrapolation; None if none was.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> completion = ilf.complete(ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth))
+    >>> completion
+    <CompletedRun of 'frame': 30 x 20 pixels, 1 block, 40 pixels filled, 0 still missing>
+    >>> print(completion.outcomes[1].status, completion.outcomes[1].recovered)
+    completed 40
     """
 
     frame: RGBDFrame
@@ -271,7 +284,7 @@ class Completion:
         )
 
     def _repr_html_(self) -> str:
-        return html_row(self.summary(), self.frame.rgb, self._depths())
+        return html_row(self.summary(), self._images())
 
     def plot(self) -> NDArray[Any]:
         """Plot colour, depth and completed depth by matplotlib.
@@ -286,10 +299,44 @@ class Completion:
         InputError
             If matplotlib is not installed (extra `plot`).
         """
-        return plot_row(self.frame.rgb, self._depths())
+        return plot_row(self._images())
 
-    def _depths(self) -> dict[str, NDArray[np.float32]]:
-        return {"Depth": self.frame.depth, "Completed depth": self.depth}
+    def _images(self) -> dict[str, NDArray[Any]]:
+        return {"Colour": self.frame.rgb, "Depth": self.frame.depth, "Completed depth": self.depth}
+
+    def plot_curves(self, labels: Iterable[int] | None = None) -> NDArray[Any]:
+        """Plot sigma_i and the L1 norm, relative to its last value, of the blocks against the iteration by matplotlib.
+
+        Parameters
+        ----------
+        labels : iterable of int, optional
+            The blocks; all that were iterated if left out.
+
+        Returns
+        -------
+        ndarray of matplotlib.axes.Axes, shape (2,)
+
+        Raises
+        ------
+        InputError
+            If a block was not run, or matplotlib is not installed (extra `plot`).
+        """
+        chosen = list(self.results if labels is None else labels)
+        if unknown := [label for label in chosen if label not in self.results]:
+            raise InputError(
+                f"The completion has no block {unknown[0]}: choose from {', '.join(map(str, self.results))}."
+            )
+        return plot_curves({label: self.results[label].history for label in chosen})
+
+    def to_open3d(self) -> Any:
+        """Return colour and completed depth [m] as `RGBDFrame.to_open3d` does; `frame.open3d_camera()` is the camera.
+
+        Raises
+        ------
+        ExportError
+            If Open3D is not installed (extra `cloud`).
+        """
+        return image_of(self.frame.rgb, self.depth)
 
     @property
     def blocks(self) -> NDArray[np.int32]:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.cancellation import check_cancelled
 from ..errors import InputError
 from .camera import CameraIntrinsics
+from .open3d_images import mesh_of
 from .points import PointCloud, known_pixels, point_cloud, required_intrinsics
 
 # Links between neighbouring pixels of one surface, cut where depth jumps.
@@ -120,6 +121,16 @@ class Mesh:
 
     def __len__(self) -> int:
         return len(self.faces)
+
+    def to_open3d(self) -> Any:
+        """Return vertices, colours, normals and faces as an `open3d.geometry.TriangleMesh`, which has no scalars.
+
+        Raises
+        ------
+        ExportError
+            If Open3D is not installed (extra `cloud`).
+        """
+        return mesh_of(self.vertices.points, self.vertices.colours, self.vertices.normals, self.faces)
 
 
 def surface_faces(depth: ArrayLike, links: Links) -> NDArray[np.int32]:

@@ -37,8 +37,9 @@ def block_overlay(rgb: NDArray[np.uint8], labels: NDArray[np.int32]) -> NDArray[
     -------
     ndarray of uint8, shape (H, W, 3)
     """
-    table = np.array([block_colour(label) for label in range(int(labels.max()) + 1)], np.uint8)
-    tinted = cv2.addWeighted(table[labels], _OPACITY, rgb, 1 - _OPACITY, 0)
+    numbers, places = np.unique(labels, return_inverse=True)
+    table = np.array([block_colour(int(label)) for label in numbers], np.uint8)
+    tinted = cv2.addWeighted(table[places.reshape(labels.shape)], _OPACITY, rgb, 1 - _OPACITY, 0)
     picture = np.where((labels > 0)[..., None], tinted, rgb)
     picture[outlines(labels)] = 255
     return picture

@@ -222,6 +222,13 @@ class HoldOutTest:
     ------
     ParameterError
         For another pattern, without seeds, or for a seed that is not an integer from 0 on.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
+    >>> print(HoldOutTest("areas", seeds=(0, 1)).hidden(frame, 0).mean())
+    0.25
     """
 
     pattern: str = "areas"

@@ -120,7 +120,7 @@ def depth_in_metres(values: NDArray[Any], depth_units: float | None = None) -> N
     """
     units = checked_units(default_depth_units(values) if depth_units is None else depth_units)
     with np.errstate(all="ignore"):
-        metres = (values.astype(np.float64) / units).astype(np.float32)
+        metres = (values if units == 1 else values.astype(np.float64) / units).astype(np.float32)
         metres[metres < DEPTH_LIMITS[0]] = np.nan
         return _with_missing(metres)
 

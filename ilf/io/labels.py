@@ -26,12 +26,12 @@ def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
     write_bytes(path, encode_image(".png", 255 * mask.astype(np.uint8)))
 
 
-def read_mask(path: str | os.PathLike[str], shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:
+def read_mask(path: FileSource, shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:
     """Read a mask from an image with one channel of 8 or 16 bits, bool (H, W): True where it is not 0.
 
     Parameters
     ----------
-    path : path-like
+    path : path-like or FileContent
     shape : (int, int), optional
         Required (H, W).
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
+from ..data.pixel_grids import connected_regions
 from ..errors import InputError
 from .labels import Region, cropped
 
@@ -144,9 +145,7 @@ def outline_polygons(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int
     >>> outline_polygons(np.array([[0, 5, 5], [0, 0, 5]], np.int32))[5][0].tolist()
     [[1, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1]]
     """
-    from skimage.measure import label as connected_regions
-
-    parts = connected_regions(labels, background=0, connectivity=1)
+    parts = connected_regions(labels)
     found: dict[int, list[NDArray[np.int64]]] = {label: [] for label in np.unique(labels[labels > 0]).tolist()}
     for (row, column), points in _traced(parts):
         found[int(labels[row, column])].append(points)

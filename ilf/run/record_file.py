@@ -39,6 +39,17 @@ def read_record(path: str | os.PathLike[str]) -> RunRecord:
         raise FormatError(f"{Path(path).absolute()}: {error}") from error
 
 
+def modes_in(path: str | os.PathLike[str]) -> frozenset[str]:
+    """The modes (`Parameters.mode`) in a run record; nothing else in it is checked, which would take a hundred times as
+    long. Raises as `read_record`."""
+    data = read_json(path)
+    try:
+        common = data["parameters"]["mode"]
+        return frozenset({common, *(own.get("mode", common) for own in data["block_parameters"].values())})
+    except (KeyError, TypeError, AttributeError) as error:
+        raise FormatError(f"{Path(path).absolute()} is not a run record: give the run.json of an export.") from error
+
+
 def _parsed(data: dict[str, Any]) -> RunRecord:
     for key, kind in (("parameters", Parameters), ("extraction", BlockParameters)):
         if isinstance(data.get(key), dict):

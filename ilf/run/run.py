@@ -9,17 +9,30 @@ from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.formatting import counted
 from ..completion.block import Watch
 from ..completion.completion import CompletionRun
+from ..completion.confidence.expected_error import expected_error
 from ..completion.extrapolation import extrapolation_steps
 from ..data.by_hand import USUAL_WEIGHT, DepthByHand, as_by_hand, check_counts
 from ..data.declarations import ParameterSet, Value, check_names
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
-from ..data.parameters import BlockParameters, Parameters, as_block_parameters, as_parameters, preset, split_parameters
+from ..data.parameters import (
+    BlockParameters,
+    Parameters,
+    as_block_parameters,
+    as_parameters,
+    nearest_preset,
+    preset,
+    split_parameters,
+)
+from ..data.pictures import html_row, plot_error, plot_row
 from ..data.results import Completion, IterationRecord, Progress, compose
+from ..drawing.blocks import block_overlay
 from ..errors import InputError, ParameterError
 from ..io.block_files import read_blocks
 from ..io.frame_additions import load_by_hand
@@ -128,6 +141,39 @@ class Run(RunSetup):
         given |= {"blocks": blocks, "edited": True}
         return cls(guided, extraction=extraction, **given)._with_effect()
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.summary()}>"
+
+    def summary(self) -> str:
+        """Return name and size of the frame, number of blocks and parameters, in one line."""
+        height, width = self.frame.shape
+        count = np.count_nonzero(np.unique(self.blocks))
+        preset = nearest_preset(self.parameters).text(most=3)
+        own = f", {counted(len(self.own), 'block')} with own parameters" if self.own else ""
+        return f"{self.frame.name!r}: {width} x {height} pixels, {counted(count, 'block')}, {preset}{own}"
+
+    def _repr_html_(self) -> str:
+        return html_row(self.summary(), self._images())
+
+    def plot(self) -> NDArray[Any]:
+        """Plot colour, blocks and depth by matplotlib.
+
+        Returns
+        -------
+        ndarray of matplotlib.axes.Axes, shape (3,)
+            `axes[0].figure` is the figure.
+
+        Raises
+        ------
+        InputError
+            If matplotlib is not installed (extra `plot`).
+        """
+        return plot_row(self._images())
+
+    def _images(self) -> dict[str, NDArray[Any]]:
+        blocks = block_overlay(self.frame.rgb, self.blocks)
+        return {"Colour": self.frame.rgb, "Blocks": blocks, "Depth": self.frame.depth}
+
     def _with_effect(self) -> Self:
         """Return the run; raise InputError if its depth by hand counts nowhere."""
         check_counts(self.by_hand, self.frame, self.blocks)
@@ -181,6 +227,14 @@ class CompletedRun(Completion):
     See Also
     --------
     Completion : has `depth`, `filled`, `blocks`, `outcomes`, `notes` and all other attributes.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0))
+    >>> completion = ilf.complete(frame, preset="paper")
+    >>> completion.run
+    <Run of 'frame': 30 x 20 pixels, 1 block, paper>
     """
 
     run: Run = field(kw_only=True)
@@ -191,6 +245,20 @@ class CompletedRun(Completion):
         values = {known.name: getattr(completion, known.name) for known in fields(Completion)}
         notes = tuple(dict.fromkeys((*run.notes, *completion.notes)))
         return cls(**values | {"notes": notes}, run=run)
+
+    def plot_error(self) -> NDArray[Any]:
+        """Plot colour and the expected error of the filled pixels by matplotlib.
+
+        Returns
+        -------
+        ndarray of matplotlib.axes.Axes, shape (2,)
+
+        Raises
+        ------
+        InputError
+            If matplotlib is not installed (extra `plot`).
+        """
+        return plot_error(self.frame.rgb, expected_error(self))
 
     def save(self, folder: str | os.PathLike[str], options: ExportOptions | None = None, **changes: Any) -> Written:
         """Write the files that `ilf complete` writes: depth, expected error, blocks, curves, point cloud, run record.

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import label as connected_regions
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled
@@ -18,7 +17,7 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ..data.parameters import BlockParameters, Parameters, as_block_parameters
-from ..data.pixel_grids import Pairs, different_labels, mark
+from ..data.pixel_grids import Pairs, connected_regions, different_labels, mark
 from .edges.detectors import otsu_edges
 from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .edges.relief import Relief
@@ -258,7 +257,7 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
         waiting = waiting[found == 0]
     grown[waiting] = old.ravel()[waiting]
     snapped = grown.reshape(old.shape)[1:-1, 1:-1]
-    return np.asarray(connected_regions(snapped, background=0, connectivity=1), np.int32)
+    return connected_regions(snapped)
 
 
 def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
-from skimage.segmentation import watershed
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled, is_compiled
 
-_PIXELS_PER_CHECK = 100_000
-"""Number of pixels that are flooded between two checks for cancellation: about 30 ms."""
+_PIXELS_PER_CHECK = 20_000
+"""Number of pixels that are flooded between two checks for cancellation: 5 ms of machine code, 0.1 s of Python."""
 
 Keys = NDArray[np.int64]
 Pixels = NDArray[np.int32]
@@ -19,8 +20,12 @@ Pixels = NDArray[np.int32]
 def flood(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArray[np.bool_]) -> NDArray[np.int32]:
     """Grow regions over their 4-connected neighbours in order of height, until they meet.
 
-    Same result as the watershed of scikit-image, pixel by pixel, but by compiled kernels that can be cancelled; if they
-    are not compiled, scikit-image is used, which cannot be cancelled.
+    Same result as the watershed of scikit-image, pixel by pixel, but it can be cancelled. Without numba it takes about
+    20 times as long as compiled.
+
+    Pixels that have been reached are queued in a binary heap. The lowest comes first, where the height of a pixel is at
+    least the level at which it was reached; among equals the one reached first; among equal markers, which are queued
+    from the start, the one on top of the heap.
 
     Parameters
     ----------
@@ -36,29 +41,20 @@ def flood(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArra
     ndarray of int32, shape (H, W)
         Regions; 0 outside the mask, and in pixels that no region can reach.
     """
-    if is_compiled():
-        return flooded(heights, markers, mask)
-    return np.asarray(watershed(heights, markers, mask=mask), np.int32)
-
-
-def flooded(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """`flood` by the kernels, whether or not they are compiled.
-
-    Pixels that have been reached are queued in a binary heap. The lowest comes first, where the height of a pixel is at
-    least the level at which it was reached; among equals the one reached first; among equal markers, which are queued
-    from the start, the one on top of the heap.
-    """
     # a rim that is never reached, so that every pixel has four neighbours
     regions = np.pad(np.where(mask, markers, 0).astype(np.int32, copy=False), 1)
     dry = np.pad(mask, 1) & (regions == 0)
     levels = np.pad(_ranks(heights), 1)
     room = np.count_nonzero(mask)
-    heap = np.empty(room, np.int64), np.empty(room, np.int32)
-    flat = levels.ravel(), dry.ravel(), regions.ravel()
-    waiting, reached = fill_heap(heap, flat[0], np.flatnonzero(regions)), 0
+    arrays: list[Any] = [levels.ravel(), dry.ravel(), regions.ravel(), np.flatnonzero(regions)]
+    arrays += [np.empty(room, np.int64), np.empty(room, np.int32)]
+    if not is_compiled():  # for Python, elements of a memoryview are twice as fast as those of an array
+        arrays = [memoryview(array) for array in arrays]
+    *flat, marked, keys, pixels = arrays
+    waiting, reached = fill_heap((keys, pixels), flat[0], marked), 0
     while waiting > 0:
         check_cancelled()
-        waiting, reached = grow_regions(heap, waiting, reached, _PIXELS_PER_CHECK, regions.shape[1], *flat)
+        waiting, reached = grow_regions((keys, pixels), waiting, reached, _PIXELS_PER_CHECK, regions.shape[1], *flat)
     return np.ascontiguousarray(regions[1:-1, 1:-1])
 
 
@@ -71,9 +67,9 @@ def _ranks(heights: NDArray[np.float32]) -> NDArray[np.int64]:
 @compiled()
 def fill_heap(heap: tuple[Keys, Pixels], levels: Keys, marked: NDArray[np.intp]) -> int:
     """Put marked pixels into an empty heap; returns the number of queued pixels."""
-    for waiting in range(marked.size):
+    for waiting in range(len(marked)):
         push(heap, waiting, levels[marked[waiting]], marked[waiting])
-    return int(marked.size)
+    return len(marked)
 
 
 @compiled()

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import label as connected_regions
 
 from ..data.blocks import find_blocks, least_known_pixels
 from ..data.frame import RGBDFrame
-from ..data.pixel_grids import both, sides
+from ..data.pixel_grids import both, connected_regions, sides
 from .edges.relief import Relief
 
 _JUMPS_ALLOWED = 2
@@ -292,7 +291,7 @@ def keep_existing(
         parts = np.zeros(block.mask.shape, np.int32)
         for number, part in enumerate(_parts_above_rate(pixels, has_depth, rate, _HALVINGS), 1):
             parts[tuple(part.T)] = number
-        pieces = connected_regions(parts, background=0, connectivity=1)
+        pieces = connected_regions(parts)
         large = np.bincount(pieces.ravel()) >= smallest
         large[0] = False
         numbers = np.where(large, np.cumsum(large) + following - 1, 0)

@@ -8,9 +8,9 @@ from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import label as connected_regions
 
 from ..data.parameters import BlockParameters
+from ..data.pixel_grids import connected_regions
 
 Labels = NDArray[np.int32]
 
@@ -71,7 +71,7 @@ def fill_around(present: Labels, kept: Collection[int], fresh: Labels, smallest:
         return fresh
     stays = np.isin(present, list(kept))
     left = np.where(stays, 0, fresh)
-    parts = connected_regions(left, background=0, connectivity=1)
+    parts = connected_regions(left)
     count = int(parts.max()) + 1
     sizes = np.bincount(parts.ravel(), minlength=count)
     origin = np.zeros(count, np.int32)

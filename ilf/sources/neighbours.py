@@ -226,7 +226,7 @@ def odometry(other: RGBDFrame, frame: RGBDFrame) -> Matrix | None:
     ExportError
         If Open3D is not installed (extra `cloud`).
     """
-    o3d = load_open3d()
+    o3d = load_open3d("Finding the motion of a camera without poses")
     if other.shape != frame.shape or other.intrinsics != frame.intrinsics:
         return None
     methods = o3d.pipelines.odometry

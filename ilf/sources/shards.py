@@ -183,7 +183,14 @@ def members_of(data: bytes, path: Path) -> dict[str, bytes]:
 
 
 class Shards(Recording):
-    """Finished shards as a recording: the completed depth, and colour from the tar or from its original file."""
+    """Finished shards as a recording: the completed depth, and colour from the tar or from its original file. No file
+    stays open.
+
+    Attributes
+    ----------
+    mode : str
+        The mode that all frames were completed in (`Parameters.mode`); "" if it is not known.
+    """
 
     kind = "a folder of shards"
 
@@ -203,6 +210,8 @@ class Shards(Recording):
         self._names, self._starts = names, list(np.cumsum([0, *map(len, tables)])[:-1])
         self._table = pyarrow.concat_tables(tables) if tables else None
         self._places = {} if self._table is None else {key: i for i, key in enumerate(self._table["key"].to_pylist())}
+        parameters = shards.settings.get("parameters")
+        self.mode = str(parameters.get("mode", "")) if isinstance(parameters, dict) else ""
         self._open_frames = shards.frames - sum(map(len, tables))
         self._last: tuple[str, dict[str, bytes]] = ("", {})
         if not self._places:
@@ -222,23 +231,26 @@ class Shards(Recording):
         return (f"Left out, because they have failed or are not done: {left} of the batch's frames.",) if left else ()
 
     def frame(self, key: str) -> RecordedFrame:
-        files, row = self._files(key), self._row(key)
-        name = next((name for name in (f"{DEPTH}.png", f"{DEPTH}.npy") if name in files), f"{DEPTH}.png")
-        data = self._member(key, name)
-        units = self._facts(key).get("depth_units_per_m")
+        row, (name, units) = self._row(key), self.depth_file(key)
+        file = self._required(key, name)
         return RecordedFrame(
-            self.colour(key),
-            read_depth_values(FileContent(self._path_of(key, name), np.frombuffer(data, np.uint8))),
-            row["rgb_sha256"],
-            sha256_of(data),
-            "m" if units is None else float(units),
-            time=row["time_s"],
+            self.colour(key), read_depth_values(file), row["rgb_sha256"], file.sha256, units, time=row["time_s"]
         )
 
+    def depth_file(self, key: str) -> tuple[str, float]:
+        """The name of a frame's file of depth for `file`, and its units per metre."""
+        files, units = self._files(key), self._facts(key).get("depth_units_per_m")
+        name = next((name for name in (f"{DEPTH}.png", f"{DEPTH}.npy") if name in files), f"{DEPTH}.png")
+        return name, 1.0 if units is None else float(units)
+
+    def file(self, key: str, name: str) -> FileContent | None:
+        """A file of a frame in its tar, by the ending of its name; None if it was not kept."""
+        data = self._files(key).get(name)
+        return None if data is None else FileContent(self._path_of(key, name), np.frombuffer(data, np.uint8))
+
     def colour(self, key: str) -> NDArray[np.uint8]:
-        if COLOUR in self._files(key):
-            data = self._member(key, COLOUR)
-            return read_colour(FileContent(self._path_of(key, COLOUR), np.frombuffer(data, np.uint8)))
+        if (kept := self.file(key, COLOUR)) is not None:
+            return read_colour(kept)
         row = self._row(key)
         remedy = "Keep colour in the shards (--keep depth,rgb) to read them without their sources."
         if row["rgb"] is None:
@@ -280,8 +292,9 @@ class Shards(Recording):
 
     def _files(self, key: str) -> dict[str, bytes]:
         """The files of a frame, by the endings of their names; those of the last frame are kept."""
-        if self._last[0] == key:
-            return self._last[1]
+        last, files = self._last
+        if last == key:
+            return files
         row, path = self._row(key), self._tar(key)
         try:
             with open(path, "rb") as file:
@@ -290,18 +303,19 @@ class Shards(Recording):
             raise InputError(f"{path}: cannot be read ({cause(error):.80}). Check the folder.") from error
         if sha256_of(data) != row["sha256"]:
             raise FormatError(f"{path} is damaged in {key}. Check it by `ilf batch --shards {self.path} --verify`.")
-        self._last = key, members_of(data, path)
-        return self._last[1]
+        files = members_of(data, path)
+        self._last = key, files
+        return files
 
-    def _member(self, key: str, name: str) -> bytes:
-        files = self._files(key)
-        if name not in files:
+    def _required(self, key: str, name: str) -> FileContent:
+        file = self.file(key, name)
+        if file is None:
             raise FormatError(f"{self._tar(key)} has no {name} of {key}.")
-        return files[name]
+        return file
 
     def _facts(self, key: str) -> dict[str, Any]:
         try:
-            facts = json.loads(self._member(key, FACTS))
+            facts = json.loads(self._required(key, FACTS).data.tobytes())
         except ValueError as error:
             raise self._wrong(key, error) from error
         return facts if isinstance(facts, dict) else {}

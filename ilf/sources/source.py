@@ -89,6 +89,14 @@ class Source:
         are image files whose depth intrinsics are known; others are read as they are.
     layout : str
         What the source was recognised as: a layout, a kind of recording, or the way in which its files are matched.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> from ilf._runtime.installation import asset_path
+    >>> source = ilf.open_source(asset_path("samples"))
+    >>> len(source), source.keys, source[0].shape
+    (1, ('room',), (480, 640))
     """
 
     def __init__(self, path: Path, listing: Listing) -> None:

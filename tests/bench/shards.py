@@ -3,7 +3,7 @@
 kills     the process or one of its workers is killed (-9) at random moments until the batch is done; then the tars are
           those of an undisturbed batch byte for byte, and no frame was completed twice but those in progress
 keys      processor time and memory for each key of listing and freezing, of resuming with all shards finished, of
-          merging and of opening the shards as a source
+          merging and of opening the shards as a source and as results
 overhead  processor time of encoding, measuring, writing and assembling a frame of the sample, beyond the library's
 """
 
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import pickle
 import random
 import resource
 import signal
@@ -37,6 +38,7 @@ from ilf.batch.shard_task import ShardTask, _completed, _files
 from ilf.batch.shards import open_shards
 from ilf.batch.task import measured
 from ilf.run.options import ExportOptions
+from ilf.run.stored_results import StoredResults
 from ilf.sources.shards import Shards
 from tests.ilf.batch_frames import write_frames
 
@@ -130,6 +132,8 @@ def keys(folder: Path, count: int) -> bool:
     _step("resuming, all finished", count, lambda: list(opened().outcomes()))
     _step("merging", count, lambda: merge_tables(out))
     _step("opening as a source", count, lambda: Shards(out).index())
+    _step("opening as results", count, lambda: StoredResults(out))
+    print(f"pickled results: {len(pickle.dumps(StoredResults(out))) / count:.0f} bytes a key")
     return True
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import PySide6
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
@@ -49,7 +50,8 @@ def _drop(window: MainWindow, *paths: Path) -> None:
 
 def _dragged(kind: type[QDropEvent], data: QMimeData, actions: Qt.DropAction) -> QDropEvent:
     """As a file manager sends it that would rather move the files."""
-    place = QPointF(5, 5) if kind is QDropEvent else QPoint(5, 5)
+    # positions of all three are QPointF from Qt 6.12 on
+    place = QPointF(5, 5) if kind is QDropEvent or PySide6.__version_info__ >= (6, 12) else QPoint(5, 5)
     event = kind(place, actions, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier)
     event.setDropAction(Qt.DropAction.MoveAction)
     event.ignore()

@@ -148,7 +148,7 @@ def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out
     actions["play_loop"].trigger()
     actions["play_frames"].trigger()
     qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2, timeout=WAIT_MS)
-    assert feature.shown.unreadable == 1
+    assert feature.shown.unreadable >= 1  # once a loop
     window.loader.open_entry(workspace.frames.entries[0])
     assert not feature.playing
     _settle(window, qtbot)

@@ -19,7 +19,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 NOTICE = (ROOT / "assets" / "NOTICE").read_text(encoding="utf-8")
 EXTRAS = PROJECT["project"]["optional-dependencies"]
-FOR_DEVELOPERS = {"test", "dev", "mutants"}
+FOR_DEVELOPERS = {"test", "dev", "docs", "mutants"}
 
 EDITABLE = os.pathsep.join(
     str((ROOT / folder).resolve()) for folder in PROJECT["tool"]["hatch"]["build"]["dev-mode-dirs"]
@@ -108,6 +108,35 @@ def test_every_package_that_a_user_needs_is_in_the_notice():
     entries = re.findall(r"^- ([^:\n]+): ", NOTICE, re.MULTILINE)
     listed = {name for entry in entries for name in re.split(", (?!with )", entry.partition(", with")[0])}
     assert listed == names
+
+
+def test_the_base_install_can_import_every_public_name_and_every_command():
+    program = """
+import sys
+from importlib import import_module
+from importlib.metadata import packages_distributions, requires
+from pkgutil import iter_modules
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name as canonical
+
+needed, found = [Requirement(line) for line in sys.argv[1:]], set()
+while needed:
+    requirement = needed.pop()
+    name = canonical(requirement.name)
+    if name not in found and (requirement.marker is None or requirement.marker.evaluate({"extra": ""})):
+        found.add(name)
+        needed += map(Requirement, requires(name) or [])
+for module, names in packages_distributions().items():
+    if not {*map(canonical, names)} & {*found, "ilf-studio"}:
+        sys.modules[module] = None
+import ilf, ilf.cli
+for name in dir(ilf):
+    getattr(ilf, name)
+for module in iter_modules(ilf.cli.__path__, "ilf.cli."):
+    import_module(module.name)
+"""
+    run = _python("-c", program, *PROJECT["project"]["dependencies"])
+    assert (run.returncode, run.stderr) == (0, "")
 
 
 def test_the_notice_credits_all_frames_of_the_training():

@@ -40,8 +40,12 @@ def test_types_are_seen_by_those_who_check_theirs():
     assert (ROOT / "py.typed").is_file()
 
 
-@pytest.mark.parametrize("name", [name for name in ilf.__all__ if inspect.isfunction(getattr(ilf, name))])
-def test_every_public_function_has_an_example(name):
-    function = getattr(ilf, name)
-    examples = doctest.DocTestFinder(recurse=False).find(function, name)
+def has_examples(public):
+    """Functions, and classes but for those of errors, which are raised and not called."""
+    return inspect.isfunction(public) or (inspect.isclass(public) and not issubclass(public, Exception))
+
+
+@pytest.mark.parametrize("name", [name for name in ilf.__all__ if has_examples(getattr(ilf, name))])
+def test_every_public_name_has_an_example(name):
+    examples = doctest.DocTestFinder(recurse=False).find(getattr(ilf, name), name)
     assert any(test.examples for test in examples), f"ilf.{name} has no example in its docstring"

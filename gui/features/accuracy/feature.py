@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from weakref import WeakValueDictionary
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
 from ilf.data.frame import RGBDFrame
+from ilf.data.results import BlockResult
 from ilf.errors import IlfError
 
 from ...base.commands import Command
@@ -104,6 +108,8 @@ class AccuracyFeature(Feature):
         self._of: NDArray[np.float32] | None = None
         self._by_block = BlockErrors()
         """Expected errors of the blocks, from the expected error `_of`."""
+        self._results: WeakValueDictionary[int, BlockResult] = WeakValueDictionary()
+        """The results that `_by_block` belongs to."""
         workspace.frames.session_changed.connect(self._select_page)
         workspace.blocks.ground_truth_changed.connect(self._select_page)
         self._select_page()
@@ -185,8 +191,13 @@ class AccuracyFeature(Feature):
         workspace.blocks.set_block_errors(session, errors)
 
     def _expected(self, session: Session) -> BlockErrors:
-        error = session.expected_error()
+        """Return the expected errors; until they are computed again, those of the blocks with unchanged results."""
+        error, results = session.expected_error(), session.valid_results()
+        if error is None:
+            same = {label for label, result in results.items() if self._results.get(label) is result}
+            kept = {label: rmse for label, rmse in self._by_block.rmse.items() if label in same}
+            return replace(self._by_block, rmse=kept) if kept else BlockErrors()
         if error is not self._of:
-            self._of = error
-            self._by_block = BlockErrors() if error is None else BlockErrors.expected(error, session.labels)
+            self._of, self._results = error, WeakValueDictionary(results)
+            self._by_block = BlockErrors.expected(error, session.labels)
         return self._by_block

@@ -126,13 +126,17 @@ class BlocksFeature(Feature):
         table.contextMenuRequested.connect(lambda place, _: self.show_menu(place))
         table.activated.connect(lambda _: context.feature(ViewsFeature).presenter.zoom_to_blocks())
         context.views.contextMenuRequested.connect(self._show_menu_at)
-        context.refresh.add(
+
+    def begin(self) -> None:
+        """Add the table, which is drawn after the parts that change the errors of the blocks."""
+        workspace, runs = self._workspace, self._runs
+        self.context.refresh.add(
             "table",
             self.show,
             (
                 *(workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.blocks.infos_changed),
                 *(workspace.blocks.selection_changed, workspace.parameters.changed, workspace.runs.results_changed),
-                *(context.runs.state_changed, workspace.blocks.block_errors_changed),
+                *(runs.state_changed, workspace.blocks.block_errors_changed),
             ),
             (workspace.runs.results_added, workspace.runs.records_added),
         )

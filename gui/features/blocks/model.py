@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -265,20 +266,26 @@ def _text(row: BlockRow, column: Column) -> str:
 
 def _sort_key(row: BlockRow, column: Column) -> str | float:
     """Return the key of a cell; the first click on a header sorts ascending, and should show the worst block first."""
-    keys: dict[Column, str | float] = {
-        Column.VISIBLE: int(row.visible),
-        Column.LOCKED: int(row.locked),
-        Column.COLOUR: QColor(*row.colour).hsvHueF(),
-        # "block 10" after "block 9"
-        Column.NAME: re.sub(r"\d+", lambda digits: digits[0].zfill(9), row.name.casefold()),
-        Column.PIXELS: row.pixels,
-        Column.MISSING: -row.defect_rate,
-        Column.STATE: list(_STATES).index(row.state),
-        Column.ITERATIONS: row.iterations,
-        Column.SIGMA: math.inf if math.isnan(row.sigma_i) else row.sigma_i,
-        Column.ERROR: math.inf if math.isnan(row.error) else -row.error,
-    }
-    return keys[column]
+    return _SORT_KEYS[column](row)
+
+
+def _last_if_unknown(value: float) -> float:
+    return math.inf if math.isnan(value) else value
+
+
+_SORT_KEYS: dict[Column, Callable[[BlockRow], str | float]] = {
+    Column.VISIBLE: lambda row: int(row.visible),
+    Column.LOCKED: lambda row: int(row.locked),
+    Column.COLOUR: lambda row: QColor(*row.colour).hsvHueF(),
+    # "block 10" after "block 9"
+    Column.NAME: lambda row: re.sub(r"\d+", lambda digits: digits[0].zfill(9), row.name.casefold()),
+    Column.PIXELS: lambda row: row.pixels,
+    Column.MISSING: lambda row: -row.defect_rate,
+    Column.STATE: lambda row: list(_STATES).index(row.state),
+    Column.ITERATIONS: lambda row: row.iterations,
+    Column.SIGMA: lambda row: _last_if_unknown(row.sigma_i),
+    Column.ERROR: lambda row: _last_if_unknown(-row.error),
+}
 
 
 def _alignment(column: Column) -> Qt.AlignmentFlag:

@@ -192,7 +192,7 @@ class FilmStripFeature(Feature):
         self._on.toggled.connect(self._keep)
         entries = context.workspace.frames.entries
         context.refresh.add("film strip", self.show, (entries.added, entries.removed, self._on.toggled))
-        context.window.installEventFilter(self)
+        context.centre.installEventFilter(self)
 
     def _commands(self) -> Sequence[Command]:
         return (

@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
-from skimage.measure import label as connected_regions
 
-from ...data.pixel_grids import Pairs, different_labels, long_lines, mark, sides
+from ...data.pixel_grids import Pairs, connected_regions, different_labels, long_lines, mark, sides
 from ...segmentation.edges.relief import JUMP_LENGTH
 from .places import CheckInput, Group, Place, largest_groups, number_groups
 
@@ -161,7 +160,7 @@ def find_weak_borders(inputs: CheckInput, strength: NDArray[np.float32]) -> Iter
     off, apart_by, one, other = _stretches(inputs, strength)
     harm = _WRONG_BORDER_PROBABILITY * off * apart_by
     pair = np.where(harm > 0, one * (int(other.max()) + 1) + other, 0)
-    numbers = np.asarray(connected_regions(pair, background=0, connectivity=2), np.int32)
+    numbers = connected_regions(pair, diagonal=True)
     totals = np.bincount(numbers.ravel(), harm.ravel(), minlength=int(numbers.max()) + 1)
     for group in largest_groups(numbers, totals, one):
         beyond = int(other[group.rows[0], group.columns[0]])
@@ -293,7 +292,7 @@ def _island_reason(kind: str, label: int, pixels: int, other: int, stray: bool) 
 
 
 def _find_parts(inputs: CheckInput) -> _Parts:
-    numbers = np.asarray(connected_regions(inputs.labels, background=-1, connectivity=1), np.int32)
+    numbers = connected_regions(inputs.labels, background=-1)
     count = int(numbers.max()) + 1
     label = np.zeros(count, np.int64)
     label[numbers] = inputs.labels

@@ -10,12 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
-from skimage.measure import label as connected_regions
 
 from ..._runtime.cancellation import check_cancelled
 from ...data.blocks import Box, find_blocks
 from ...data.frame import RGBDFrame
-from ...data.pixel_grids import different_labels, mark
+from ...data.pixel_grids import connected_regions, different_labels, mark
 from ...segmentation.edges.relief import Relief, filled_depth, find_relief
 
 JUMP, JUMP_SHARE = 0.04, 0.04
@@ -103,7 +102,7 @@ def make_check_input(frame: RGBDFrame, labels: NDArray[np.int32]) -> CheckInput:
     border = mark(different_labels(labels)).astype(np.uint8)
     inner = (labels > 0) & (cv2.distanceTransform(1 - border, cv2.DIST_L2, 5) > RIM)
     whole = relief.near & (labels > 0) & ~mark(relief.all_jumps)
-    pieces = np.asarray(connected_regions(np.where(whole, labels, 0), background=0, connectivity=1), np.int32)
+    pieces = connected_regions(np.where(whole, labels, 0))
     check_cancelled()
     sure = _sure(frame.known & whole, inner, labels, pieces)
     return CheckInput(
@@ -249,7 +248,7 @@ def number_groups(pixels: NDArray[np.bool_], labels: NDArray[np.int32]) -> NDArr
     """Number groups 1, 2, ... of nearby mask pixels in one block; 0 elsewhere, int32 (H, W)."""
     square = np.ones((2 * _GAP + 1,) * 2, np.uint8)
     wide = cv2.dilate(pixels.astype(np.uint8), square) > 0
-    found = connected_regions(np.where(wide, labels, 0), background=0, connectivity=2)
+    found = connected_regions(np.where(wide, labels, 0), diagonal=True)
     return np.where(pixels, found, 0).astype(np.int32)
 
 

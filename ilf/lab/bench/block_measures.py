@@ -11,13 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
-from skimage.measure import label as connected_regions
 
 from ...completion.block import required_known_pixels
 from ...data.blocks import Box
 from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters, preset
-from ...data.pixel_grids import Pairs, both, different_labels, mark
+from ...data.pixel_grids import Pairs, both, connected_regions, different_labels, mark
 from ...segmentation.edges.relief import JUMP_LENGTH, find_relief
 from ...segmentation.extraction import find_margins
 
@@ -180,8 +179,7 @@ def count_leaks(labels: Labels) -> int:
     joined where a boundary should be: through a diagonal between two boundary pixels, or behind the pixels of no
     block or of another block that lie between its parts.
     """
-    _, regions = connected_regions(labels, background=0, connectivity=1, return_num=True)
-    return int(regions) - int(np.count_nonzero(np.unique(labels)))
+    return int(connected_regions(labels).max()) - int(np.count_nonzero(np.unique(labels)))
 
 
 def purity(labels: Labels, evidence: Evidence) -> float | None:
@@ -198,9 +196,9 @@ def purity(labels: Labels, evidence: Evidence) -> float | None:
         return None
     parted = different_labels(labels)
     inner = mark((evidence.jumps[0] & ~parted[0], evidence.jumps[1] & ~parted[1]))
-    lines, count = connected_regions(np.where(inner, labels, 0), background=0, connectivity=2, return_num=True)
-    length = np.bincount(lines.ravel(), minlength=count + 1)
-    owner = np.zeros(count + 1, np.int64)
+    lines = connected_regions(np.where(inner, labels, 0), diagonal=True)
+    length = np.bincount(lines.ravel())
+    owner = np.zeros(length.size, np.int64)
     owner[lines[inner]] = labels[inner]
     longest = np.zeros(area.size, np.int64)
     np.maximum.at(longest, owner[1:], length[1:])

@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.graph import cut_threshold, rag_mean_color
-from skimage.segmentation import felzenszwalb, slic
 
+from ..._runtime.installation import optional
 from ..._runtime.processes import run_units
 from ...data.frame import RGBDFrame
 from ...data.parameters import PAPER_BLOCKS
@@ -73,11 +72,16 @@ def _public(segment: Callable[..., NDArray[np.integer]], **settings: Any) -> Blo
 
 
 def _felzenszwalb(rgb: NDArray[np.uint8], scale: float, sigma: float, min_share: float) -> NDArray[np.integer]:
+    from skimage.segmentation import felzenszwalb
+
     return felzenszwalb(rgb, scale=scale, sigma=sigma, min_size=round(min_share * rgb.shape[0] * rgb.shape[1]))
 
 
 def _slic_merged(rgb: NDArray[np.uint8], segments: int, compactness: float, merged_below: float) -> NDArray[np.integer]:
     """Superpixels, merged with neighbours whose mean RGB (0-255) differs by less than `merged_below`."""
+    from skimage.graph import cut_threshold, rag_mean_color
+    from skimage.segmentation import slic
+
     superpixels = slic(rgb, n_segments=segments, compactness=compactness, start_label=1)
     return cut_threshold(superpixels, rag_mean_color(rgb, superpixels, connectivity=1), merged_below)
 
@@ -155,7 +159,14 @@ def run_block_bench(
         Processes that share the frames. More than one makes the timings longer and less accurate; all else stays.
     on_progress : callable, optional
         Called with a frame's name whenever it is done.
+
+    Raises
+    ------
+    InputError
+        If the package of the public methods is missing.
     """
+    if not {"felzenszwalb", "slic"}.isdisjoint(plan.methods):
+        optional("skimage", "experiments", "A comparison with felzenszwalb or slic")  # fail before the work
     report = on_progress or (lambda name: None)
     units = [(folder, plan.methods) for folder in plan.folders]
     parts = run_units(_run_unit, units, jobs=jobs, on_done=lambda number: report(units[number][0].name))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dctn, idctn
 
-from ..._runtime.installation import asset_path
+from ..._runtime.installation import asset_path, optional
 from ..._runtime.processes import run_units
 from ...completion.completion import prepare
 from ...completion.interpolation import nearest
@@ -310,7 +310,7 @@ def guided(depth: Depth, noise: float) -> Depth:
 
 def total_variation(depth: Depth, noise: float) -> Depth:
     """Chambolle, "An algorithm for total variation minimization and applications", 2004."""
-    from skimage.restoration import denoise_tv_chambolle  # takes long to load
+    from skimage.restoration import denoise_tv_chambolle
 
     return np.asarray(denoise_tv_chambolle(depth / noise, weight=_TV_WEIGHT, max_num_iter=300, eps=2e-5) * noise)
 
@@ -407,7 +407,16 @@ def run_denoise_bench(
         Processes that share the scenes. More than one makes the timings longer and less accurate; all else stays.
     on_progress : callable, optional
         Called with a scene's name whenever it is done.
+
+    Raises
+    ------
+    InputError
+        If the package of the methods total-variation and nonlocal-means is missing.
     """
+    if not {"total-variation", "nonlocal-means"}.isdisjoint(plan.methods):
+        optional(
+            "skimage", "experiments", "A comparison with total-variation or nonlocal-means"
+        )  # fail before the work
     names, report = list(SCENES), on_progress or (lambda name: None)
     units = [(name, plan.methods, plan.seed) for name in names]
     parts = run_units(_run_scene, units, jobs=jobs, on_done=lambda number: report(names[number]))

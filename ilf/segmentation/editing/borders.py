@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
-from skimage.measure import label as connected_regions
 
+from ...data.pixel_grids import connected_regions
 from .painting import odd_even_fill
 from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within
 
@@ -393,7 +393,7 @@ def _swap_areas(labels: Labels, swept: Mask, pair: tuple[int, int], section: Cra
         return after
     inside = np.where(swept & np.isin(labels, pair), labels + 1, 0)
     areas = np.zeros(labels.shape, np.int32)
-    areas[box] = connected_regions(inside[box], background=0, connectivity=1)
+    areas[box] = connected_regions(inside[box])
     # the pixels right of and left of a vertical crack, below and above a horizontal one
     column, row = np.minimum(section.start, section.end).T
     upright = section.start[:, 0] == section.end[:, 0]

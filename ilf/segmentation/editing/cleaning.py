@@ -9,10 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
-from skimage.measure import label as connected_regions
 
 from ...data.blocks import Box
-from ...data.pixel_grids import sides
+from ...data.pixel_grids import connected_regions, sides
 from .borders import have_border
 from .patches import LabelPatch, Labels, Mask, bounds, box_of, grown, patch_between, patch_within, unlocked_pixels
 
@@ -105,7 +104,7 @@ def _areas_to_clean(labels: Labels, smallest: int, box: Box, shape: tuple[int, .
 
 
 def _regions(values: NDArray[np.int32], background: int = -1) -> NDArray[np.int32]:
-    return np.asarray(connected_regions(values, background=background, connectivity=1), np.int32)
+    return connected_regions(values, background=background)
 
 
 def _thick(labels: Labels) -> Mask:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
-from skimage.measure import label as connected_regions
 
 from ...data.frame import RGBDFrame
+from ...data.pixel_grids import connected_regions
 from ..edges.relief import filled_depth
 from ..flooding import flood
 from .painting import Stroke
@@ -145,7 +145,7 @@ def _first_reached(
 
 def _connected(after: Labels, free: Mask, known: Mask, evidence: NDArray[np.float32]) -> Labels:
     """The labels without parts in the band that are disconnected from the pixels of their block outside it."""
-    parts = connected_regions(after, background=-1, connectivity=1)
+    parts = connected_regions(after, background=-1)
     anchored = np.isin(parts, np.unique(parts[known]))
     if anchored[free].all():
         return after

@@ -9,11 +9,11 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import label as connected_regions
 
 from ..._runtime.cancellation import check_cancelled
 from ...data.blocks import find_blocks
 from ...data.frame import RGBDFrame
+from ...data.pixel_grids import connected_regions
 
 Pose = NDArray[np.float64]
 Labels = NDArray[np.int32]
@@ -303,7 +303,7 @@ class Parts:
 
 def parts_of(labels: Labels) -> Parts:
     """The parts of a label map, int32 (H, W)."""
-    parts = np.asarray(connected_regions(labels, background=-1, connectivity=1), np.int32)
+    parts = connected_regions(labels, background=-1)
     label_of = np.zeros(int(parts.max()) + 1, np.int32)
     label_of[parts] = labels
     return Parts(parts, label_of, reach_of(parts))

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import label as connected_regions
 
 from ...data.frame import RGBDFrame
 from ...data.parameters import BlockParameters
-from ...data.pixel_grids import mark
+from ...data.pixel_grids import connected_regions, mark
 from ..edges.detectors import colour_gradient, gradient_strength
 from ..edges.frame_edges import find_edges, relief_of
 from ..extraction import contract, extract, found_blocks
@@ -225,7 +224,7 @@ def _hold(propagated: Labels, sources: Sources, drawn: Mask | None) -> Field:
 
 def _merge_fragments(grown: Labels, landscape: Field, parts: Labels, smallest: float, still: Mask) -> Labels:
     """Give small pieces that broke off their part to their neighbours."""
-    pieces = np.asarray(connected_regions(grown, background=0, connectivity=1), np.int32)
+    pieces = connected_regions(grown)
     sizes = np.bincount(pieces.ravel())
     part_of = np.zeros(sizes.size, np.int32)
     part_of[pieces] = grown

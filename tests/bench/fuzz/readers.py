@@ -30,7 +30,7 @@ from ilf.lab.bench.methods import METHODS
 from ilf.lab.bench.runner import read_earlier_result
 from ilf.project.file import open_project, save_project
 from ilf.project.recovery import copy_frames, find_recoverable_work
-from ilf.run.nerfstudio import write_nerfstudio
+from ilf.run.data_sets import write_data_set
 from ilf.run.preset_files import list_presets
 from ilf.run.record_file import read_record
 from ilf.segmentation.edges.importing import add_model
@@ -204,7 +204,7 @@ def result(path: Path) -> None:
     load_frame(path.parent)
     again = path.parent.parent / "again"
     shutil.rmtree(again, ignore_errors=True)
-    write_nerfstudio(again, [path.parent])
+    write_data_set(again, [path.parent])
 
 
 def bench_frame(path: Path) -> None:

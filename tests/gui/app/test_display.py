@@ -46,7 +46,18 @@ def _lacking(*names: str, connection: int | None = 1):
 
 
 def test_no_display(bare_linux: pytest.MonkeyPatch) -> None:
-    assert "no display" in display.display_problem()
+    assert display.display_problem().endswith("there is no display. Set DISPLAY or WAYLAND_DISPLAY.")
+
+
+def test_all_that_a_bare_machine_lacks_is_named_at_once(bare_linux: pytest.MonkeyPatch) -> None:
+    libraries = QT_LIBRARIES + PLATFORM_LIBRARIES["xcb"]
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(*libraries))
+    told = [display.display_problem()]
+    bare_linux.setenv("DISPLAY", ":0")
+    told.append(display.display_problem())
+    for problem in told:
+        assert set(problem.rpartition("apt install ")[2].split()) == {SYSTEM_PACKAGES[name] for name in libraries}
+    assert "no display" in told[0]
 
 
 @pytest.mark.parametrize(

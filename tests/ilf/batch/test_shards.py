@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import gc
+import glob
+import io
 import json
 import subprocess
 import sys
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
+import PIL.Image
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -119,6 +124,23 @@ def test_shards_are_a_source(source, tmp_path, in_this_process, capsys):
     colour.unlink()
     with pytest.raises(InputError, match="--keep depth,rgb"):
         opened["rgb/0003"]
+
+
+def test_webdataset_reads_them_as_documented(source, tmp_path, in_this_process):
+    webdataset = pytest.importorskip("webdataset")
+    assert main(command(source, tmp_path / "DIR")) == 0
+    text = (Path(__file__).parents[3] / "assets" / "docs" / "clusters.md").read_text(encoding="utf-8")
+    example = text.partition("```python\n")[2].partition("```")[0].replace("DIR", str(tmp_path / "DIR"))
+    names: dict = {"np": np, "PIL": PIL, "io": io, "glob": glob, "webdataset": webdataset}
+    expected = ilf.open_source(tmp_path / "DIR")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)  # it leaves tars open until they are collected
+        exec(compile(example, "clusters.md", "exec"), names)
+        found = {facts["key"]: depth for depth, facts in names.pop("samples")}
+        gc.collect()
+    assert sorted(found) == list(expected.keys)
+    for key, depth in found.items():
+        np.testing.assert_array_equal(depth, np.nan_to_num(expected[key].depth))
 
 
 def test_shards_with_colour_need_no_source(source, tmp_path, in_this_process):

@@ -24,6 +24,7 @@ from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.blocks import Block
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import Progress, Status, compose
+from ilf.drawing.blocks import block_overlay
 from ilf.errors import Cancelled, InputError, ParameterError
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
 from ilf.run.run import RunConfiguration, complete
@@ -102,6 +103,34 @@ def test_a_completion_is_a_line_of_text_and_pictures(small_frame: RGBDFrame, sma
     axes = completion.plot()
     assert [axis.get_title() for axis in axes] == ["Colour", "Depth", "Completed depth"]
     matplotlib.pyplot.close(axes[0].figure)
+    np.testing.assert_array_equal(np.asarray(completion.to_open3d().depth), np.nan_to_num(completion.depth))
+
+
+def test_curves_error_and_blocks_are_plotted(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    matplotlib.use("agg")
+    completion = ilf.complete(small_frame, small_labels)
+    sigma, l1 = completion.plot_curves([1])
+    records = completion.history[1]
+    np.testing.assert_allclose(sigma.lines[0].get_ydata(), [1000 * record.sigma_i for record in records])
+    shares = [100 * (record.l1 / records[-1].l1 - 1) for record in records]
+    np.testing.assert_allclose(l1.lines[0].get_ydata(), shares)
+    assert shares[0] != 0
+    assert [text.get_text() for text in sigma.get_legend().get_texts()] == ["Block 1"]
+    iterated = sum(bool(records) for records in completion.history.values())
+    assert len(completion.plot_curves()[1].lines) == iterated > 1
+    with pytest.raises(ilf.IlfError, match="no block 99: choose from 1, "):
+        completion.plot_curves([99])
+
+    error = completion.plot_error()[1].images[0].get_array()
+    np.testing.assert_allclose(np.ma.filled(error, np.nan), 1000 * ilf.expected_error(completion))
+
+    run = completion.run
+    assert repr(run) == f"<Run of {small_frame.name!r}: 64 x 48 pixels, {len(completion.results)} blocks, best>"
+    assert run._repr_html_().count("data:image/png;base64,") == 3
+    blocks = run.plot()[1].images[0].get_array()
+    np.testing.assert_array_equal(blocks, block_overlay(small_frame.rgb, small_labels))
+    assert (blocks != small_frame.rgb)[small_labels > 0].any(axis=-1).mean() > 0.9
+    matplotlib.pyplot.close("all")
 
 
 def test_a_completion_has_what_there_is_to_know_of_its_extraction(

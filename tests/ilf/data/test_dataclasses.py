@@ -26,7 +26,8 @@ COMPARABLE = {"ilf.sources.reading_options.ReadingOptions"}
 
 def library_modules() -> list[types.ModuleType]:
     names = (module.name for module in pkgutil.walk_packages(ilf.__path__, "ilf."))
-    return [importlib.import_module(name) for name in names if "__main__" not in name and ".training" not in name]
+    apart = ("__main__", ".training", "ilf.torch")  # the last two need PyTorch
+    return [importlib.import_module(name) for name in names if not any(part in name for part in apart)]
 
 
 CLASSES = {

@@ -27,6 +27,20 @@ def test_a_frame_comes_back_from_open3d():
     assert again.name == "again"
 
 
+def test_a_cloud_and_a_mesh_are_given_to_open3d_with_colours_and_normals():
+    normals = ilf.surface_normals(DEPTH, CAMERA)
+    mesh = ilf.surface_mesh(DEPTH, FRAME.rgb, CAMERA, normals=normals)
+    theirs, points = mesh.to_open3d(), mesh.vertices.to_open3d()
+    np.testing.assert_array_equal(np.asarray(theirs.triangles), mesh.faces)
+    for given in (np.asarray(theirs.vertices), np.asarray(points.points)):
+        np.testing.assert_array_equal(given, mesh.vertices.points)
+    for given in (np.asarray(theirs.vertex_colors), np.asarray(points.colors)):
+        np.testing.assert_array_equal(np.rint(given * 255), mesh.vertices.colours)
+    for given in (np.asarray(theirs.vertex_normals), np.asarray(points.normals)):
+        np.testing.assert_array_equal(given, mesh.vertices.normals)
+    assert not ilf.point_cloud(DEPTH, FRAME.rgb, CAMERA).to_open3d().has_normals()
+
+
 def test_open3d_makes_the_same_cloud_of_it():
     o3d = load_open3d()
     theirs = o3d.geometry.PointCloud.create_from_rgbd_image(FRAME.to_open3d(), FRAME.open3d_camera())

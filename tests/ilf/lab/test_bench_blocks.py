@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import json
+import sys
 
 import cv2
 import numpy as np
@@ -334,3 +335,13 @@ def test_what_cannot_be_done_is_one_line(folders, monkeypatch, capsys, arguments
     monkeypatch.chdir(folders.parent)
     assert main(["bench", "blocks", *arguments]) == status
     assert message in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize("arguments", [["blocks", "frames"], ["denoise"]])
+def test_a_missing_package_of_public_methods_is_named_before_the_work(folders, monkeypatch, capsys, arguments):
+    monkeypatch.chdir(folders.parent)
+    monkeypatch.setitem(sys.modules, "skimage", None)
+    assert main(["bench", *arguments]) == 1
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.endswith('which is not installed. Install it: pip install "ilf-studio[experiments]".\n')

@@ -195,7 +195,7 @@ PLACES = [
         "--guide", "--blocks", "--borders", "--invalid-mask", "--ground-truth", "--intrinsics", "--preset",
     )),
     "batch FILE --out OUT", "report FILE --out PAGE", "evaluate FILE", "blocks FILE --out OUT", "bench FILE",
-    "project info FILE", "rosbag FILE --out OUT", "nerfstudio FILE --out OUT",
+    "project info FILE", "rosbag FILE --out OUT", "export FILE --to nerfstudio --out OUT",
 ]  # fmt: skip
 """Commands that take a file, and their options that do."""
 

@@ -1,4 +1,4 @@
-"""The watershed that can be stopped: pixel by pixel that of scikit-image, compiled and as it is written."""
+"""The watershed that can be stopped: pixel by pixel that of scikit-image, with numba and without."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from skimage.segmentation import watershed
 
 from ilf._runtime import compiling
 from ilf._runtime.cancellation import cancelled_by
-from ilf._runtime.compiling import is_compiled
 from ilf.errors import Cancelled
 from ilf.segmentation import flooding
-from ilf.segmentation.flooding import flood, flooded
+from ilf.segmentation.flooding import flood
 
 Landscape = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -39,24 +38,27 @@ landscapes = st.builds(
 )
 
 
+def without_numba(patch: pytest.MonkeyPatch) -> None:
+    for module in (compiling, flooding):
+        patch.setattr(module, "is_compiled", lambda: False)
+
+
 @given(landscapes)
-def test_the_kernels_give_what_scikit_image_gives(case: Landscape) -> None:
+def test_compiled_or_not_it_gives_what_scikit_image_gives(case: Landscape) -> None:
     heights, markers, mask = case
     expected = watershed(heights, markers, mask=mask)
-    for found in (flood(*case), flooded(*case)):
-        assert found.dtype == np.int32
-        np.testing.assert_array_equal(found, expected)
-
-
-@given(landscapes)
-def test_so_do_the_loops_as_they_are_written(case: Landscape) -> None:
-    heights, markers, mask = case
+    found = flood(*case)
+    assert found.dtype == np.int32
+    np.testing.assert_array_equal(found, expected)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiling, "is_compiled", lambda: False)
-        np.testing.assert_array_equal(flooded(*case), watershed(heights, markers, mask=mask))
+        without_numba(patch)
+        np.testing.assert_array_equal(flood(*case), expected)
 
 
-def test_large_landscapes_with_plateaus() -> None:
+@pytest.mark.parametrize("compiled", [True, False])
+def test_large_landscapes_with_plateaus(compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not compiled:
+        without_numba(monkeypatch)
     rng = np.random.default_rng(0)
     heights = np.round(rng.random((300, 400), np.float32), 1)
     markers = np.where(rng.random((300, 400)) < 0.02, rng.integers(1, 500, (300, 400)), 0).astype(np.int32)
@@ -64,7 +66,6 @@ def test_large_landscapes_with_plateaus() -> None:
     np.testing.assert_array_equal(flood(heights, markers, mask), watershed(heights, markers, mask=mask))
 
 
-@pytest.mark.skipif(not is_compiled(), reason="scikit-image's own cannot be stopped")
 def test_it_stops_when_nobody_wants_more(monkeypatch: pytest.MonkeyPatch) -> None:
     heights, markers, mask = landscape(0, 20, 20, 3, 0.1, 1)
     wish, asked = threading.Event(), []

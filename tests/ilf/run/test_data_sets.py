@@ -1,4 +1,4 @@
-"""Poses on their way from sources into frames, records, clouds in the world, and data sets of nerfstudio."""
+"""Poses on their way from sources into frames, records, clouds in the world, and data sets of other programs."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import ilf
 from ilf.cli import main
+from ilf.data.open3d_images import load_open3d
 from ilf.data.points import in_world, point_cloud
-from ilf.errors import ExportError, FormatError, InputError
+from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.project.sources import load_inputs
-from ilf.run.nerfstudio import depth_weight, write_nerfstudio
+from ilf.run.data_sets import depth_weight, write_data_set
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
 from ilf.run.run import Run
@@ -25,6 +27,7 @@ from ilf.sources.opening import close_all
 from ilf.sources.poses import motion_between
 from tests.ilf.phone_files import COLOUR_SIZE, FLIP, MM, SIZE, K, pose, write_record3d
 from tests.ilf.small_frames import write_small_frame
+from tests.ilf.small_sequences import pose_of, sequence, write_sequence
 
 pytest.importorskip("lzfse")
 
@@ -105,9 +108,9 @@ def test_results_become_a_data_set_of_nerfstudio(framed, tmp_path, capsys):
     written(tmp_path / "results" / "a", framed)
     written(tmp_path / "results" / "b", replace(framed, pose=pose(1)))
     written(tmp_path / "results" / "c", replace(framed, pose=None))
-    assert main(["nerfstudio", str(tmp_path / "results"), "--out", str(tmp_path / "data")]) == 0
+    assert main(["export", str(tmp_path / "results"), "--to", "nerfstudio", "--out", str(tmp_path / "data")]) == 0
     told = capsys.readouterr()
-    assert "transforms.json and the 6 files" in told.out
+    assert "7 files" in told.out
     assert "Left out, without a known pose: 1 result (c)." in told.err
     data = json.loads((tmp_path / "data" / "transforms.json").read_text())
     assert data["depth_unit_scale_factor"] == 0.001
@@ -125,7 +128,7 @@ def test_results_become_a_data_set_of_nerfstudio(framed, tmp_path, capsys):
 def test_a_phones_colour_comes_as_it_was_recorded(tmp_path):
     source = ilf.open_source(write_record3d(tmp_path / "a.r3d"))
     results = [written(tmp_path / "out" / key, source.read(key)) for key in source.keys]
-    write_nerfstudio(tmp_path / "data", results)
+    write_data_set(tmp_path / "data", results)
     close_all()
     frame = json.loads((tmp_path / "data" / "transforms.json").read_text())["frames"][1]
     assert (frame["w"], frame["h"], frame["fl_x"], frame["cx"]) == (*COLOUR_SIZE, K[0], K[2] + 0.5)
@@ -136,15 +139,108 @@ def test_a_phones_colour_comes_as_it_was_recorded(tmp_path):
     assert np.array_equal(depth, MM)
 
 
+@pytest.fixture
+def results(tmp_path: Path) -> list[Path]:
+    """Results of a camera that moves past a wavy wall, each with a hole."""
+    source = ilf.open_source(write_sequence(tmp_path / "sequence"), intrinsics=CAMERA)
+    return [written(tmp_path / "results" / key, source.read(key)) for key in source.keys]
+
+
+@pytest.mark.parametrize("to", ["nerfstudio", "open3d"])
+def test_data_sets_are_read_back_as_they_were_written(results, tmp_path, to):
+    assert write_data_set(tmp_path / "data", results, to).notes == ()
+    source = ilf.open_source(tmp_path / "data")
+    assert source.layout.startswith(to)
+    for number, (frame, measured) in enumerate(zip(source, sequence(), strict=True)):
+        np.testing.assert_allclose(frame.pose, pose_of(number), atol=1e-12)
+        camera = frame.intrinsics
+        assert (camera.fx, camera.fy, camera.cx, camera.cy) == CAMERA
+        np.testing.assert_allclose(frame.depth, measured.depth, atol=1.01e-3)
+        assert np.abs(frame.rgb.astype(int) - measured.rgb).mean() < 5
+
+
+def test_open3d_reads_its_cameras(results, tmp_path):
+    write_data_set(tmp_path / "data", results, "open3d")
+    o3d = load_open3d()
+    found = o3d.io.read_pinhole_camera_trajectory(str(tmp_path / "data" / "trajectory.log")).parameters
+    assert len(found) == 5
+    for number, one in enumerate(found):
+        np.testing.assert_allclose(one.extrinsic, np.linalg.inv(pose_of(number)), atol=1e-9)
+    camera = o3d.io.read_pinhole_camera_intrinsic(str(tmp_path / "data" / "camera_intrinsic.json"))
+    assert (camera.width, camera.height) == (80, 60)
+    assert (*camera.get_focal_length(), *camera.get_principal_point()) == CAMERA
+
+
+def test_gaussian_splatting_gets_inverse_depth_and_a_model(results, tmp_path):
+    notes = write_data_set(tmp_path / "data", results, "3dgs").notes
+    assert notes == (
+        "4.0% of the pixels have no depth: the published trainer takes them for infinitely far. Complete the frames "
+        "with --extrapolate for depth everywhere.",
+    )
+    model = tmp_path / "data" / "sparse" / "0"
+    assert (model / "cameras.txt").read_text() == "1 PINHOLE 80 60 80.0 80.0 40.0 30.0\n"
+    parameters = json.loads((model / "depth_params.json").read_text())
+    lines = (model / "images.txt").read_text().split("\n")
+    assert lines[1::2] == [""] * 5, "no points are listed"
+    for number, (line, measured) in enumerate(zip(lines[:10:2], sequence(), strict=True)):
+        w, x, y, z, *position, camera, name = line.split()[1:]
+        to_camera = np.linalg.inv(pose_of(number))
+        np.testing.assert_allclose(np.array(position, float), to_camera[:3, 3], atol=1e-12)
+        turn = Rotation.from_quat([x, y, z, w]).as_matrix()
+        np.testing.assert_allclose(turn, to_camera[:3, :3], atol=1e-12)
+        assert (camera, name) == ("1", f"{number + 1:05}.jpg")
+        assert (tmp_path / "data" / "images" / name).is_file()
+        stored = cv2.imread(str(tmp_path / "data" / "depths" / f"{name[:5]}.png"), cv2.IMREAD_UNCHANGED)
+        inverse = stored / 65536 * parameters[name[:5]]["scale"] + parameters[name[:5]]["offset"]
+        known = np.isfinite(measured.depth)
+        assert not stored[~known].any()
+        np.testing.assert_allclose(1 / inverse[known], measured.depth[known], atol=1.5e-3)
+    points = np.loadtxt(model / "points3D.txt")
+    assert len(points) == sum(np.isfinite(frame.depth).sum() for frame in sequence())
+    x, y, z = points[:, 1:4].T
+    np.testing.assert_allclose(z, 2 + 0.1 * np.sin(2 * x) * np.cos(3 * y), atol=3e-3)
+    assert points[:, 4:7].max() <= 255
+
+
+def test_what_gaussian_splatting_cannot_express_is_told(framed, tmp_path, monkeypatch):
+    depth = np.where(np.arange(80) < 8, 0.05, 2.0) * np.ones((60, 1))
+    error = np.full((60, 80), np.nan)
+    error[:, 40:] = 0.03  # a weight below a half: no points of it
+    odd = replace(framed, depth=depth, intrinsics=ilf.CameraIntrinsics(80.0, 80.0, 44.5, 29.5))
+    folder = written(tmp_path / "odd", odd)
+    np.save(folder / "expected_error.npy", error.astype(np.float32))
+    monkeypatch.setattr("ilf.run.data_sets._GaussianSplatting._POINTS", 50)
+    assert write_data_set(tmp_path / "data", [folder], "3dgs").notes == (
+        "Depth nearer than 0.1 m was clipped: 480 pixels.",
+        "The principal point lies 5.0 px from the images' centre, where the published trainer takes it to be; others "
+        "read it from cameras.txt.",
+    )
+    stored = cv2.imread(str(tmp_path / "data" / "depths" / "00001.png"), cv2.IMREAD_UNCHANGED)
+    assert (stored[0, 0], stored[0, 79]) == (65535, round(65536 / 20))
+    points = np.loadtxt(tmp_path / "data" / "sparse" / "0" / "points3D.txt")[:, 1:4] - framed.pose[:3, 3]
+    assert len(points) == 50
+    x, _, z = framed.pose[:3, :3].T @ points.T
+    assert (x / z * 80 + 44.5).max() < 40.01
+
+
 def test_what_cannot_become_one_is_told(framed, tmp_path):
     with pytest.raises(InputError, match="no results"):
-        write_nerfstudio(tmp_path / "data", [tmp_path / "frame"])
+        write_data_set(tmp_path / "data", [tmp_path / "frame"])
     without = written(tmp_path / "out", replace(framed, pose=None))
-    with pytest.raises(InputError, match="none of the 1 results has one"):
-        write_nerfstudio(tmp_path / "data", [without])
+    with pytest.raises(InputError, match="none of these results has one"):
+        write_data_set(tmp_path / "data", [without])
     blind = written(tmp_path / "blind", replace(framed, intrinsics=None))
     with pytest.raises(InputError, match="intrinsics are not known"):
-        write_nerfstudio(tmp_path / "data", [blind])
+        write_data_set(tmp_path / "data", [blind])
     with pytest.raises(ExportError, match="not an empty folder"):
-        write_nerfstudio(tmp_path / "out", [without])
+        write_data_set(tmp_path / "out", [without])
+    with pytest.raises(ParameterError, match=r"no data set 'colmap'\. Known: nerfstudio, 3dgs, open3d"):
+        write_data_set(tmp_path / "data", [without], "colmap")
     assert not (tmp_path / "data").exists()
+
+
+def test_open3d_has_one_camera(framed, tmp_path):
+    other = replace(framed, intrinsics=ilf.CameraIntrinsics(81.0, 80.0, 39.5, 29.5))
+    folders = [written(tmp_path / name, frame) for name, frame in (("a", framed), ("b", other))]
+    with pytest.raises(InputError, match=r"b has another camera than the results before it; Open3D has one for all\."):
+        write_data_set(tmp_path / "data", folders, "open3d")

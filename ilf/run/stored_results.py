@@ -1,0 +1,294 @@
+"""Stored results: completed frames as exports and batches have written them, in folders or in shards."""
+
+from __future__ import annotations
+
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent, read_file
+from ..data.camera import CameraIntrinsics
+from ..errors import FormatError, InputError, cause
+from ..io.cameras import intrinsics_from
+from ..io.depth import depth_in_metres, read_depth_values
+from ..io.images import read_colour
+from ..io.labels import read_mask
+from ..sources.frames import FrameFiles, frame_folder
+from ..sources.opening import is_recording, opened
+from ..sources.pairing import natural
+from ..sources.shards import Shards, is_shards
+from .options import RECORD_FILE, UNSUPPORTED_FILE
+from .record import RunRecord
+from .record_file import modes_in, read_record
+
+_CHANGED = "has another size than its depth: it was changed. Complete the frame again."
+
+
+class StoredResult(ABC):
+    """A completed frame as stored. Its files are read when they are asked for, once.
+
+    Reading any of them raises InputError if a file is missing, and FormatError if it is damaged, has another size than
+    the depth, or is incomplete.
+
+    Parameters
+    ----------
+    key : str
+        The name of its folder, or its key in the shards.
+    """
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+
+    @property
+    def name(self) -> str:
+        """Name of the frame."""
+        return self.key
+
+    @property
+    @abstractmethod
+    def intrinsics(self) -> CameraIntrinsics | None:
+        """The camera of colour and depth; None if not known."""
+
+    @property
+    @abstractmethod
+    def pose(self) -> NDArray[np.float64] | None:
+        """Camera-to-world transform as in `RGBDFrame`, (4, 4); None if not known."""
+
+    @property
+    @abstractmethod
+    def keeps_measured(self) -> bool:
+        """Whether measured depth was left unchanged: all was completed in the mode "fill"."""
+
+    @abstractmethod
+    def _depth_file(self) -> tuple[str, float]:
+        """Name of the file with depth, and its units per metre."""
+
+    @abstractmethod
+    def _file(self, name: str) -> FileContent | None:
+        """A file of the result; None if it was not written."""
+
+    @abstractmethod
+    def _colour(self) -> NDArray[np.uint8]: ...
+
+    @cached_property
+    def rgb(self) -> NDArray[np.uint8]:
+        """Colour, uint8 (H, W, 3)."""
+        return self._checked("its colour", self._colour())
+
+    @cached_property
+    def depth(self) -> NDArray[np.float32]:
+        """Completed depth [m], (H, W), NaN = missing."""
+        name, units = self._depth_file()
+        file = self._file(name)
+        if file is None:
+            raise InputError(f"{self} has no {name}. Complete the frame again.")
+        return depth_in_metres(read_depth_values(file), units)
+
+    @cached_property
+    def expected_error(self) -> NDArray[np.float32] | None:
+        """Expected error [m], (H, W), NaN where depth was measured or is missing; None if it was not written."""
+        name, units = self._depth_file()
+        file = self._file(name.replace("depth", "expected_error"))
+        if file is None:
+            return None
+        return self._checked(file.path.name, depth_in_metres(read_depth_values(file), units))
+
+    @cached_property
+    def unsupported(self) -> NDArray[np.bool_] | None:
+        """Filled pixels that are unsupported by measurements, bool (H, W); None if they were not written."""
+        file = self._file(UNSUPPORTED_FILE)
+        return None if file is None else self._checked(file.path.name, read_mask(file))
+
+    @cached_property
+    def measured(self) -> NDArray[np.bool_] | None:
+        """Pixels whose depth was measured, bool (H, W): those without an expected error; None if that was not
+        written."""
+        return None if self.expected_error is None else np.isfinite(self.depth) & np.isnan(self.expected_error)
+
+    @property
+    def measured_depth(self) -> NDArray[np.float32] | None:
+        """Depth [m] before completion, (H, W), NaN = missing; None if it is not known from the result, because the mode
+        was fill+denoise or expected errors were not written."""
+        if self.measured is None or not self.keeps_measured:
+            return None
+        return np.where(self.measured, self.depth, np.float32(np.nan))
+
+    def recorded_colour(self, camera: CameraIntrinsics) -> tuple[NDArray[np.uint8], CameraIntrinsics]:
+        """Colour at the recorded resolution, which may be larger than that of depth, and its camera.
+
+        Parameters
+        ----------
+        camera : CameraIntrinsics
+            That of depth.
+        """
+        return self.rgb, camera
+
+    def _checked(self, what: str, image: NDArray[Any]) -> NDArray[Any]:
+        if image.shape[:2] != self.depth.shape:
+            raise FormatError(f"{self}: {what} {_CHANGED}")
+        return image
+
+
+class _FolderResult(StoredResult):
+    """A result in a folder, as `write` has written it."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder.name)
+        self._folder = folder
+
+    def __str__(self) -> str:
+        return str(self._folder)
+
+    @property
+    def name(self) -> str:
+        return self.record.name
+
+    @cached_property
+    def record(self) -> RunRecord:
+        """The record of its run."""
+        return read_record(self._folder / RECORD_FILE)
+
+    @property
+    def intrinsics(self) -> CameraIntrinsics | None:
+        return intrinsics_from(self._files.options.intrinsics)
+
+    @property
+    def pose(self) -> NDArray[np.float64] | None:
+        return None if self._files.pose is None else np.array(self._files.pose)
+
+    @property
+    def keeps_measured(self) -> bool:
+        return modes_in(self._folder / RECORD_FILE) == {"fill"}
+
+    def recorded_colour(self, camera: CameraIntrinsics) -> tuple[NDArray[np.uint8], CameraIntrinsics]:
+        inputs = self.record.inputs
+        if inputs is not None and inputs.frame is not None and is_recording(inputs.rgb.path):
+            with opened(inputs.rgb.path) as recording:
+                cameras = recording.cameras(inputs.frame)
+                colour = cameras.colour
+                if cameras.is_registered and colour is not None and colour.shape != self.depth.shape:
+                    return recording.colour(inputs.frame), colour.intrinsics
+        return self.rgb, camera
+
+    @cached_property
+    def _files(self) -> FrameFiles:
+        return frame_folder(self._folder)
+
+    def _depth_file(self) -> tuple[str, float]:
+        return self._files.depth.name, self._files.options.depth_units or 1.0
+
+    def _file(self, name: str) -> FileContent | None:
+        path = self._folder / name
+        return read_file(path) if path.is_file() else None
+
+    def _colour(self) -> NDArray[np.uint8]:
+        return read_colour(self._files.rgb)
+
+
+class _ShardResult(StoredResult):
+    """A result in a shard."""
+
+    def __init__(self, shards: Shards, key: str) -> None:
+        super().__init__(key)
+        self._shards = shards
+
+    def __str__(self) -> str:
+        return f"{self._shards.path}: {self.key}"
+
+    @property
+    def intrinsics(self) -> CameraIntrinsics | None:
+        camera = self._shards.cameras(self.key).depth
+        return None if camera is None else camera.intrinsics
+
+    @property
+    def pose(self) -> NDArray[np.float64] | None:
+        return self._shards.pose(self.key)
+
+    @property
+    def keeps_measured(self) -> bool:
+        return self._shards.mode == "fill"
+
+    def _depth_file(self) -> tuple[str, float]:
+        return self._shards.depth_file(self.key)
+
+    def _file(self, name: str) -> FileContent | None:
+        return self._shards.file(self.key, name)
+
+    def _colour(self) -> NDArray[np.uint8]:
+        return self._shards.colour(self.key)
+
+
+class StoredResults:
+    """The results in a folder or in shards: `len` gives their number, `results[0]` one of them. Listing them reads no
+    images; no file stays open. They can be pickled.
+
+    Parameters
+    ----------
+    path : path-like
+        A folder written by `ilf complete`; one that contains such folders, as `ilf batch --out` writes it; or one of
+        `ilf batch --shards`.
+
+    Attributes
+    ----------
+    path : Path
+        Absolute path.
+    keys : tuple of str
+        The names of the folders, in natural order, or the keys of the completed frames in the shards.
+
+    Raises
+    ------
+    InputError
+        If there are no results.
+    FormatError
+        If the tables of shards are damaged.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path).absolute()
+        self._shards = Shards(self.path) if is_shards(self.path) else None
+        self._folders = () if self._shards is not None else tuple(map(str, result_folders(self.path)))
+        self.keys = tuple(map(os.path.basename, self._folders)) if self._shards is None else self._shards.index().keys
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def __getitem__(self, number: int) -> StoredResult:
+        if self._shards is None:
+            return _FolderResult(Path(self._folders[number]))
+        return _ShardResult(self._shards, self.keys[number])
+
+
+def has_results(path: str | os.PathLike[str]) -> bool:
+    """Whether a folder has shards, a result, or folders with results."""
+    try:
+        return is_shards(path) or next(_result_folders(Path(path)), None) is not None
+    except OSError:
+        return False
+
+
+def result_folders(path: str | os.PathLike[str]) -> list[Path]:
+    """The folder itself if it has a result, or the folders with results in it, by name; InputError without any."""
+    root = Path(path).absolute()
+    try:
+        found = sorted(_result_folders(root), key=lambda inner: natural(inner.name))
+    except OSError as error:
+        raise InputError(f"{root}: cannot be read ({cause(error)}). Give a folder with results.") from error
+    if not found:
+        raise InputError(
+            f"{root} contains no results: there is no {RECORD_FILE} in it or its folders. Give a folder with results."
+        )
+    return found
+
+
+def _result_folders(root: Path) -> Iterator[Path]:
+    if (root / RECORD_FILE).is_file():
+        yield root
+        return
+    with os.scandir(root) as entries:
+        yield from (root / one.name for one in entries if one.is_dir() and (root / one.name / RECORD_FILE).is_file())

@@ -1,0 +1,61 @@
+"""The pages of the site: instructions run as pasted, and all public names have their place. `.ci/site` builds it."""
+
+import re
+import shlex
+import textwrap
+from itertools import groupby
+from pathlib import Path
+
+import matplotlib
+import matplotlib.pyplot
+import pytest
+
+import ilf
+from ilf.cli import main
+
+from .phone_files import write_record3d
+from .test_readme import DOCS, thin
+
+PAGES = [DOCS / "start.md", *sorted((DOCS / "howto").glob("[!i]*.md"))]
+
+
+def code(page: Path) -> list[str]:
+    """The blocks of code of a page, also those of its lists, without their indent."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    # a blank line continues a block if an indented one follows
+    kept = [
+        line if line.strip() or not following.startswith("    ") else "    "
+        for line, following in zip(lines, [*lines[1:], ""], strict=True)
+    ]
+    groups = groupby(kept, key=lambda line: line.startswith("    "))
+    return [textwrap.dedent("\n".join(group)).strip("\n") for indented, group in groups if indented]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+@pytest.mark.timeout(300)
+def test_instructions_run_as_pasted(page, tmp_path, monkeypatch):
+    """In a folder with the sample, thinned to every fourth pixel, and a phone's scan."""
+    monkeypatch.chdir(tmp_path)
+    matplotlib.use("agg")
+    assert main(["sample", "room"]) == 0
+    thin(Path("room"))
+    write_record3d(Path("scan.r3d"))
+    blocks = [block for block in code(page) if block]
+    assert blocks
+    names: dict[str, object] = {}
+    for block in blocks:
+        if block.startswith("ilf-gui"):
+            continue
+        if not block.startswith("ilf "):
+            exec(compile(block, page.name, "exec"), names)
+            continue
+        for line in block.splitlines():
+            if not line.startswith("ilf sample"):
+                assert main(shlex.split(line)[1:]) == 0, line
+    matplotlib.pyplot.close("all")
+
+
+def test_every_public_name_is_in_the_list_of_names_once():
+    text = (DOCS / "api.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^   (\w+)$|^\.\. py:data:: (\w+)$", text, re.MULTILINE)
+    assert sorted(name or data for name, data in listed) == sorted(set(dir(ilf)) - {"__version__"})
