@@ -6,8 +6,9 @@ import errno
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,19 @@ MAX_FILE_BYTES = 2**30
 """Larger files cannot be frames of a supported size."""
 
 
+_before_reading: ContextVar[Callable[[Path], None] | None] = ContextVar("_before_reading", default=None)
+
+
+@contextmanager
+def reading_through(prepare: Callable[[Path], None]) -> Iterator[None]:
+    """Within the block, call a function with the absolute path of each file before it is read by this module."""
+    token = _before_reading.set(prepare)
+    try:
+        yield
+    finally:
+        _before_reading.reset(token)
+
+
 def existing_file(path: str | os.PathLike[str]) -> Path:
     """Return the absolute path of a regular file that exists, is not empty and is not implausibly large.
 
@@ -34,6 +48,8 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
     """
     try:
         found = Path(path).absolute()
+        if prepare := _before_reading.get():
+            prepare(found)
         if not found.exists():
             raise InputError(f"{found}: there is no such file. Check the name.")
         if found.is_dir():

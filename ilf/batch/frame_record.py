@@ -12,6 +12,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from .._runtime.addresses import is_address
 from .._runtime.files import file_sha256, read_json, write_bytes
 from .._runtime.schema import check_schema, converted
 from ..data.frame import RGBDFrame
@@ -271,7 +272,8 @@ class FrameRecord:
         so that their `current_content` must be compared."""
         if self.reading != reading_sha256(frame):
             return False
-        return True if self.files == file_stamps(self.files) else None
+        has_stamps = not any(map(is_address, frame.source.paths))
+        return True if has_stamps and self.files == file_stamps(self.files) else None
 
 
 def read_frame_record(folder: Path) -> FrameRecord | None:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from .._runtime.addresses import is_address
 from ..errors import InputError, cause
 from ..sources.frame_source import FrameSource
 from ..sources.neighbours import around
@@ -95,7 +96,7 @@ def frames_of_sources(
             for key, time in zip(source.keys, times, strict=True)
         ]
         if excluded_folder is not None:
-            own = [one for one in own if not _is_in(one[1], Path(excluded_folder).absolute())]
+            own = [one for one in own if not _is_in(one[1], os.fspath(excluded_folder))]
         files = [file.absolute() for _, file, _ in own]
         found += own
         neighbours += [around(files, place, reach) for place in range(len(own))]
@@ -223,5 +224,7 @@ def _key_below(root: str, source: FrameSource, path: str, whole: bool = False) -
     return key if source.frame is None else f"{key}/{source.frame}"
 
 
-def _is_in(source: FrameSource, folder: Path) -> bool:
-    return Path(os.path.abspath(source.rgb)).is_relative_to(folder)
+def _is_in(source: FrameSource, folder: str) -> bool:
+    if is_address(source.rgb) or is_address(folder):
+        return source.rgb.startswith(f"{folder.rstrip('/')}/")
+    return Path(os.path.abspath(source.rgb)).is_relative_to(os.path.abspath(folder))

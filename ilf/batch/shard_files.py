@@ -9,19 +9,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from .._runtime.files import atomic_path, file_sha256, write_parts
+from .._runtime.cancellation import check_cancelled
+from .._runtime.folders import Folder
 from .._runtime.installation import optional
-from ..errors import FormatError, IlfError, InputError, cause
-from ..sources.shards import END, LIST_FILE, MERGED_FILE, ShardTable, read_sample, read_shard_set
+from ..errors import FormatError, IlfError
+from ..sources.shards import END, LIST_FILE, MERGED_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .frame_record import FrameOutcome, FrameStatus
 from .shard_task import Part, column_name
 
 _PURPOSE = "Writing shards"
-
-
-def _put(folder: Path, name: str, parts: Iterable[bytes]) -> None:
-    """Write a file of the results, once and whole: the only place where a shard's files come into its folder."""
-    write_parts(folder / name, parts)
 
 
 def schema() -> Any:
@@ -43,12 +39,12 @@ def _members(kind: Any) -> tuple[Any, ...]:
     return getattr(kind, "__args__", (kind,))
 
 
-def write_shard(folder: Path, name: str, sha256: str, parts: Sequence[Path]) -> None:
+def write_shard(folder: Folder, name: str, sha256: str, parts: Sequence[Path]) -> None:
     """Write the tar of a shard from its frames' parts, then its table.
 
     Parameters
     ----------
-    folder : Path
+    folder : Folder
     name : str
         Without extension.
     sha256 : str
@@ -82,32 +78,24 @@ def write_shard(folder: Path, name: str, sha256: str, parts: Sequence[Path]) -> 
             digest.update(data)
             yield data
 
-    _put(folder, f"{name}.tar", hashed())
+    folder.put(f"{name}.tar", hashed())
     failed = sum(row["status"] == FrameStatus.FAILED for row in rows)
     facts = {"sha256": sha256, "tar_sha256": digest.hexdigest(), "failed": failed}
     table = pyarrow.Table.from_pylist(rows, columns.with_metadata({"ilf": json.dumps(facts)}))
     sink = pyarrow.BufferOutputStream()
     optional("pyarrow.parquet", "shards", _PURPOSE).write_table(table, sink)
-    _put(folder, f"{name}.parquet", [sink.getvalue().to_pybytes()])
+    folder.put(f"{name}.parquet", [sink.getvalue().to_pybytes()])
 
 
-def sample_of(folder: Path, name: str) -> Iterator[tuple[dict[str, Any], bytes]]:
+def sample_of(folder: Folder, name: str) -> Iterator[tuple[dict[str, Any], bytes]]:
     """Yield the rows of a finished shard's table, each with its frame's part of the tar; raises FormatError if that is
     damaged."""
-    table, path = ShardTable(folder / f"{name}.parquet"), folder / f"{name}.tar"
-    try:
-        rows = table.read().to_pylist()
-    finally:
-        table.close()
-    try:
-        with open(path, "rb") as tar:
-            for row in rows:
-                data = read_sample(tar, row) if row["size"] else b""
-                if row["size"] and hashlib.sha256(data).hexdigest() != row["sha256"]:
-                    raise FormatError(f"{path} is damaged in {row['key']}. {_REMEDY.format(name=name)}")
-                yield row, data
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({cause(error)}). {_REMEDY.format(name=name)}") from error
+    with folder.open(f"{name}.tar") as tar:
+        for row in ShardTable.of(folder, f"{name}.parquet").read().to_pylist():
+            data = tar.read(row["size"] or 0)  # they lie one after the other
+            if row["size"] and hashlib.sha256(data).hexdigest() != row["sha256"]:
+                raise FormatError(f"{folder}/{name}.tar is damaged in {row['key']}. {_REMEDY.format(name=name)}")
+            yield row, data
 
 
 _REMEDY = "Delete {name}.parquet and run the batch again, which writes the shard anew."
@@ -147,12 +135,12 @@ class ShardCheck:
         return self.finished == self.shards and not self.problems
 
 
-def check_shards(folder: Path, *, contents: bool = True) -> ShardCheck:
+def check_shards(folder: Folder, *, contents: bool = True) -> ShardCheck:
     """Check a folder of shards.
 
     Parameters
     ----------
-    folder : Path
+    folder : Folder
     contents : bool
         Also read all tars, and compare the tables with the frozen list.
 
@@ -162,48 +150,46 @@ def check_shards(folder: Path, *, contents: bool = True) -> ShardCheck:
         If the folder has no shards, or pyarrow is not installed.
     """
     shards = read_shard_set(folder)
-    finished = set(shards.finished(folder))
+    sizes = folder.sizes()
+    finished = {shards.table(index): index for index in shards.finished(sizes)}
     problems: list[str] = []
     completed = failed = 0
-    if contents and file_sha256(folder / LIST_FILE) != shards.list_sha256:
-        raise FormatError(f"{folder / LIST_FILE} is damaged: its frames are not those of the batch.")
-    with open(folder / LIST_FILE, "rb") as lines:
-        for index in range(shards.count):
-            count, name = len(shards.numbers(index)), shards.name(index)
-            keys = [_text(json.loads(next(lines))["key"]) for _ in range(count)] if contents else []
-            if index not in finished:
-                continue
-            try:
-                table = ShardTable(folder / f"{name}.parquet")
-                try:
-                    completed, failed = completed + table.rows - table.failed, failed + table.failed
-                    if contents:
-                        _check_shard(folder, name, shards.sha256, table, keys)
-                finally:
-                    table.close()
-            except IlfError as error:
-                problems.append(str(error))
+    for _, table in table_ends(folder, {name: sizes[name] for name in finished}):
+        if isinstance(table, FormatError):
+            problems.append(str(table))
+        else:
+            completed, failed = completed + table.rows - table.failed, failed + table.failed
+    if contents:
+        problems = list(_problems(folder, shards, finished.values()))
     return ShardCheck(shards.count, len(finished), shards.frames, completed, failed, tuple(problems))
 
 
-def _check_shard(folder: Path, name: str, sha256: str, table: ShardTable, keys: list[str]) -> None:
+def _problems(folder: Folder, shards: ShardSet, finished: Iterable[int]) -> Iterator[str]:
+    """Yield what is wrong with finished shards; raises FormatError if the frozen list is damaged."""
+    if folder.sha256(LIST_FILE) != shards.list_sha256:
+        raise FormatError(f"{folder}/{LIST_FILE} is damaged: its frames are not those of the batch.")
+    for index in finished:
+        keys = [_text(json.loads(line)["key"]) for line in shards.lines(folder, index)]
+        try:
+            _check_shard(folder, shards.name(index), shards.sha256, keys)
+        except IlfError as error:
+            yield str(error)
+
+
+def _check_shard(folder: Folder, name: str, sha256: str, keys: list[str]) -> None:
     """Raise FormatError or InputError unless a tar and a table belong to the settings, the list and each other."""
-    remedy = _REMEDY.format(name=name)
+    table, remedy = ShardTable.of(folder, f"{name}.parquet"), _REMEDY.format(name=name)
     if table.sha256 != sha256 or table.read("key")["key"].to_pylist() != keys:
-        raise FormatError(f"{folder / name}.parquet does not have the frames of the list. {remedy}")
-    if file_sha256(folder / f"{name}.tar") != table.tar_sha256:
-        raise FormatError(f"{folder / name}.tar is damaged: its content is not that of its table. {remedy}")
+        raise FormatError(f"{folder}/{name}.parquet does not have the frames of the list. {remedy}")
+    if folder.sha256(f"{name}.tar") != table.tar_sha256:
+        raise FormatError(f"{folder}/{name}.tar is damaged: its content is not that of its table. {remedy}")
 
 
-def merge_tables(folder: Path) -> Path:
+def merge_tables(folder: Folder) -> None:
     """Write one table with the rows of all finished shards; raises as `check_shards`, or ExportError."""
     shards = read_shard_set(folder)
     parquet = optional("pyarrow.parquet", "shards", _PURPOSE)
-    with atomic_path(folder / MERGED_FILE) as temporary, parquet.ParquetWriter(temporary, schema()) as writer:
-        for index in shards.finished(folder):
-            table = ShardTable(folder / f"{shards.name(index)}.parquet")
-            try:
-                writer.write_table(table.read().replace_schema_metadata(None))
-            finally:
-                table.close()
-    return folder / MERGED_FILE
+    with folder.writing(MERGED_FILE) as temporary, parquet.ParquetWriter(temporary, schema()) as writer:
+        for index in shards.finished(folder.sizes()):
+            check_cancelled()
+            writer.write_table(ShardTable.of(folder, shards.table(index)).read().replace_schema_metadata(None))

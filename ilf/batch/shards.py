@@ -14,11 +14,11 @@ import shutil
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from .._runtime.files import ensure_folder, write_bytes, write_parts
+from .._runtime.files import ensure_folder, write_bytes
+from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.processes import run_in_processes
 from .._runtime.schema import Section
@@ -27,9 +27,9 @@ from .._runtime.threads import available_cores
 from ..errors import FormatError, InputError, cause
 from ..run.record import PROGRAM
 from ..sources.frame_source import FrameSource
-from ..sources.shards import LIST_FILE, SCHEMA, SHARDS_FILE, ShardSet, ShardTable, is_shards, read_shard_set
+from ..sources.shards import LIST_FILE, SCHEMA, SHARDS_FILE, ShardSet, read_shard_set, table_ends
 from .batch import some
-from .frame_record import FrameOutcome
+from .frame_record import FrameOutcome, FrameStatus
 from .frames import BatchFrame
 from .settings import SETTINGS_FILE, BatchSettings, differences, sha256_of
 from .shard_files import sample_of, write_shard
@@ -65,7 +65,7 @@ class ShardBatch:
 
     Attributes
     ----------
-    folder : Path
+    folder : Folder
     shards : ShardSet
     task : ShardTask
     to_do : tuple of int
@@ -74,7 +74,7 @@ class ShardBatch:
         Brought up to date by `outcomes`.
     """
 
-    folder: Path
+    folder: Folder
     shards: ShardSet
     task: ShardTask
     to_do: tuple[int, ...]
@@ -109,28 +109,23 @@ class ShardBatch:
                 del open_frames[index]
                 self._write(index)
         if not self.counts.left:
-            remove_empty((Path(self.task.folder),))
+            parts = Path(self.task.folder)
+            remove_empty((parts, parts.parent))
 
     def _frames(self, open_frames: dict[int, int]) -> Iterator[ShardFrame]:
         """Yield the frames that have no part yet, and count them by shard; shards that have all parts are written."""
-        to_do = set(self.to_do)
-        with open(self.folder / LIST_FILE, "rb") as lines:
-            for index in range(self.shards.count):
-                numbers, name = self.shards.numbers(index), self.shards.name(index)
-                own = islice(lines, len(numbers))
-                if index not in to_do:
-                    for _ in own:
-                        pass
-                    continue
-                ensure_folder(self.task.part(name, 0).parent)
-                there = self._parts(index)
-                left = [(number, line) for number, line in zip(numbers, own, strict=True) if number not in there]
-                if not left:
-                    self._write(index)
-                    continue
-                open_frames[index] = len(left)
-                for number, line in left:
-                    yield ShardFrame(name, number, frame_of_line(line))
+        for index in self.to_do:
+            numbers, name = self.shards.numbers(index), self.shards.name(index)
+            ensure_folder(self.task.part(name, 0).parent)
+            there = self._parts(index)
+            left = [number for number in numbers if number not in there]
+            if not left:
+                self._write(index)
+                continue
+            open_frames[index] = len(left)
+            lines = self.shards.lines(self.folder, index)
+            for number in left:
+                yield ShardFrame(name, number, frame_of_line(lines[number - numbers.start]))
 
     def _parts(self, index: int) -> frozenset[int]:
         return _parts(self.task, self.shards.name(index))
@@ -149,7 +144,7 @@ class ShardBatch:
     def _write(self, index: int) -> None:
         """Write a shard from its parts, unless another process has, and remove them."""
         name = self.shards.name(index)
-        if not (self.folder / f"{name}.parquet").exists():
+        if not self.folder.exists(self.shards.table(index)):
             files = [self.task.part(name, number) for number in self.shards.numbers(index)]
             write_shard(self.folder, name, self.task.sha256, files)
         shutil.rmtree(self.task.part(name, 0).parent, ignore_errors=True)
@@ -174,7 +169,7 @@ def open_shards(
     list_frames : callable
         Called in a process of its own, whose memory is free afterwards.
     folder : path-like
-        Created if missing.
+        Created if missing; or an address.
     settings : BatchSettings
         Their export options have one depth format.
     keep : sequence of str
@@ -198,14 +193,15 @@ def open_shards(
         If the folder cannot be written.
     """
     optional("pyarrow.parquet", "shards", "Writing shards")  # missing packages are reported before any work
-    target = Path(folder).absolute()
+    target = folder_at(folder)
     facts = settings.facts() | {"shards": {"keep": list(keep), "per_shard": per_shard}}
-    if (target / SETTINGS_FILE).exists():
+    if target.exists(SETTINGS_FILE):
         raise InputError(f"{target} contains a batch with a folder for each frame. Choose another folder for shards.")
-    if not is_shards(target):
-        for _, _ in run_in_processes(partial(_freeze, target, facts, dict(request)), [list_frames]):
+    if not target.exists(SHARDS_FILE):
+        target.forget_working()
+        for _, _ in run_in_processes(partial(_freeze, str(target), facts, dict(request)), [list_frames]):
             pass
-        if not is_shards(target):
+        if not target.exists(SHARDS_FILE):
             raise InputError("The process that lists the frames ended. Memory may have run out: close other programs.")
     shards = read_shard_set(target)
     for what, before, now in (("settings", shards.settings, facts), ("frames", shards.request, request)):
@@ -214,22 +210,23 @@ def open_shards(
                 f"{target} has shards of other {what} ({some(differences(before, now))}). Choose another folder."
             )
     _check_list(target, shards)
-    task = ShardTask(str(target / _PARTS), settings, tuple(keep), shards.sha256, strict)
+    task = ShardTask(str(target.working / _PARTS), settings, tuple(keep), shards.sha256, strict)
     counts, to_do = ShardCounts(), []
-    finished = set(shards.finished(target))
-    for index in range(part[0] - 1, shards.count, part[1]):
+    own = range(part[0] - 1, shards.count, part[1])
+    failures = _failures(target, task, [shards.table(index) for index in own])
+    for index in own:
         counts.total += len(shards.numbers(index))
-        name = shards.name(index)
-        failed = _failed(target / f"{name}.parquet", task) if index in finished else 0
-        if index in finished and not (failed and retry_failed):
+        name, failed = shards.name(index), failures.get(shards.table(index))
+        if failed is not None and not (failed and retry_failed):
             counts.before += len(shards.numbers(index)) - failed
             counts.failed_before += failed
+            shutil.rmtree(task.part(name, 0).parent, ignore_errors=True)  # left by a process that was killed
             continue
-        if index in finished:
+        if failed:
             _reopen(target, task, name, shards.numbers(index))
         to_do.append(index)
         for number in _parts(task, name):
-            if _read_part(task.part(name, number)).row["status"] == "completed":
+            if _status(task.part(name, number)) == FrameStatus.COMPLETED:
                 counts.before += 1
             elif retry_failed:
                 task.part(name, number).unlink()
@@ -238,15 +235,18 @@ def open_shards(
     return ShardBatch(target, shards, task, tuple(to_do), counts)
 
 
-def _failed(path: Path, task: ShardTask) -> int:
-    """Return the number of failed frames in a finished shard."""
-    table = ShardTable(path)
-    try:
+def _failures(folder: Folder, task: ShardTask, names: Sequence[str]) -> dict[str, int]:
+    """Return the numbers of failed frames of those of some tables that exist."""
+    sizes, found = folder.sizes(), {}
+    for name, table in table_ends(folder, {name: sizes[name] for name in names if name in sizes}):
+        if isinstance(table, FormatError):
+            raise table
         if table.sha256 != task.sha256:
-            raise FormatError(f"{path} does not match the settings in its name. Delete it and run the batch again.")
-        return table.failed
-    finally:
-        table.close()
+            raise FormatError(
+                f"{folder}/{name} does not match the settings in its name. Delete it and run the batch again."
+            )
+        found[name] = table.failed
+    return found
 
 
 def _parts(task: ShardTask, name: str) -> frozenset[int]:
@@ -258,45 +258,50 @@ def _parts(task: ShardTask, name: str) -> frozenset[int]:
         return frozenset()
 
 
-def _read_part(path: Path) -> Part:
+def _status(path: Path) -> str:
+    """Return the status of the frame in a part, whose files are not read."""
     try:
-        return Part.of(path.read_bytes())
-    except (OSError, ValueError) as error:
+        with open(path, "rb") as file:
+            return str(Part.of(file.readline()).row["status"])
+    except (OSError, ValueError, KeyError) as error:
         raise FormatError(f"{path} is damaged ({cause(error)}). Delete it and run the batch again.") from error
 
 
-def _reopen(folder: Path, task: ShardTask, name: str, numbers: range) -> None:
+def _reopen(folder: Folder, task: ShardTask, name: str, numbers: range) -> None:
     """Turn a finished shard into the parts of its completed frames, so that the failed ones can be completed."""
     ensure_folder(task.part(name, 0).parent)
     for number, (row, data) in zip(numbers, sample_of(folder, name), strict=True):
         if row["status"] == "completed":
             write_bytes(task.part(name, number), Part(row, data).content())
-    (folder / f"{name}.parquet").unlink()
+    folder.remove(f"{name}.parquet")
 
 
 # The frozen list: a line of JSON for each frame.
 
 
-def _freeze(folder: Path, facts: dict[str, Any], request: dict[str, Any], list_frames: ListFrames) -> None:
+def _freeze(target: str, facts: dict[str, Any], request: dict[str, Any], list_frames: ListFrames) -> None:
     """Write the frozen list, and shards.json last."""
-    frames = list_frames()
+    frames, folder = list_frames(), folder_at(target)
     keys, whole, size = hashlib.sha256(), hashlib.sha256(), 0
+    per_shard, keep = facts["shards"]["per_shard"], tuple(facts["shards"]["keep"])
+    offsets: list[int] = []
 
     def lines() -> Iterator[bytes]:
         nonlocal size
-        for frame in frames:
+        for number, frame in enumerate(frames):
+            if number % per_shard == 0:
+                offsets.append(size)
             line = f"{json.dumps({'key': frame.key, 'time': frame.time, **frame.source.to_json()})}\n".encode()
             keys.update(f"{json.dumps(frame.key)}\n".encode())
             whole.update(line)
             size += len(line)
             yield line
 
-    write_parts(ensure_folder(folder) / LIST_FILE, lines())
-    per_shard, keep = facts["shards"]["per_shard"], tuple(facts["shards"]["keep"])
+    folder.put(LIST_FILE, lines())
     sha256 = sha256_of(facts | {"keys": keys.hexdigest()})
-    shards = ShardSet(facts, request, sha256, len(frames), per_shard, keep, size, whole.hexdigest())
+    shards = ShardSet(facts, request, sha256, len(frames), per_shard, keep, size, whole.hexdigest(), tuple(offsets))
     data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(shards)}
-    write_bytes(folder / SHARDS_FILE, f"{json.dumps(data, indent=2)}\n".encode())
+    folder.put(SHARDS_FILE, [f"{json.dumps(data, indent=2)}\n".encode()])
 
 
 def frame_of_line(line: bytes) -> BatchFrame:
@@ -306,12 +311,10 @@ def frame_of_line(line: bytes) -> BatchFrame:
     return BatchFrame(key, FrameSource.from_json(Section(LIST_FILE, data)), data["time"], sample_name(key))
 
 
-def _check_list(folder: Path, shards: ShardSet) -> None:
+def _check_list(folder: Folder, shards: ShardSet) -> None:
     """Raise if the frozen list does not have the size that shards.json states."""
-    path = folder / LIST_FILE
-    try:
-        size = path.stat().st_size
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({cause(error)}). Choose another folder.") from error
+    size = folder.size(LIST_FILE)
     if size != shards.list_bytes:
-        raise FormatError(f"{path} has {size} bytes instead of {shards.list_bytes}. Choose another folder.")
+        raise FormatError(
+            f"{folder}/{LIST_FILE} has {size} bytes instead of {shards.list_bytes}. Choose another folder."
+        )

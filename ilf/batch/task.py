@@ -85,7 +85,7 @@ def with_temporal_median(reading: LoadedFrame, folder: Path) -> tuple[RGBDFrame,
     ensure_folder((folder / DEPTH_FILE).parent)
     write_depth(folder / DEPTH_FILE, depth)
     inputs, files = frame.inputs, [DEPTH_FILE]
-    if inputs is None or inputs.frame is not None:  # its colour is not in a separate file
+    if inputs is None or not inputs.has_colour_file:
         _, encoded = cv2.imencode(".png", frame.rgb[..., ::-1])
         write_bytes(folder / COLOUR_FILE, encoded.tobytes())
         files.append(COLOUR_FILE)

@@ -11,6 +11,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import TextIO
 
+from .._runtime.addresses import is_address
 from .._runtime.installation import __version__
 from .._runtime.termination import Interrupted, log_error, terminating_on_signal
 from ..errors import IlfError, one_line, to_text
@@ -60,6 +61,8 @@ def run(argv: Sequence[str] | None) -> int:
 def _status(parser: Parser, words: Sequence[str]) -> int:
     try:
         arguments = parser.parse_args(words)
+        if is_address(vars(arguments).get("out")):
+            raise UsageError("--out takes a path, not an address: only `ilf batch --shards` writes to addresses.")
         arguments.command(arguments)
         sys.stdout.flush()
     except UsageError as error:

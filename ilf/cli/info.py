@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -13,7 +14,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.addresses import is_address
 from .._runtime.files import read_file
+from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.staging import interrupted
 from ..batch.shard_files import check_shards
@@ -45,6 +48,7 @@ from ..sources.frames import META_NAME, FrameFiles, frame_folder, meta_beside
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
 from ..sources.reading_options import ReadingOptions
+from ..sources.remote import restored
 from ..sources.shards import is_shards, read_shard_set
 from ..sources.source import Source
 from .output import print_json
@@ -248,9 +252,11 @@ def run(arguments: argparse.Namespace) -> None:
         _print_layouts(arguments.json)
         return
     inputs = [Path(path) for path in arguments.inputs]
-    if len(inputs) == 1 and inputs[0].suffix.lower() == SUFFIX:
+    if any(map(is_address, arguments.inputs)) and len(inputs) < 3:
+        sections = _sections_at_addresses(arguments)
+    elif len(inputs) == 1 and inputs[0].suffix.lower() == SUFFIX:
         raise UsageError(f"{inputs[0]} is a project: use `ilf project info`.")
-    if len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
+    elif len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
         sections = [_record_section(inputs[0])]
     elif len(inputs) in {1, 2} or arguments.frame is not None:
         sections = _input_sections(inputs, arguments)
@@ -276,12 +282,36 @@ def _print_layouts(as_json: bool) -> None:
     print(f"\nYour own: TOML files in {layouts_folder()}.")
 
 
+def _sections_at_addresses(arguments: argparse.Namespace) -> list[Section]:
+    """Make the sections of a frame or a source at an address; those of a frame's files from copies."""
+    if len(arguments.inputs) > 1 and arguments.frame is None:
+        given = reading_options(arguments)
+        with FrameSource(arguments.inputs[0], arguments.inputs[1], options=given).copied() as here:
+            changed = argparse.Namespace(**{**vars(arguments), **here.options.paths})
+            sections = _input_sections([Path(path) for path in (here.rgb, here.depth) if path is not None], changed)
+    elif arguments.frame is not None:
+        sections = [_source_frame(frame_of_source(arguments), arguments)]
+    elif is_shards(arguments.inputs[0]):
+        sections = _shards_sections(arguments.inputs[0], arguments)
+    else:
+        sections = _source_sections(source_from(arguments), arguments)
+    return [
+        section._replace(
+            facts=[
+                Fact(fact.name, restored(fact.text), json.loads(restored(json.dumps(fact.entries))))
+                for fact in section.facts
+            ]
+        )
+        for section in sections
+    ]
+
+
 def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[Section]:
     """Make the sections of a frame or a source."""
     if arguments.frame is not None:
         return [_source_frame(frame_of_source(arguments), arguments)]
     if len(inputs) == 1 and is_shards(inputs[0]):
-        return _shards_sections(inputs[0], arguments)
+        return _shards_sections(str(inputs[0]), arguments)
     is_source = arguments.layout is not None or (os.path.isdir(inputs[0]) and _is_source(inputs[0]))
     if len(inputs) == 1 and (is_recording(inputs[0]) or is_source):
         return _source_sections(source_from(arguments), arguments)
@@ -307,15 +337,16 @@ def _is_source(folder: Path) -> bool:
     return not ((folder / META_NAME).is_file() or (folder / RECORD_FILE).is_file() or interrupted(folder))
 
 
-def _shards_sections(folder: Path, arguments: argparse.Namespace) -> list[Section]:
+def _shards_sections(path: str, arguments: argparse.Namespace) -> list[Section]:
     """Make the sections of a folder of shards and of their completed frames."""
+    folder = folder_at(path)
     state, shards = check_shards(folder, contents=False), read_shard_set(folder)
     left = state.frames - state.completed - state.failed
     facts = [
         Fact(
             "shards",
-            f"{folder}, {state.finished} of {state.shards} finished, {counted(shards.per_shard, 'frame')} each",
-            {"path": str(folder), "shards": state.shards, "finished": state.finished, "per_shard": shards.per_shard},
+            f"{path}, {state.finished} of {state.shards} finished, {counted(shards.per_shard, 'frame')} each",
+            {"path": path, "shards": state.shards, "finished": state.finished, "per_shard": shards.per_shard},
         ),
         Fact(
             "batch",
@@ -343,7 +374,8 @@ def _source_sections(source: Source, arguments: argparse.Namespace) -> list[Sect
 def _source_frame(source: FrameSource, arguments: argparse.Namespace) -> Section:
     """Make the section of a frame of a source."""
     if source.frame is None:
-        return _frame_section(source.files(), arguments)
+        with source.copied() as here:
+            return _frame_section(here.files(), arguments)
     frame, recorded = source.load(), source.recorded()
     depth, levels = recorded.reading, recorded.stored.confidence
     height, width = frame.shape
@@ -353,7 +385,7 @@ def _source_frame(source: FrameSource, arguments: argparse.Namespace) -> Section
     facts = [
         Fact("name", frame.name, {"name": frame.name}),
         Fact("colour", f"{source.rgb}, {width} x {height}", entries),
-        *_depth_facts(Path(source.rgb), depth, frame.intrinsics),
+        *_depth_facts(source.rgb, depth, frame.intrinsics),
         Fact("registered", _registered_text(frame), shares),
         *sure,
     ]
@@ -426,7 +458,7 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, options: ReadingO
     return facts
 
 
-def _depth_facts(path: Path, depth: DepthReading, camera: IntrinsicsSpec | None) -> list[Fact]:
+def _depth_facts(path: Path | str, depth: DepthReading, camera: IntrinsicsSpec | None) -> list[Fact]:
     """List the facts of a depth file."""
     values, metres = depth.values, depth.metres
     known = metres[np.isfinite(metres)]

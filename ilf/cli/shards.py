@@ -7,9 +7,10 @@ import sys
 import time
 from contextlib import closing
 from dataclasses import asdict, replace
-from pathlib import Path
 from typing import Any
 
+from .._runtime.addresses import absolute
+from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.termination import extended_time_limit
 from ..batch.settings import BatchSettings
@@ -40,8 +41,8 @@ def add_shard_arguments(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--shards",
         metavar="DIR",
-        help="write WebDataset tars, each with a table, instead of a folder per frame. The tables are Parquet, depth "
-        "has one format: png (default) or npy",
+        help="write WebDataset tars, each with a table, instead of a folder per frame. DIR is a folder or an address "
+        "(s3://bucket/folder). The tables are Parquet, depth has one format: png (default) or npy",
     )
     group.add_argument("--per-shard", type=count, metavar="N", help=f"frames in a shard (default: {_PER_SHARD})")
     group.add_argument(
@@ -122,7 +123,7 @@ def run_shards(arguments: argparse.Namespace, settings: BatchSettings, list_fram
 
 def check_or_merge(arguments: argparse.Namespace) -> None:
     """Check the shards of a folder, merge their tables, or both."""
-    folder = Path(arguments.shards).absolute()
+    folder = folder_at(arguments.shards)
     state = check_shards(folder, contents=arguments.verify)
     if arguments.merge and not state.problems:
         merge_tables(folder)
@@ -136,7 +137,7 @@ def check_or_merge(arguments: argparse.Namespace) -> None:
             f"{counted(state.frames, 'frame')} completed, {state.failed} failed."
         )
         if arguments.merge and not state.problems:
-            print(f"Written: {folder / MERGED_FILE}.")
+            print(f"Written: {folder}/{MERGED_FILE}.")
     if state.problems:
         more = f" And {len(state.problems) - _MAX_LISTED} more." if len(state.problems) > _MAX_LISTED else ""
         raise IlfError(" ".join(state.problems[:_MAX_LISTED]) + more)
@@ -175,7 +176,7 @@ def _request(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what determines the frames, as JSON values."""
     pairing = pairing_options(arguments)
     return {
-        "sources": [str(Path(path).absolute()) for path in arguments.sources],
+        "sources": [absolute(path) for path in arguments.sources],
         "frames": list(arguments.frames),
         "every": arguments.every,
         "pairing": pairing | {"topics": None if pairing["topics"] is None else list(pairing["topics"])},

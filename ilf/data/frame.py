@@ -8,6 +8,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.addresses import is_address
 from ..errors import InputError
 from .camera import CameraIntrinsics, as_camera, checked_transform
 from .guide import Guide, as_guide
@@ -103,6 +104,11 @@ class FrameInputs:
     invalid: float | None = None
     frame: str | None = None
     depth_intrinsics: tuple[float, float, float, float] | None = field(default=None, metadata={"optional": True})
+
+    @property
+    def has_colour_file(self) -> bool:
+        """Whether colour is a file of its own on a disk: neither in a recording nor at an address."""
+        return self.frame is None and not is_address(self.rgb.path)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.addresses import is_address
 from ..data.frame import RGBDFrame
 from ..errors import InputError, ParameterError
-from ..sources.frame_source import FrameSource
 from ..sources.shards import is_shards
 from ..sources.source import Source, open_source
 from .options import RECORD_FILE
@@ -161,8 +161,10 @@ def _why_absent(item: RGBDFrame | StoredResult, name: str) -> str:
 
 def _of_measured_frames(source: Source) -> Source:
     """The source, unless its depth was completed: it would be taken for measured depth."""
-    for key in source.keys:
-        one: FrameSource = source.frame_source(key)
-        if one.depth is None and (is_shards(one.rgb) or os.path.isfile(Path(one.rgb) / RECORD_FILE)):
-            raise InputError(f"{one.rgb} has completed depth. Give the folder with the results instead of the Source.")
+    frames = (source.frame_source(key) for key in source.keys)
+    whole = {(one.rgb, one.frame is not None) for one in frames if one.depth is None}
+    for path, is_recording in whole:
+        is_completed = is_recording and is_shards(path)
+        if is_completed or (not is_address(path) and os.path.isfile(Path(path) / RECORD_FILE)):
+            raise InputError(f"{path} has completed depth. Give the folder with the results instead of the Source.")
     return source

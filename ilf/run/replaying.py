@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.addresses import is_address
 from .._runtime.files import file_sha256
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
@@ -288,8 +289,11 @@ def _recorded_frame(
         raise InputError(
             "This run cannot be replayed: its frame was not read from files. Save it to files and run it again."
         )
-    paths: tuple[Path, Path | None]
-    if inputs.frame is None:
+    paths: tuple[str | os.PathLike[str], str | os.PathLike[str] | None]
+    places = rgb or inputs.rgb.path, depth or inputs.depth.path
+    if any(map(is_address, places)):  # compared when they have been read
+        paths = places if inputs.frame is None else (places[0], None)
+    elif inputs.frame is None:
         paths = (
             _recorded_file(inputs.rgb, "colour file", folder, rgb),
             _recorded_file(inputs.depth, "depth file", folder, depth),
@@ -317,7 +321,10 @@ def _recorded_frame(
                 f"{paths[0]} is not the recording of the recorded run: its frame {inputs.frame} is different. Give the "
                 "original recording."
             )
-        raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
+        raise InputError(
+            "The colour or the depth file of the recorded run is another, or changed while it was read. Try again, or "
+            "give the original files."
+        )
     pose = frame.pose if record.pose is None else np.array(record.pose)
     frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, ground_truth=None), pose=pose)
     if record.outside_view is not None:

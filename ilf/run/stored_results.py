@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.addresses import Address, is_address
 from .._runtime.files import FileContent, read_file
+from .._runtime.folders import folder_at
 from ..data.camera import CameraIntrinsics
 from ..errors import FormatError, InputError, cause
 from ..io.cameras import intrinsics_from
@@ -22,6 +24,7 @@ from ..io.labels import read_mask
 from ..sources.frames import FrameFiles, frame_folder
 from ..sources.opening import is_recording, opened
 from ..sources.pairing import natural
+from ..sources.remote import spelled
 from ..sources.shards import Shards, is_shards
 from .options import RECORD_FILE, UNSUPPORTED_FILE
 from .record import RunRecord
@@ -236,8 +239,8 @@ class StoredResults:
 
     Attributes
     ----------
-    path : Path
-        Absolute path.
+    path : Path or Address
+        Absolute path, or the address of shards.
     keys : tuple of str
         The names of the folders, in natural order, or the keys of the completed frames in the shards.
 
@@ -250,9 +253,12 @@ class StoredResults:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path).absolute()
-        self._shards = Shards(self.path) if is_shards(self.path) else None
-        self._folders = () if self._shards is not None else tuple(map(str, result_folders(self.path)))
+        self.path = Address(path) if is_address(path) else Path(path).absolute()
+        if isinstance(self.path, Address):
+            self._shards: Shards | None = Shards(spelled(self.path), folder_at(self.path))
+        else:
+            self._shards = Shards(self.path) if is_shards(self.path) else None
+        self._folders = () if self._shards is not None else tuple(map(str, result_folders(path)))
         self.keys = tuple(map(os.path.basename, self._folders)) if self._shards is None else self._shards.index().keys
 
     def __len__(self) -> int:

@@ -227,7 +227,7 @@ def filenames(run: RunSetup, options: ExportOptions) -> tuple[str, ...]:
     if run.frame.guide is not None:
         names.append(GUIDE_FILE)
     if run.frame.inputs is not None and options.depth_formats:
-        names += [COLOUR_FILE, META_NAME] if run.frame.inputs.frame is not None else [META_NAME]
+        names += [COLOUR_FILE, META_NAME] if not run.frame.inputs.has_colour_file else [META_NAME]
     if options.run_record:
         names.append(RECORD_FILE)
     return tuple(names)
@@ -441,7 +441,7 @@ def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> byte
         "program": PROGRAM,
         "name": f"{frame.name}-completed",
         "size": [frame.shape[1], frame.shape[0]],
-        "rgb": inputs.rgb.path if inputs.frame is None else COLOUR_FILE,
+        "rgb": inputs.rgb.path if inputs.has_colour_file else COLOUR_FILE,
         "depth": DEPTH_FILES[depth_format],
         "depth_units_per_m": options.depth_units if depth_format == "png" else 1.0,
         "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import NoneType
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from .._runtime.addresses import absolute, is_address
 from .._runtime.schema import Section
 from ..data.camera import CameraIntrinsics
 from ..errors import InputError, warn_of_reading
@@ -65,13 +67,13 @@ class FrameSource:
     @property
     def key(self) -> str:
         """Unique key: the path of the file or folder with the depth, followed by the frame's key in a recording."""
-        path = os.path.abspath(self.depth or self.rgb)
+        path = absolute(self.depth or self.rgb)
         return path if self.frame is None else f"{path}#{self.frame}"
 
     @property
     def name(self) -> str:
         """Name of the frame before it has been read."""
-        path = Path(self.rgb).absolute()
+        path = Path(absolute(self.rgb))
         if self.frame is not None:
             return recorded_frame_name(path, self.frame)
         return path.name if self.depth is None else name_from_path(path)
@@ -92,7 +94,7 @@ class FrameSource:
 
     def absolute(self) -> Self:
         """A copy with absolute paths; itself if all paths are absolute."""
-        return self if all(map(os.path.isabs, self.paths)) else self.with_paths(os.path.abspath)
+        return self if all(map(os.path.isabs, self.paths)) else self.with_paths(absolute)
 
     def load(self, warn: bool = False) -> RGBDFrame:
         """Read the frame; raises what `ilf.load_frame` does. Plausibility warnings are in its `notes`; they are issued
@@ -122,9 +124,11 @@ class FrameSource:
             from ..io.images import read_colour
             from .frames import pair_of_images
 
-            colour, inputs = read_colour(frame.inputs.rgb.path), frame.inputs
+            inputs = frame.inputs
+            with self.copied() as here:
+                colour, metres = read_colour(here.files().rgb), here.read_depth().metres
             given = None if inputs.intrinsics is None else CameraIntrinsics(*inputs.intrinsics)
-            pair = pair_of_images(colour, self.read_depth().metres, given, inputs, frame.name)
+            pair = pair_of_images(colour, metres, given, inputs, frame.name)
             return replace(pair, notes=frame.notes)
         if frame.intrinsics is None:
             raise InputError(f"{self.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
@@ -137,7 +141,8 @@ class FrameSource:
 
         if self.frame is not None:
             return self.recorded().reading
-        return read_frame_depth(self.rgb, self.depth, self.options)
+        with self.copied() as here:
+            return read_frame_depth(here.rgb, here.depth, here.options)
 
     def recorded(self) -> ReadFrame:
         """Read a frame of a recording as stored, and its depth in metres; raises what `ilf.load_frame` does."""
@@ -152,6 +157,18 @@ class FrameSource:
 
         found = files_of(self.rgb, self.depth, beside=True)
         return replace(found, options=self.options.or_else(found.options))
+
+    @contextmanager
+    def copied(self) -> Iterator[Self]:
+        """Provide the frame of files on this machine: itself, or copies of the files at addresses. Within the block,
+        errors name the addresses; raises InputError as `copied_frame`."""
+        if self.frame is not None or not any(map(is_address, self.paths)):
+            yield self
+            return
+        from .remote import copied_frame
+
+        with copied_frame(self.rgb, self.depth, self.options) as (rgb, depth, options):
+            yield replace(self, rgb=rgb, depth=depth, options=options)
 
     def beside(self) -> str:
         """A sentence that lists what is read from a meta.json beside the two files; "" for nothing."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.addresses import is_address
 from .._runtime.files import FileContent, read_file, read_json, write_bytes
 from ..data.camera import CameraIntrinsics, checked_transform
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
@@ -40,6 +42,7 @@ from .poses import camera_pose, stated_pose
 from .reading_options import AS_STATED, ReadingOptions, path_text
 from .recorded import read_recorded
 from .registration import Camera, RawPair, register
+from .remote import copied_frame, restored, with_addresses
 
 META_NAME = "meta.json"
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
@@ -103,6 +106,8 @@ def load_frame(
     warn: bool = True,
 ) -> RGBDFrame:
     """Read an RGB-D frame from registered images or from a recording. Unregistered depth of a recording is registered.
+
+    Paths may be addresses (s3://, gs://, https://, hf://), whose files are copied to a temporary folder first.
 
     Parameters
     ----------
@@ -169,6 +174,8 @@ def load_frame(
     ParameterError
         If depth or ground truth units are not a positive number, there is no such encoding, both units and an encoding
         are given, ground truth units are given without ground truth, or the minimum confidence is not a number.
+    ExportError
+        If files at addresses cannot be copied to this machine.
 
     Examples
     --------
@@ -190,12 +197,30 @@ def load_frame(
         depth_intrinsics=depth_intrinsics,
         pose=_pose_spec(pose),
     )
+    if frame is not None and depth is not None:
+        raise ParameterError("A recording contains the depth of its frames: leave the depth file out.")
+    report = warn_of_reading if warn else lambda text: None
+    paths = os.fspath(rgb), path_text(depth)
+    if not any(map(is_address, filter(None, (*paths, *options.paths.values())))):
+        return _load(*paths, options, name, frame, beside, report)
+    with copied_frame(*paths, options, is_recorded=frame is not None) as copies:
+        return with_addresses(_load(*copies, name, frame, beside, lambda text: report(restored(text))))
+
+
+def _load(
+    rgb: str,
+    depth: str | None,
+    options: ReadingOptions,
+    name: str | None,
+    frame: str | None,
+    beside: bool,
+    report: Callable[[str], None],
+) -> RGBDFrame:
+    """Read a frame as `load_frame`, and report plausibility warnings and what was left out."""
     given, sensor_confidence = options.depth_encoding, None
     if frame is not None:
-        if depth is not None:
-            raise ParameterError("A recording contains the depth of its frames: leave the depth file out.")
-        recorded = read_recorded(rgb, frame, given, invalid)
-        camera = intrinsics_from(intrinsics, recorded.shape)
+        recorded = read_recorded(rgb, frame, given, options.invalid)
+        camera = intrinsics_from(options.intrinsics, recorded.shape)
         loaded, reported = recorded.frame(camera, name), recorded.reading.warnings
         stated, sensor_confidence = AS_STATED, recorded.stored.confidence
     else:
@@ -207,9 +232,8 @@ def load_frame(
                 "(1000 for millimetres) or the encoding's name, or give depth units."
             )
         loaded, reported = _from_files(files, options, name)
-    if warn:
-        for text in reported:
-            warn_of_reading(text)
+    for text in reported:
+        report(text)
     chosen = options.checked().or_else(stated)
     if frame is not None and chosen.pose is not None:
         loaded = replace(loaded, pose=stated_pose(chosen.pose))
@@ -218,7 +242,7 @@ def load_frame(
     if chosen.guide is not None:
         loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape, loaded.rgb))
     if chosen.ground_truth is None:
-        if ground_truth_units is not None:
+        if options.ground_truth_units is not None:
             raise ParameterError("Ground truth units are given without ground truth: give its file, too.")
         return loaded
     return with_ground_truth_file(loaded, chosen.ground_truth, chosen.ground_truth_units)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .._runtime.addresses import Address, is_address
 from .._runtime.files import read_file
 from .._runtime.formatting import counted
 from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
@@ -21,10 +22,11 @@ from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .layout import Layout
 from .layout_frames import LayoutFrames
 from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
-from .opening import is_recording, opened, recording_suffixes
+from .opening import forget, is_recording, opened, recording_suffixes
 from .pairing import Pairs, natural, paired, paired_by_time, split_by_kind, time_of
 from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
+from .remote import address_of, names_at, restored
 from .times import ASSOCIATION_FILES, MAX_TIME_GAP_S, TUM_UNITS, associated, read_associations, read_time_list
 
 # Data sets whose files state how each frame is read: BOP, SUN RGB-D.
@@ -163,6 +165,7 @@ def list_frames(
     Parameters
     ----------
     folder : path-like
+        A path, or an address.
     given : ReadingOptions
         They replace the options of each frame; those for a single frame are not used.
     max_gap : float
@@ -188,10 +191,12 @@ def list_frames(
     >>> [Path(source.rgb).name for source in list_frames(asset_path("samples")).sources]
     ['room']
     """
-    root = Path(folder).absolute()
     given = given.of_all_frames.checked()
     if not max_gap >= 0:
         raise ParameterError(f"The maximum time gap must be 0 s or more, not {max_gap!r:.60}.")
+    if is_address(folder):
+        return _at_address(Address(folder), given, max_gap, topics, layout)
+    root = Path(folder).absolute()
     if layout is not None:
         return _by_given_layout(root, given, given_layouts(layout))
     if is_recording(root):
@@ -227,6 +232,27 @@ def list_frames(
     if not sources:
         raise InputError(f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}")
     return Listing(tuple(sources), tuple(notes), _times(sources), layout=what)
+
+
+def _at_address(
+    address: Address,
+    given: ReadingOptions,
+    max_gap: float,
+    topics: Topics | None,
+    layout: str | os.PathLike[str] | None,
+) -> Listing:
+    """The frames at an address, as on a disk."""
+    forget(address)
+    if layout is None and is_recording(address):
+        found = _recorded(address, given, max_gap, topics)
+    else:
+        with names_at(address) as root:
+            if layout is None and is_recording(root):
+                found = _recorded(address, given, max_gap, topics)
+            else:
+                found = list_frames(root, given, max_gap=max_gap, topics=topics, layout=layout)
+                found = replace(found, sources=tuple(source.with_paths(address_of) for source in found.sources))
+    return replace(found, notes=tuple(map(restored, found.notes)))
 
 
 def _times(sources: Sequence[FrameSource]) -> tuple[float, ...]:
@@ -307,7 +333,7 @@ def _content(folder: str | Path) -> _Content:
     )
 
 
-def _recorded(path: Path, given: ReadingOptions, max_gap: float, topics: Topics | None) -> Listing:
+def _recorded(path: Path | Address, given: ReadingOptions, max_gap: float, topics: Topics | None) -> Listing:
     """The frames of a recording."""
     with opened(path) as recording:
         if topics is not None and not recording.has_topics:

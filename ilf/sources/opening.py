@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import threading
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from .._runtime.addresses import Address, is_address
+from .._runtime.folders import folder_at
 from ..errors import FormatError, InputError
 from .arkit_scenes import ARKitScenes
 from .azure_kinect import AzureKinect
@@ -16,9 +18,10 @@ from .nyu import NyuLabelledFrames, NyuRawFolder
 from .raw_pairs import RawPairs
 from .record3d import Record3D
 from .recording import Recording
+from .remote import forget_recording, has_copy, recording_copy, reported, spelled
 from .ros import RosBag
 from .scannet import ScanNet
-from .shards import Shards
+from .shards import Shards, is_shards
 from .stray_scanner import StrayScanner
 
 KINDS: tuple[type[Recording], ...] = (
@@ -50,8 +53,14 @@ def kind_of(path: Path) -> type[Recording] | None:
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Whether there is a recording at a path, by file names alone."""
+    """Whether there is a recording at a path, or at an address that is a file or has shards, by file names alone."""
+    if is_address(path):
+        return _is_recording_file(Address(path)) or is_shards(path)
     return kind_of(Path(path)) is not None
+
+
+def _is_recording_file(address: Address) -> bool:
+    return address.suffix.lower() in recording_suffixes()
 
 
 def recording_suffixes() -> tuple[str, ...]:
@@ -70,6 +79,10 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     FormatError
         If it is damaged.
     """
+    if is_address(path):
+        with _opened_at(Address(path)) as recording:
+            yield recording
+        return
     found = Path(path).absolute()
     kind = kind_of(found)
     if kind is None:
@@ -83,12 +96,38 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     with _access:
         if found.is_file() and found.stat().st_size == 0:
             raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
-        name = os.getpid(), str(found), kind.state(found)
-        recording = _open.pop(name, None) or kind(found)
-        _open[name] = recording
-        while len(_open) > _MAX_OPEN:
-            _open.popitem(last=False)[1].close()
+        yield _kept((os.getpid(), str(found), kind.state(found)), lambda: kind(found))
+
+
+def _kept(name: tuple[int, str, tuple[int, ...]], open_it: Callable[[], Recording]) -> Recording:
+    """A recording that is open, or is opened and stays so."""
+    recording = _open.pop(name, None) or open_it()
+    _open[name] = recording
+    while len(_open) > _MAX_OPEN:
+        _open.popitem(last=False)[1].close()
+    return recording
+
+
+@contextmanager
+def _opened_at(address: Address) -> Iterator[Recording]:
+    """Open shards at an address, or the copy of a recording there; what is open counts as unchanged."""
+    name = os.getpid(), str(address), ()
+    with _access:
+        is_file = _is_recording_file(address)
+        if not is_file and not has_copy(address) and (name in _open or is_shards(address)):
+            with reported():
+                yield _kept(name, lambda: Shards(spelled(address), folder_at(address)))
+            return
+    with reported(), opened(recording_copy(address, is_file)) as recording:
         yield recording
+
+
+def forget(address: Address) -> None:
+    """Have shards or a recording at an address opened anew, since they may have changed."""
+    with _access:
+        if (recording := _open.pop((os.getpid(), str(address), ()), None)) is not None:
+            recording.close()
+        forget_recording(address)
 
 
 def close_all() -> None:

@@ -54,19 +54,24 @@ def camera_pose(depth: str | Path) -> Matrix | None:
     ndarray of float64, shape (4, 4), or None
         x to the right, y down, z forward. None if there is no such file, or it does not contain the pose.
     """
-    path = Path(depth)
-    name = _DEPTH_WORD.sub("", path.stem)
-    single = [
-        path.with_name(f"{name}.pose.txt".lstrip(".")),
-        *(path.parent.parent / folder / f"{name}.txt" for folder in _FOLDERS),
-    ]
+    *single, trajectory = pose_files(depth)
     for place in single:
         if os.path.isfile(place):
             return read_pose(place)
-    trajectory = path.parent.parent / _TRAJECTORY
     if not os.path.isfile(trajectory):
         return None
-    return pose_at_time(_trajectory(trajectory, os.stat(trajectory).st_mtime_ns), path.stem)
+    return pose_at_time(_trajectory(trajectory, os.stat(trajectory).st_mtime_ns), Path(depth).stem)
+
+
+def pose_files(depth: str | Path) -> tuple[Path, ...]:
+    """The files beside a depth file that may contain the pose of its frame; the last one, those of all frames."""
+    path = Path(depth)
+    name = _DEPTH_WORD.sub("", path.stem)
+    return (
+        path.with_name(f"{name}.pose.txt".lstrip(".")),
+        *(path.parent.parent / folder / f"{name}.txt" for folder in _FOLDERS),
+        path.parent.parent / _TRAJECTORY,
+    )
 
 
 def stated_pose(pose: str | tuple[float, ...]) -> Matrix | None:

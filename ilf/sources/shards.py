@@ -7,15 +7,18 @@ import io
 import json
 import os
 import tarfile
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import FileContent, read_file, read_json
+from .._runtime.addresses import RemoteFiles, is_address
+from .._runtime.files import FileContent, read_file
+from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.schema import check_schema, converted
 from ..data.camera import camera_from_numbers, checked_transform
@@ -61,6 +64,8 @@ class ShardSet:
     list_bytes : int
     list_sha256 : str
         Size and hash of the file with the frozen list.
+    list_offsets : tuple of int
+        Places in it where the shards begin [bytes].
     """
 
     settings: dict[str, Any]
@@ -71,6 +76,7 @@ class ShardSet:
     keep: tuple[str, ...]
     list_bytes: int
     list_sha256: str
+    list_offsets: tuple[int, ...]
 
     @property
     def count(self) -> int:
@@ -85,19 +91,29 @@ class ShardSet:
         """Return the places of a shard's frames in the frozen list."""
         return range(index * self.per_shard, min((index + 1) * self.per_shard, self.frames))
 
-    def finished(self, folder: Path) -> list[int]:
-        """Return the shards that are finished: those whose table exists, as it is written last."""
-        with os.scandir(folder) as entries:
-            names = {entry.name for entry in entries}
-        return [index for index in range(self.count) if f"{self.name(index)}.parquet" in names]
+    def table(self, index: int) -> str:
+        """Return the name of a shard's table."""
+        return f"{self.name(index)}.parquet"
+
+    def lines(self, folder: Folder, index: int) -> list[bytes]:
+        """Read the lines of a shard from the frozen list; raises FormatError if it is damaged."""
+        start, end = (*self.list_offsets, self.list_bytes)[index : index + 2]
+        found = folder.read_range(LIST_FILE, start, end - start).splitlines()
+        if len(found) != len(self.numbers(index)):
+            raise FormatError(f"{folder}/{LIST_FILE} is damaged: its frames are not those of the batch.")
+        return found
+
+    def finished(self, names: Container[str]) -> list[int]:
+        """Return the shards that are finished: those whose table is among the files, as it is written last."""
+        return [index for index in range(self.count) if self.table(index) in names]
 
 
 def is_shards(path: str | os.PathLike[str]) -> bool:
-    """Whether a folder contains shards, finished or not."""
-    return os.path.isfile(Path(path) / SHARDS_FILE)
+    """Whether a folder or an address contains shards, finished or not."""
+    return folder_at(path).exists(SHARDS_FILE)
 
 
-def read_shard_set(folder: Path) -> ShardSet:
+def read_shard_set(folder: Folder) -> ShardSet:
     """Read shards.json.
 
     Raises
@@ -107,15 +123,18 @@ def read_shard_set(folder: Path) -> ShardSet:
     FormatError
         If it was not written by this program, or has another schema.
     """
-    path = folder / SHARDS_FILE
-    if not is_shards(folder):
+    path = f"{folder}/{SHARDS_FILE}"
+    if not folder.exists(SHARDS_FILE):
         raise InputError(f"{folder} contains no shards: it has no {SHARDS_FILE}. Check the name.")
-    data = read_json(path)
+    try:
+        data = json.loads(folder.read(SHARDS_FILE))
+    except ValueError as error:
+        raise FormatError(f"{path} is not valid JSON ({error}). Choose another folder.") from error
     if not isinstance(data, dict):
         raise FormatError(f"{path} was not written by this program. Choose another folder.")
     check_schema(data, SCHEMA, f"file {path}")
     found = converted(data, ShardSet, f"file {path}")
-    if min(found.frames, found.per_shard) < 1:
+    if min(found.frames, found.per_shard) < 1 or len(found.list_offsets) != found.count:
         raise FormatError(f"{path} has no frames. Choose another folder.")
     return found
 
@@ -129,7 +148,10 @@ class ShardTable:
 
     Parameters
     ----------
-    path : Path
+    content : bytes
+        Content of its file, or the end of it, whose columns cannot be read.
+    path : str
+        Its path or address, for messages.
 
     Raises
     ------
@@ -139,17 +161,22 @@ class ShardTable:
         If the table is damaged, or of another program.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, content: bytes, path: str) -> None:
         self._path = path
         pyarrow = optional("pyarrow", "shards", "Reading shards")
         parquet = optional("pyarrow.parquet", "shards", "Reading shards")
         try:
-            self._file = parquet.ParquetFile(path)
+            self._file = parquet.ParquetFile(pyarrow.BufferReader(content))
             facts = json.loads(self._file.schema_arrow.metadata[b"ilf"])
             self.sha256, self.tar_sha256 = str(facts["sha256"]), str(facts["tar_sha256"])
             self.rows, self.failed = int(self._file.metadata.num_rows), int(facts["failed"])
         except (pyarrow.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
             raise self._damaged(error) from error
+
+    @classmethod
+    def of(cls, folder: Folder, name: str) -> Self:
+        """Open a table of a folder; raises as the constructor, and InputError if it cannot be read."""
+        return cls(folder.read(name), f"{folder}/{name}")
 
     def read(self, *columns: str) -> Any:
         """Read some columns, or all, as a table of pyarrow; raises FormatError if it is damaged."""
@@ -163,17 +190,34 @@ class ShardTable:
             raise self._damaged(error) from error
         return found
 
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-
     def _damaged(self, error: Exception) -> FormatError:
         return FormatError(
             f"{self._path} is damaged ({cause(error):.80}). Delete it and run the batch again, which writes it anew."
         )
 
 
-def members_of(data: bytes, path: Path) -> dict[str, bytes]:
+_END = 2**16
+"""Number of bytes that are read of the end of a table, which contains its facts."""
+
+
+def table_ends(folder: Folder, sizes: dict[str, int]) -> Iterator[tuple[str, ShardTable | FormatError]]:
+    """Yield tables of known sizes by name, without their columns, or errors of those that are damaged; raises
+    InputError if one cannot be read."""
+    for name, end in folder.ends(sizes, _END):
+        path = f"{folder}/{name}"
+        try:
+            yield name, ShardTable(end, path)
+        except FormatError as error:
+            if sizes[name] <= _END:
+                yield name, error
+                continue
+            try:  # its facts are longer
+                yield name, ShardTable.of(folder, name)
+            except FormatError as damaged:
+                yield name, damaged
+
+
+def members_of(data: bytes, path: str) -> dict[str, bytes]:
     """Return the files of a frame in a tar, by the endings of their names; raises FormatError if they are damaged."""
     try:
         with tarfile.open(fileobj=io.BytesIO(data + END), mode="r:") as files:
@@ -186,6 +230,12 @@ class Shards(Recording):
     """Finished shards as a recording: the completed depth, and colour from the tar or from its original file. No file
     stays open.
 
+    Parameters
+    ----------
+    path : Path
+    folder : Folder, optional
+        The shards, if they are at the address that the path spells.
+
     Attributes
     ----------
     mode : str
@@ -194,18 +244,16 @@ class Shards(Recording):
 
     kind = "a folder of shards"
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, folder: Folder | None = None) -> None:
         super().__init__(path)
-        shards = read_shard_set(path)
+        self._folder = folder or folder_at(path)
+        shards = read_shard_set(self._folder)
         pyarrow, compute = (optional(name, "shards", "Reading shards") for name in ("pyarrow", "pyarrow.compute"))
-        names = [shards.name(index) for index in shards.finished(path)]
+        names = [shards.name(index) for index in shards.finished(self._folder.sizes())]
         tables = []
         for name in names:
-            table = ShardTable(path / f"{name}.parquet")
-            try:
-                found = table.read("key", "time_s", "status", "offset", "size", "sha256", "rgb", "rgb_sha256")
-            finally:
-                table.close()
+            table = ShardTable.of(self._folder, f"{name}.parquet")
+            found = table.read("key", "time_s", "status", "offset", "size", "sha256", "rgb", "rgb_sha256")
             tables.append(found.filter(compute.equal(found["status"], "completed")))
         self._names, self._starts = names, list(np.cumsum([0, *map(len, tables)])[:-1])
         self._table = pyarrow.concat_tables(tables) if tables else None
@@ -258,11 +306,11 @@ class Shards(Recording):
                 f"{self.path} has no colour of {key}, which is from a recording or was registered. {remedy}"
             )
         try:
-            file = read_file(row["rgb"])
+            file = _remote_file(row["rgb"]) if is_address(row["rgb"]) else read_file(row["rgb"])
         except InputError as error:
             raise InputError(f"{self.path} has no colour of {key}: {error} {remedy}") from error
         if file.sha256 != row["rgb_sha256"]:
-            raise InputError(f"{file}, the colour of {key}, has changed since depth was completed. {remedy}")
+            raise InputError(f"{row['rgb']}, the colour of {key}, has changed since depth was completed. {remedy}")
         return read_colour(file)
 
     def cameras(self, key: str) -> Cameras:
@@ -287,20 +335,19 @@ class Shards(Recording):
         row: dict[str, Any] = self._table.slice(self._places[key], 1).to_pylist()[0]  # type: ignore[union-attr]
         return row
 
-    def _tar(self, key: str) -> Path:
-        return self.path / f"{self._names[bisect.bisect_right(self._starts, self._places[key]) - 1]}.tar"
+    def _tar(self, key: str) -> str:
+        return f"{self._names[bisect.bisect_right(self._starts, self._places[key]) - 1]}.tar"
 
     def _files(self, key: str) -> dict[str, bytes]:
         """The files of a frame, by the endings of their names; those of the last frame are kept."""
         last, files = self._last
         if last == key:
             return files
-        row, path = self._row(key), self._tar(key)
+        row, path = self._row(key), f"{self._folder}/{self._tar(key)}"
         try:
-            with open(path, "rb") as file:
-                data = read_sample(file, row)
-        except (OSError, TypeError, ValueError) as error:
-            raise InputError(f"{path}: cannot be read ({cause(error):.80}). Check the folder.") from error
+            data = self._folder.read_range(self._tar(key), row["offset"], row["size"])
+        except (TypeError, ValueError, OverflowError) as error:
+            raise FormatError(f"{path} has no place of {key} ({cause(error):.80}). Check the folder.") from error
         if sha256_of(data) != row["sha256"]:
             raise FormatError(f"{path} is damaged in {key}. Check it by `ilf batch --shards {self.path} --verify`.")
         files = members_of(data, path)
@@ -310,7 +357,7 @@ class Shards(Recording):
     def _required(self, key: str, name: str) -> FileContent:
         file = self.file(key, name)
         if file is None:
-            raise FormatError(f"{self._tar(key)} has no {name} of {key}.")
+            raise FormatError(f"{self._folder}/{self._tar(key)} has no {name} of {key}.")
         return file
 
     def _facts(self, key: str) -> dict[str, Any]:
@@ -322,13 +369,11 @@ class Shards(Recording):
 
     def _path_of(self, key: str, name: str) -> Path:
         """A name of a file in a tar, for messages and for its format."""
-        return self._tar(key) / f"{key.replace('/', '_')}.{name}"
+        return self.path / self._tar(key) / f"{key.replace('/', '_')}.{name}"
 
     def _wrong(self, key: str, error: Exception) -> FormatError:
-        return FormatError(f"{self._tar(key)}: the {FACTS} of {key} is invalid ({cause(error):.80}).")
+        return FormatError(f"{self._folder}/{self._tar(key)}: the {FACTS} of {key} is invalid ({cause(error):.80}).")
 
 
-def read_sample(tar: BinaryIO, row: dict[str, Any]) -> bytes:
-    """Read the part of a tar that contains a frame's files, by the row of its table."""
-    tar.seek(row["offset"])
-    return tar.read(row["size"])
+def _remote_file(address: str) -> FileContent:
+    return FileContent(Path(address), np.frombuffer(RemoteFiles(address).read(), np.uint8))

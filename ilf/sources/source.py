@@ -12,6 +12,7 @@ from typing import Literal, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.addresses import Address, is_address
 from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..data.frame import RGBDFrame
@@ -74,8 +75,8 @@ class Source:
 
     Attributes
     ----------
-    path : Path
-        Absolute path.
+    path : Path or Address
+        Absolute path, or the address: text with the attribute `name`.
     keys : tuple of str
         One for each frame, in the order of time or of names: the path of its colour file in the source, without
         extension, or that of its folder; in a recording, the time of its colour. They do not change unless the files
@@ -99,7 +100,7 @@ class Source:
     (1, ('room',), (480, 640))
     """
 
-    def __init__(self, path: Path, listing: Listing) -> None:
+    def __init__(self, path: Path | Address, listing: Listing) -> None:
         self.path = path
         self._frames = _by_key(path, listing.sources)
         self.keys = tuple(self._frames)
@@ -119,7 +120,8 @@ class Source:
         layout: str | os.PathLike[str] | None = None,
     ) -> Self:
         """Open a source as `open_source`, with the reading options as one object."""
-        return cls(Path(path).absolute(), list_frames(path, options, max_gap=max_gap, topics=topics, layout=layout))
+        root = Address(path) if is_address(path) else Path(path).absolute()
+        return cls(root, list_frames(path, options, max_gap=max_gap, topics=topics, layout=layout))
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -187,7 +189,8 @@ class Source:
             with opened(source.rgb) as recording:
                 return Calibration.of(recording.cameras(source.frame))
         if camera is None and source.depth is None:
-            camera = intrinsics_from(frame_folder(source.rgb).options.intrinsics)
+            with source.copied() as here:
+                camera = intrinsics_from(frame_folder(here.rgb).options.intrinsics)
         return Calibration(camera, camera, np.eye(4)) if self.is_registered else Calibration(None, camera, None)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
@@ -196,7 +199,8 @@ class Source:
         if source.frame is not None:
             with opened(source.rgb) as recording:
                 return recording.pose(source.frame)
-        return source.files().camera_pose
+        with source.copied() as here:
+            return here.files().camera_pose
 
     @overload
     def read(
@@ -276,7 +280,8 @@ def open_source(
     Parameters
     ----------
     path : path-like
-        See `ilf.io.list_frames`.
+        Or an address (s3://, gs://, https://, hf://), by fsspec and its driver, which are installed separately: frames
+        are read when they are asked for, a recording is copied to the cache as a whole.
     depth_units, encoding, invalid, intrinsics, depth_intrinsics, min_confidence : optional
         How the depth of all frames is read, its cameras, and its minimum confidence, as for `ilf.load_frame`. None uses
         the options of the source's layout.
@@ -299,6 +304,8 @@ def open_source(
     ParameterError
         If both units and an encoding are given, the minimum confidence is not a number, `max_gap` is not a duration, or
         `topics` are given for a source without topics.
+    ExportError
+        If a recording at an address cannot be copied to this machine.
 
     Examples
     --------
@@ -323,14 +330,14 @@ def open_source(
     return Source.of(path, options, max_gap=max_gap, topics=topics, layout=layout)
 
 
-def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource]:
+def _by_key(root: Path | Address, sources: Sequence[FrameSource]) -> dict[str, FrameSource]:
     """Frames by key. If a key is taken, it is the colour file's path with extension, or else the depth file's path."""
     found: dict[str, FrameSource] = {}
     for source in sources:
         if source.frame is not None:
             found[source.frame] = source
             continue
-        files = (Path(os.path.relpath(file, root)).as_posix() for file in (source.rgb, source.depth or source.rgb))
+        files = (_below(root, file).as_posix() for file in (source.rgb, source.depth or source.rgb))
         key = next((name for name in (_key(root, source), *files) if name not in found), None)
         if key is None:
             raise InputError(f"{root} has {source.name} twice, with the same depth file. Leave one of them out.")
@@ -338,8 +345,13 @@ def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource
     return found
 
 
-def _key(root: Path, source: FrameSource) -> str:
-    path = Path(os.path.relpath(source.rgb, root))
+def _below(root: Path | Address, path: str) -> Path:
+    """A path relative to that of the source."""
+    return Path(path[len(root) + 1 :] if isinstance(root, Address) else os.path.relpath(path, root))
+
+
+def _key(root: Path | Address, source: FrameSource) -> str:
+    path = _below(root, source.rgb)
     if source.depth is not None:
         path = path.with_suffix("")
     return root.name if path == Path(".") else path.as_posix()

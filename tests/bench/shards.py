@@ -1,15 +1,18 @@
-"""`python -m tests.bench.shards [kills] [keys] [overhead] [--kills 10] [--count 100000]`: tests of batches with shards.
+"""`python -m tests.bench.shards [kills] [store-kills] [keys] [overhead] [--kills 10] [--count 100000]`: shards.
 
 kills     the process or one of its workers is killed (-9) at random moments until the batch is done; then the tars are
           those of an undisturbed batch byte for byte, and no frame was completed twice but those in progress
-keys      processor time and memory for each key of listing and freezing, of resuming with all shards finished, of
-          merging and of opening the shards as a source and as results
+store-kills  the same with sources and shards in a stand-in for S3 on this machine
+keys      processor time and memory for each key of listing and freezing, of resuming with all shards finished (in a
+          stand-in for S3, too, which runs in the same process), of merging and of opening the shards as a source
+          and as results
 overhead  processor time of encoding, measuring, writing and assembling a frame of the sample, beyond the library's
 """
 
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import os
 import pickle
@@ -25,11 +28,13 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
+import fsspec
 import pyarrow
 import pyarrow.parquet
 
 import ilf
 from ilf._runtime.files import write_bytes
+from ilf._runtime.folders import Folder, folder_at
 from ilf._runtime.installation import asset_path
 from ilf.batch.frames import BatchFrame, frames_of_sources
 from ilf.batch.settings import BatchSettings
@@ -41,6 +46,7 @@ from ilf.run.options import ExportOptions
 from ilf.run.stored_results import StoredResults
 from ilf.sources.shards import Shards
 from tests.ilf.batch_frames import write_frames
+from tests.ilf.object_store import object_store
 
 from .batch import ILF, children, resident, verdict
 
@@ -48,27 +54,43 @@ SETTINGS = BatchSettings(options=ExportOptions(depth_formats=("png",), cloud=Non
 KEEP = ("depth", "expected_error", "blocks")
 
 
-def tars(folder: Path) -> dict[str, bytes]:
+def tars(out: Folder) -> dict[str, bytes]:
     """Contents of all tars."""
-    return {path.name: path.read_bytes() for path in sorted(folder.glob("*.tar"))}
+    return {name: out.read(name) for name in sorted(out.sizes()) if name.endswith(".tar")}
 
 
-def done(out: Path) -> int:
+def tables(out: Folder) -> list[str]:
+    """Names of all tables."""
+    return [name for name in out.sizes() if name.startswith("shard-") and name.endswith(".parquet")]
+
+
+def done(out: Folder) -> int:
     """Number of frames in parts and tables."""
-    parts = sum(1 for path in out.glob("parts/*/*") if path.name.isdecimal())
-    return parts + 7 * len(list(out.glob("shard-*.parquet")))
+    parts = sum(1 for path in out.working.glob("parts/*/*") if path.name.isdecimal())
+    return parts + 7 * len(tables(out))
 
 
-def kills(folder: Path, count: int, frames: int = 60) -> bool:
+def store_kills(folder: Path, count: int) -> bool:
+    """Kill the process or a worker `count` times while sources and shards are in a store."""
+    with object_store() as settings:
+        os.environ.update(settings, ILF_CACHE=str(folder / "cache"))
+        return kills(folder, count, at="s3://bucket")
+
+
+def kills(folder: Path, count: int, frames: int = 60, at: str = "") -> bool:
     """Kill the process or a worker `count` times."""
-    source, out, rng = write_frames(folder / "in", frames, (48, 64)), folder / "out", random.Random(0)
-    command = [*ILF, "batch", str(source), "--per-shard", "7", "--jobs", "2", "--quiet", "--shards"]
+    source, rng = str(write_frames(folder / "in", frames, (48, 64))), random.Random(0)
+    out = folder_at(f"{at}/out" if at else folder / "out")
+    command = [*ILF, "batch", source, "--per-shard", "7", "--jobs", "2", "--quiet", "--shards"]
     subprocess.run([*command, str(folder / "undisturbed")], check=True)
+    if at:
+        fsspec.filesystem("s3").put(source, "bucket/in", recursive=True)
+        command[len(ILF) + 1] = source = f"{at}/in"
     killed, process = 0, subprocess.Popen([*command, str(out)])
     while killed < count:
         target = frames * (killed + rng.random()) / count
         while done(out) < target and process.poll() is None:
-            time.sleep(0.005)
+            time.sleep(0.05 if at else 0.005)
         if process.poll() is None:
             with suppress(ProcessLookupError):  # a worker that has just ended
                 os.kill(rng.choice([process.pid, *children(process.pid)]), signal.SIGKILL)
@@ -80,17 +102,19 @@ def kills(folder: Path, count: int, frames: int = 60) -> bool:
     subprocess.run([*command, str(out)], check=True)
     listed = [
         row["key"]
-        for path in out.glob("shard-*.parquet")
-        for row in pyarrow.parquet.read_table(path).to_pylist()
+        for name in tables(out)
+        for row in pyarrow.parquet.read_table(io.BytesIO(out.read(name))).to_pylist()
         if row["status"] == "completed"
     ]
     return all(
         [
             verdict(f"{count} kills: every frame once", sorted(listed) == sorted(ilf.open_source(source).keys)),
-            verdict("tars are those of an undisturbed batch", tars(out) == tars(folder / "undisturbed")),
+            verdict("tars are those of an undisturbed batch", tars(out) == tars(folder_at(folder / "undisturbed"))),
             verdict(
-                "--verify finds nothing", subprocess.run([*ILF, "batch", "--shards", out, "--verify"]).returncode == 0
+                "--verify finds nothing",
+                subprocess.run([*ILF, "batch", "--shards", str(out), "--verify"]).returncode == 0,
             ),
+            verdict("no part is left", not any(path.is_file() for path in out.working.glob("parts/**/*"))),
         ]
     )
 
@@ -130,7 +154,13 @@ def keys(folder: Path, count: int) -> bool:
             pyarrow.Table.from_pylist(made, schema().with_metadata(facts)), out / f"{name}.parquet"
         )
     _step("resuming, all finished", count, lambda: list(opened().outcomes()))
-    _step("merging", count, lambda: merge_tables(out))
+    with object_store() as settings:
+        os.environ.update(settings)
+        names = ["shards.json", "frames.jsonl", *tables(folder_at(out))]
+        fsspec.filesystem("s3").put([str(out / name) for name in names], [f"bucket/out/{name}" for name in names])
+        there = partial(open_shards, partial(_listed, root), "s3://bucket/out", SETTINGS, KEEP, 1000, {})
+        _step("resuming in a store, with the store's own work", count, lambda: list(there().outcomes()))
+    _step("merging", count, lambda: merge_tables(folder_at(out)))
     _step("opening as a source", count, lambda: Shards(out).index())
     _step("opening as results", count, lambda: StoredResults(out))
     print(f"pickled results: {len(pickle.dumps(StoredResults(out))) / count:.0f} bytes a key")
@@ -149,7 +179,7 @@ def overhead(folder: Path) -> bool:
         ("encoding", 1, lambda: _files(task, run, completion, error)),
         ("measuring", 1, lambda: measured(SETTINGS, frame, run, completion, error, 1)),
         ("writing the part", 1, lambda: write_bytes(folder / "part", part.content())),
-        ("assembling", 50, lambda: write_shard(folder, "shard", "", [folder / "part"] * 50)),
+        ("assembling", 50, lambda: write_shard(folder_at(folder), "shard", "", [folder / "part"] * 50)),
     ):
         times = []
         for _ in range(5):
@@ -163,12 +193,13 @@ def overhead(folder: Path) -> bool:
 def main() -> int:
     """Run the requested tests."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", nargs="*", choices=("kills", "keys", "overhead"), default=[])
+    parser.add_argument("what", nargs="*", choices=("kills", "store-kills", "keys", "overhead"), default=[])
     parser.add_argument("--kills", type=int, default=10)
     parser.add_argument("--count", type=int, default=100_000)
     options = parser.parse_args()
     tests = {
         "kills": partial(kills, count=options.kills),
+        "store-kills": partial(store_kills, count=options.kills),
         "keys": partial(keys, count=options.count),
         "overhead": overhead,
     }

@@ -30,6 +30,7 @@ from ilf.sources.opening import close_all
 from ..batch_frames import work_in_this_process, write_frames
 from .test_batch import FLAGS, exit_status
 
+pyarrow = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")
 
 QUICK = ["--quiet", *FLAGS[:-1]]
@@ -292,6 +293,13 @@ def test_damage_is_found(source, tmp_path, in_this_process, capsys):
         parquet.write_table(wrong, path)
         with pytest.raises(FormatError, match="is damaged"):
             ilf.open_source(out)
+    for place in (None, -5, 2**62):
+        close_all()
+        at = table.schema.get_field_index("offset")
+        places = pyarrow.array([place] * len(table), pyarrow.int64())
+        parquet.write_table(table.set_column(at, table.schema.field(at), places), path)
+        with pytest.raises(InputError, match=f"{path.stem}.tar"):
+            ilf.open_source(out)[0]
     path.write_bytes(content)
     shards = json.loads((out / "shards.json").read_text())
     for wrong in ([], {**shards, "frames": "5"}, {**shards, "schema": 2}, {**shards, "per_shard": 0}):

@@ -1,0 +1,358 @@
+"""Files at addresses (s3://, gs://, https://, hf://), through fsspec and the drivers that the user has installed.
+
+Credentials never come from an address, only from the driver's own configuration, and no message contains any.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO, TypeGuard
+from urllib.parse import urlsplit
+
+import platformdirs
+
+from ..errors import ExportError, FormatError, IlfError, InputError, one_line
+from .cancellation import check_cancelled
+from .files import MAX_FILE_BYTES, atomic_path
+from .installation import optional
+
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+_USER = re.compile(r"(?<=://)(?:[^\s/@'\"]*|[^\s@'\"]*:[^\s@'\"]*)@")
+"""A user and a password, which may contain slashes."""
+
+_SECRET_NAME = re.compile(r"KEY|SECRET|TOKEN|PASSW|CREDENTIAL|SIGNATURE|CONNECTION_STRING|_PROXY$", re.IGNORECASE)
+_SECRET_LENGTH = 6
+"""Minimum length of a secret in the environment; shorter values would be found in ordinary words."""
+
+_BLOCK = 2**22
+"""Size of the pieces in which large files are read [bytes]."""
+
+_LONGEST_CAUSE = 200
+
+
+def is_address(path: object) -> TypeGuard[str]:
+    """Whether a path is an address, such as s3://bucket/folder.
+
+    Examples
+    --------
+    >>> is_address("s3://bucket/rgb"), is_address("rgb"), is_address("C:/rgb")
+    (True, False, False)
+    """
+    return isinstance(path, str) and _ADDRESS.match(path) is not None
+
+
+def absolute(path: str) -> str:
+    """The absolute path; an address is absolute."""
+    return path if is_address(path) else os.path.abspath(path)
+
+
+def without_credentials(text: str) -> str:
+    """A text without users, passwords and queries of the addresses in it, and without secrets of the environment.
+
+    Examples
+    --------
+    >>> without_credentials("403: https://me:secret@host/a.png?until=12:00&signature=abc")
+    '403: https://host/a.png'
+    """
+    text = _USER.sub("", text)
+    text = re.sub(r"(://[^\s?#'\"]*)[?#][^\s'\")]*", r"\1", text)
+    secrets = (value for name, value in os.environ.items() if _SECRET_NAME.search(name))
+    for secret in sorted(filter(lambda value: len(value) >= _SECRET_LENGTH, secrets), key=len, reverse=True):
+        text = text.replace(secret, "***")
+    return text
+
+
+class Address(str):
+    """An address without a slash at its end.
+
+    Raises
+    ------
+    InputError
+        If it contains a user, a password or a query, which would be stored with the results.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, text: str) -> Address:
+        parts = urlsplit(text)
+        if _USER.search(text) or parts.query or parts.fragment:
+            raise InputError(
+                f"{without_credentials(text)} is given with a user, a password or a query, which would be stored with "
+                "the results. Leave them out: credentials come from the driver's own settings (environment variables, "
+                "configuration files)."
+            )
+        return super().__new__(cls, text.rstrip("/"))
+
+    @property
+    def name(self) -> str:
+        """The last part."""
+        return self.rpartition("/")[2]
+
+    @property
+    def suffix(self) -> str:
+        """The suffix of its name."""
+        return Path(self.name).suffix
+
+    @property
+    def protocol(self) -> str:
+        """What precedes ://."""
+        return self.partition("://")[0]
+
+    def __truediv__(self, name: str) -> Address:
+        return type(self)(f"{self}/{name}") if name else self
+
+
+class RemoteFiles:
+    """The files at and below an address.
+
+    Parameters
+    ----------
+    address : str
+
+    Raises
+    ------
+    InputError
+        If the address is not valid, or its driver is not installed.
+    """
+
+    def __init__(self, address: str) -> None:
+        self.address = Address(address)
+        self._process = 0
+        self._own: tuple[Any, str] = None, ""
+
+    def __reduce__(self) -> tuple[type[RemoteFiles], tuple[str]]:
+        return RemoteFiles, (str(self.address),)
+
+    @property
+    def _opened(self) -> tuple[Any, str]:
+        """The driver, and the address as it writes it; a process does not use that of another."""
+        if self._process != os.getpid():
+            self._own, self._process = self._open_driver(), os.getpid()
+        return self._own
+
+    def _open_driver(self) -> tuple[Any, str]:
+        core = optional("fsspec.core", "remote", f"{self.address.protocol}://")
+        try:
+            files, root = core.url_to_fs(str(self.address), use_listings_cache=False)
+        except ImportError as error:
+            package = getattr(error.__cause__, "name", None) or str(error)
+            raise InputError(
+                f"{self.address.protocol}:// needs the package {package}, which is not installed. Install it: "
+                f"pip install {package}."
+            ) from error
+        except ValueError as error:
+            raise InputError(f"{self.address}: {one_line(str(error)):.{_LONGEST_CAUSE}}. Check the address.") from error
+        return files, root.rstrip("/")
+
+    @property
+    def _driver(self) -> Any:
+        return self._opened[0]
+
+    def _path(self, name: str) -> str:
+        root = self._opened[1]
+        return f"{root}/{name}" if name else root
+
+    # Reading. The name "" is the address itself.
+
+    def sizes(self) -> dict[str, int]:
+        """The names of the files directly in the folder, with their sizes [bytes]; empty if there is no such folder."""
+        with self._reported(self.address):
+            try:
+                listed = self._driver.ls(self._path(""), detail=True)
+            except FileNotFoundError:
+                return {}
+            found = {one["name"]: one.get("size") for one in listed if one["type"] == "file"}
+            unknown = [path for path, size in found.items() if size is None]  # pages of links state no sizes
+            found |= zip(unknown, self._driver.sizes(unknown), strict=True)
+        return {path.rpartition("/")[2]: size or 0 for path, size in found.items()}
+
+    def find(self) -> list[str]:
+        """The names of all files below, relative to the address, or [""] if it is a file; hidden ones are left out, and
+        so are names that could leave a folder.
+
+        Raises
+        ------
+        InputError
+            If there are none, or they cannot be listed.
+        """
+        with self._reported(self.address):
+            return self._below(self._driver.find(self._path("")))
+
+    def states(self, name: str | None = None) -> dict[str, str]:
+        """A file, or all files below as by `find`, each with a text that changes with its content."""
+        with self._reported(self.address):
+            if name is not None:
+                return {name: _state(self._driver.info(self._path(name)))}
+            found = self._driver.find(self._path(""), detail=True)
+        return {name: _state(found[self._path(name)]) for name in self._below(found)}
+
+    def _below(self, paths: Iterable[str]) -> list[str]:
+        start = len(self._path("")) + 1
+        names = [name for path in paths if _is_plain(name := path[start:])]
+        if not names:
+            raise InputError(f"{self.address}: there is no such folder or file. Check the address.")
+        return names
+
+    def size(self, name: str = "") -> int:
+        """The size of a file [bytes]; raises InputError if there is none."""
+        with self._reported(self.address / name):
+            return int(self._driver.info(self._path(name))["size"] or 0)
+
+    def exists(self, name: str) -> bool:
+        """Whether there is such a file."""
+        with self._reported(self.address / name):
+            try:
+                return bool(self._driver.info(self._path(name))["type"] == "file")
+            except FileNotFoundError:
+                return False
+
+    def read(self, name: str = "") -> bytes:
+        """The content of a file of up to 1 GiB."""
+        (content,) = self.read_all([name])
+        assert content is not None
+        return content
+
+    def read_all(self, names: Sequence[str], wanted: Sequence[str] = ()) -> list[bytes | None]:
+        """The contents of files of up to 1 GiB, read at the same time; None for those of `wanted` that do not exist.
+
+        Raises
+        ------
+        InputError
+            If one of `names` does not exist, or any cannot be read.
+        FormatError
+            If one is larger.
+        """
+        paths = [self._path(name) for name in (*names, *wanted)]
+        with self._reported(self.address):
+            found = self._driver.cat_ranges(
+                paths, [0] * len(paths), [MAX_FILE_BYTES + 1] * len(paths), on_error="return"
+            )
+        contents: list[bytes | None] = []
+        for number, (name, content) in enumerate(zip((*names, *wanted), found, strict=True)):
+            if number >= len(names) and isinstance(content, FileNotFoundError | PermissionError):
+                contents.append(None)  # some stores deny what does not exist
+                continue
+            with self._reported(self.address / name):
+                if isinstance(content, BaseException):
+                    if self._driver.info(self._path(name))["size"] != 0:
+                        raise content
+                    content = b""  # stores have no pieces of an empty file
+            if len(content) > MAX_FILE_BYTES:
+                raise FormatError(f"{self.address / name} has more than 1 GiB. Is this the right file?")
+            contents.append(content)
+        return contents
+
+    def read_ranges(self, names: Sequence[str], starts: Sequence[int], ends: Sequence[int]) -> list[bytes]:
+        """Pieces of files from start to before end, read at the same time."""
+        with self._reported(self.address):
+            found: list[bytes] = self._driver.cat_ranges(
+                [self._path(name) for name in names], list(starts), list(ends), on_error="return"
+            )
+            for error in found:
+                if isinstance(error, BaseException):
+                    raise error
+        return [  # some servers send whole files
+            data[start:end] if len(data) > end - start else data
+            for data, start, end in zip(found, starts, ends, strict=True)
+        ]
+
+    def open(self, name: str) -> BinaryIO:
+        """Open a file for reading in sequence."""
+        with self._reported(self.address / name):
+            raw = self._driver.open(self._path(name), "rb", block_size=_BLOCK)
+            return io.BufferedReader(_Reported(self, self.address / name, raw), _BLOCK)
+
+    def download(self, name: str, target: Path) -> None:
+        """Copy a file of any size; raises as `read`, ExportError, or Cancelled."""
+        with atomic_path(target) as temporary, open(temporary, "wb") as file, self.open(name) as stream:
+            while block := stream.read(_BLOCK):
+                check_cancelled()
+                file.write(block)
+
+    # Writing.
+
+    def upload(self, source: Path, name: str) -> None:
+        """Write a file, once and whole; raises ExportError if that fails, or the store has another size then."""
+        with self._reported(self.address / name, writing=True):
+            self._driver.put_file(str(source), self._path(name))
+            size = int(self._driver.info(self._path(name))["size"])
+        if size != source.stat().st_size:
+            raise ExportError(
+                f"Could not write {self.address / name}: it has {size} bytes instead of {source.stat().st_size}. "
+                "Run the same command again."
+            )
+
+    def remove(self, name: str) -> None:
+        """Remove a file; raises ExportError if that fails."""
+        with self._reported(self.address / name, writing=True):
+            self._driver.rm_file(self._path(name))
+
+    @contextmanager
+    def _reported(self, address: str, *, writing: bool = False) -> Iterator[None]:
+        """Within the block, turn errors of the driver into errors that name the address and contain no credentials."""
+        try:
+            yield
+        except (IlfError, MemoryError):
+            raise
+        except Exception as error:  # drivers raise errors of many packages
+            reason = without_credentials(one_line(str(error) or type(error).__name__))[:_LONGEST_CAUSE].rstrip(".")
+            if writing:
+                raise ExportError(
+                    f"Could not write {address} ({reason}). Check the credentials, the network and the space there, "
+                    "and run the same command again."
+                ) from None
+            if isinstance(error, FileNotFoundError):
+                raise InputError(f"{address}: there is no such file or folder. Check the address.") from None
+            if isinstance(error, PermissionError):
+                raise InputError(
+                    f"{address}: access is denied ({reason}). Check the address, and the credentials in the driver's "
+                    "settings."
+                ) from None
+            raise InputError(
+                f"{address}: cannot be read ({reason}). Check the address, the credentials and the network, and try "
+                "again."
+            ) from None
+
+
+class _Reported(io.RawIOBase):
+    """A stream of a driver whose errors are reported as those of `RemoteFiles`."""
+
+    def __init__(self, files: RemoteFiles, address: str, stream: BinaryIO) -> None:
+        self._files, self._address, self._stream = files, address, stream
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        with self._files._reported(self._address):
+            data = self._stream.read(len(buffer))
+        buffer[: len(data)] = data
+        return len(data)
+
+    def close(self) -> None:
+        self._stream.close()
+        super().close()
+
+
+_STATES = ("size", "ETag", "etag", "md5Hash", "mtime", "LastModified", "last_modified", "created")
+
+
+def _state(info: Mapping[str, Any]) -> str:
+    return repr([str(info.get(key)) for key in _STATES])
+
+
+def _is_plain(name: str) -> bool:
+    """Whether a relative name is that of a visible file below: no part hidden, empty or with other meanings."""
+    parts = name.split("/")
+    return not re.search(r"[\\?#\0]", name) and (name == "" or all(part and not part.startswith(".") for part in parts))
+
+
+def cache_folder() -> Path:
+    """The folder of copies of recordings and of results that wait to be written to an address."""
+    chosen = os.environ.get("ILF_CACHE")
+    return Path(chosen).absolute() if chosen else platformdirs.user_cache_path("ilf-studio", appauthor=False)

@@ -1,0 +1,213 @@
+"""Folders of results on a disk or at an address, with the same few operations, none of which renames or appends."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from ..errors import ExportError, InputError, cause
+from .addresses import RemoteFiles, cache_folder, is_address
+from .cancellation import check_cancelled
+from .files import atomic_path, ensure_folder
+
+
+class Folder(ABC):
+    """A folder of files that are written once.
+
+    Attributes
+    ----------
+    working : Path
+        Folder on this machine for files that are not results yet.
+    """
+
+    working: Path
+
+    @abstractmethod
+    def __str__(self) -> str:
+        """Its path or address."""
+
+    @abstractmethod
+    def sizes(self) -> dict[str, int]:
+        """The names of the files with their sizes [bytes]; empty if there is no such folder."""
+
+    @abstractmethod
+    def exists(self, name: str) -> bool:
+        """Whether there is such a file."""
+
+    @abstractmethod
+    def size(self, name: str) -> int:
+        """The size of a file [bytes]; raises InputError if it cannot be read."""
+
+    @abstractmethod
+    def open(self, name: str) -> BinaryIO:
+        """Open a file for reading; raises InputError if it cannot be read."""
+
+    @abstractmethod
+    def read_range(self, name: str, start: int, size: int) -> bytes:
+        """Read a piece of a file; raises InputError if it cannot be read."""
+
+    def read(self, name: str) -> bytes:
+        """Read a file; raises InputError if it cannot be read."""
+        with self.open(name) as file:
+            return file.read()
+
+    def ends(self, sizes: dict[str, int], length: int) -> Iterator[tuple[str, bytes]]:
+        """Yield the names of files of known sizes with their last bytes, at most `length`."""
+        for name, size in sizes.items():
+            start = max(size - length, 0)
+            yield name, self.read_range(name, start, size - start)
+
+    def sha256(self, name: str) -> str:
+        """The SHA-256 of a file; raises InputError if it cannot be read."""
+        with self.open(name) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()  # type: ignore[arg-type]
+
+    @abstractmethod
+    def writing(self, name: str) -> AbstractContextManager[Path]:
+        """Provide a file on this machine that becomes a file of the folder, once and whole, when the block ends without
+        an error; raises ExportError if it cannot be written."""
+
+    def put(self, name: str, parts: Iterable[bytes]) -> None:
+        """Write a file, once and whole; raises ExportError if that fails."""
+        with self.writing(name) as path, open(path, "wb") as file:
+            for part in parts:
+                check_cancelled()
+                file.write(part)
+
+    @abstractmethod
+    def remove(self, name: str) -> None:
+        """Remove a file; raises ExportError if that fails."""
+
+    def forget_working(self) -> None:  # noqa: B027 - a folder on a disk contains it
+        """Remove what waits on this machine for a folder that no longer exists, before it is begun anew."""
+
+
+class LocalFolder(Folder):
+    """A folder on a disk."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = self.working = path
+
+    def __str__(self) -> str:
+        return str(self._path)
+
+    def sizes(self) -> dict[str, int]:
+        found = {}
+        with suppress(FileNotFoundError), os.scandir(self._path) as entries:
+            for entry in entries:
+                with suppress(FileNotFoundError):  # a temporary file that another process has just moved
+                    found[entry.name] = entry.stat().st_size
+        return found
+
+    def exists(self, name: str) -> bool:
+        return os.path.isfile(self._path / name)
+
+    def size(self, name: str) -> int:
+        try:
+            return (self._path / name).stat().st_size
+        except OSError as error:
+            raise self._unreadable(name, error) from error
+
+    def open(self, name: str) -> BinaryIO:
+        try:
+            return open(self._path / name, "rb")
+        except OSError as error:
+            raise self._unreadable(name, error) from error
+
+    def read_range(self, name: str, start: int, size: int) -> bytes:
+        with self.open(name) as file:
+            try:
+                file.seek(start)
+                return file.read(size)
+            except OSError as error:
+                raise self._unreadable(name, error) from error
+
+    def writing(self, name: str) -> AbstractContextManager[Path]:
+        return atomic_path(ensure_folder(self._path) / name)
+
+    def remove(self, name: str) -> None:
+        try:
+            (self._path / name).unlink()
+        except OSError as error:
+            raise ExportError(f"{self._path / name} cannot be removed ({cause(error)}).") from error
+
+    def _unreadable(self, name: str, error: OSError) -> InputError:
+        return InputError(f"{self._path / name}: cannot be read ({cause(error)}). Check the folder.")
+
+
+_AT_ONCE = 64
+"""Number of files of an address that are read at the same time."""
+
+_DIGITS = 16
+
+
+class RemoteFolder(Folder):
+    """A folder at an address. A file is written on this machine first, in the cache, and then put there."""
+
+    def __init__(self, address: str) -> None:
+        self._files = RemoteFiles(address)
+        digest = hashlib.sha256(self._files.address.encode()).hexdigest()[:_DIGITS]
+        self.working = cache_folder() / "shards" / digest
+
+    def __str__(self) -> str:
+        return self._files.address
+
+    def sizes(self) -> dict[str, int]:
+        return self._files.sizes()
+
+    def exists(self, name: str) -> bool:
+        return self._files.exists(name)
+
+    def size(self, name: str) -> int:
+        return self._files.size(name)
+
+    def open(self, name: str) -> BinaryIO:
+        return self._files.open(name)
+
+    def read(self, name: str) -> bytes:
+        return self._files.read(name)
+
+    def read_range(self, name: str, start: int, size: int) -> bytes:
+        return self._files.read_ranges([name], [start], [start + size])[0]
+
+    def ends(self, sizes: dict[str, int], length: int) -> Iterator[tuple[str, bytes]]:
+        names = list(sizes)
+        for first in range(0, len(names), _AT_ONCE):
+            check_cancelled()
+            own: Sequence[str] = names[first : first + _AT_ONCE]
+            ends = [sizes[name] for name in own]
+            yield from zip(own, self._files.read_ranges(own, [max(end - length, 0) for end in ends], ends), strict=True)
+
+    @contextmanager
+    def writing(self, name: str) -> Iterator[Path]:
+        staged = ensure_folder(self.working) / name
+        try:
+            with atomic_path(staged) as path:
+                yield path
+            check_cancelled()
+            self._files.upload(staged, name)
+        finally:
+            staged.unlink(missing_ok=True)
+
+    def remove(self, name: str) -> None:
+        self._files.remove(name)
+
+    def forget_working(self) -> None:
+        shutil.rmtree(self.working, ignore_errors=True)
+
+
+def folder_at(path: str | os.PathLike[str]) -> Folder:
+    """The folder at a path or an address.
+
+    Raises
+    ------
+    InputError
+        If the address is not valid, or its driver is not installed.
+    """
+    return RemoteFolder(path) if is_address(path) else LocalFolder(Path(path).absolute())

@@ -1,0 +1,273 @@
+"""Sources at addresses. Names are listed once; the files of a frame are copied to a temporary folder when it is read,
+a recording to the cache. Below either folder, a path spells the address: .../s3/bucket/rgb/0001.png."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import stat
+import tempfile
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+from .._runtime.addresses import Address, RemoteFiles, cache_folder, is_address
+from .._runtime.cancellation import check_cancelled
+from .._runtime.files import ensure_folder, reading_through, write_bytes
+from .._runtime.temporary_files import CREATOR_PATTERN, creator_has_ended, is_own, removed_on_exit, unique_tag
+from ..data.frame import FrameInputs, RGBDFrame
+from ..errors import ExportError, FormatError, IlfError, InputError, cause
+from .poses import pose_files
+from .reading_options import ReadingOptions
+
+_PREFIX, _RECORDINGS = "ilf-at-", "recordings"
+_MAX_FILES = 1000
+"""Maximum number of files in the folder of a single frame."""
+
+_META = "meta.json"
+
+
+def restored(text: str) -> str:
+    """A path or a message with addresses in place of the paths of their copies."""
+    sep = re.escape(os.sep)
+    roots = "|".join(
+        [
+            rf"{re.escape(os.path.join(tempfile.gettempdir(), _PREFIX))}[^{sep}]+",
+            rf"{re.escape(str(cache_folder() / _RECORDINGS))}{sep}[^{sep}]+",
+        ]
+    )
+    return re.sub(rf"(?:{roots}){sep}([^{sep}]+){sep}", r"\1://", text)
+
+
+@contextmanager
+def reported() -> Iterator[None]:
+    """Within the block, name addresses in errors instead of the paths of their copies."""
+    try:
+        yield
+    except IlfError as error:
+        text = restored(str(error))
+        if text == str(error):
+            raise
+        raise type(error)(text) from error
+
+
+def _copy_of(address: str, root: Path) -> Path:
+    """The path of an address below a folder of copies."""
+    protocol, _, rest = address.partition("://")
+    parts = rest.split("/")
+    if any(part in {"", ".", ".."} or os.sep in part for part in (protocol, *parts)):
+        raise InputError(f"{address}: a part of it is empty or no name. Check the address.")
+    return Path(root, protocol, *parts)
+
+
+@contextmanager
+def _temporary_folder() -> Iterator[Path]:
+    _remove_stale_folders(tempfile.gettempdir())
+    folder = Path(tempfile.gettempdir(), f"{_PREFIX}{unique_tag()}")
+    try:
+        folder.mkdir(0o700)
+    except OSError as error:
+        raise ExportError(f"{folder} cannot be created ({cause(error)}). Set TMPDIR to another folder.") from error
+    try:
+        with removed_on_exit(folder):
+            yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@cache
+def _remove_stale_folders(root: str) -> None:
+    """Remove temporary folders that ended processes of this user have left; once in a process."""
+    with suppress(OSError), os.scandir(root) as entries:
+        for entry in entries:
+            match = re.fullmatch(f"{_PREFIX}{CREATOR_PATTERN}", entry.name)
+            if match is not None and creator_has_ended(match):
+                with suppress(OSError):
+                    status = entry.stat(follow_symlinks=False)
+                    if stat.S_ISDIR(status.st_mode) and is_own(status):
+                        shutil.rmtree(entry, ignore_errors=True)
+
+
+# Listing.
+
+
+@contextmanager
+def names_at(address: Address) -> Iterator[Path]:
+    """Provide a temporary folder with empty files of the names at an address, whose contents are copied when they are
+    read: what lists frames on a disk lists them there.
+
+    Raises
+    ------
+    InputError
+        If there are no files, or they cannot be listed.
+    """
+    files = RemoteFiles(address)
+    with _temporary_folder() as temporary, reported():
+        root = _copy_of(address, temporary)
+        folders: set[Path] = set()
+        try:
+            for name in files.find():
+                check_cancelled()
+                path = root / name
+                if path.parent not in folders:
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    folders.add(path.parent)
+                path.touch()
+        except OSError as error:
+            raise ExportError(
+                f"{temporary} cannot have the names of {address} ({cause(error)}). Set TMPDIR to another folder."
+            ) from error
+
+        def read(path: Path) -> None:
+            if path.is_relative_to(root) and path.is_file() and path.stat().st_size == 0:
+                write_bytes(path, files.read(path.relative_to(root).as_posix() if path != root else ""))
+
+        with reading_through(read):
+            yield root
+
+
+def address_of(path: str) -> str:
+    """The address of a path listed below `names_at`; raises InputError for a path elsewhere."""
+    found = restored(os.path.normpath(path)).replace(os.sep, "/")
+    if not is_address(found):
+        raise InputError(f"A file of the source refers to {path}, which is not at its address. Correct that file.")
+    return found
+
+
+# Recordings, which are copied as a whole.
+
+_recordings: dict[Address, Path] = {}
+"""Copies that this process uses."""
+
+
+def recording_copy(address: Address, is_file: bool) -> Path:
+    """The copy of a recording in the cache, copied there if it is not yet, or has changed; a process looks once.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    ExportError
+        If it cannot be written.
+    """
+    if has_copy(address):
+        return _recordings[address]
+    files = RemoteFiles(address)
+    states = files.states("" if is_file else None)
+    digest = hashlib.sha256(repr((address, sorted(states.items()))).encode()).hexdigest()[:16]
+    path = _copy_of(address, cache_folder() / _RECORDINGS / digest)
+    for name in states:
+        target = path / name if name else path
+        if not target.exists():
+            ensure_folder(target.parent)
+            files.download(name, target)
+    _recordings[address] = path
+    return path
+
+
+def has_copy(address: Address) -> bool:
+    """Whether this process uses a copy of a recording."""
+    return address in _recordings and _recordings[address].exists()
+
+
+def spelled(address: Address) -> Path:
+    """A path that `restored` turns into an address, for what is read without a copy."""
+    return _copy_of(address, cache_folder() / _RECORDINGS / "none")
+
+
+def forget_recording(address: Address) -> None:
+    """Look again whether the recording has changed when it is used next."""
+    _recordings.pop(address, None)
+
+
+# Frames in files.
+
+
+@contextmanager
+def copied_frame(
+    rgb: str, depth: str | None, options: ReadingOptions, *, is_recorded: bool = False
+) -> Iterator[tuple[str, str | None, ReadingOptions]]:
+    """Provide copies of the files of a frame, of which some are at addresses, with what lies beside them: meta.json and
+    poses; `rgb` stays as it is if it is a recording. Within the block, errors name the addresses.
+
+    Raises
+    ------
+    InputError
+        If a file does not exist, or cannot be read.
+    """
+    own = (*(() if is_recorded else (rgb,)), depth, *options.paths.values())
+    given = [Address(path) for path in own if path is not None and is_address(path)]
+    with _temporary_folder() as temporary, reported():
+
+        def local(path: str) -> str:
+            return str(_copy_of(Address(path), temporary)) if is_address(path) else path
+
+        if depth is None and rgb in given:
+            _copy_folder(Address(rgb), temporary)
+            given.remove(Address(rgb))
+        beside: list[str] = []
+        if depth is not None and is_address(depth):
+            beside = [restored(str(path)) for path in pose_files(local(depth))]
+            if is_address(rgb) and rgb.rpartition("/")[0] == depth.rpartition("/")[0]:
+                beside.append(f"{rgb.rpartition('/')[0]}/{_META}")
+        _copy_files(given, beside, temporary)
+        if beside and beside[-1].endswith(f"/{_META}") and Path(local(beside[-1])).exists():
+            _copy_folder(Address(beside[-1].rpartition("/")[0]), temporary)
+        yield rgb if is_recorded else local(rgb), None if depth is None else local(depth), options.with_paths(local)
+
+
+def _copy_files(addresses: Collection[str], wanted: Iterable[str], root: Path) -> None:
+    """Copy files, and those wanted that exist; those of a store are read at the same time."""
+    by_store: dict[str, tuple[list[str], list[str]]] = defaultdict(lambda: ([], []))
+    for number, group in enumerate((addresses, wanted)):
+        for address in group:
+            protocol, _, rest = address.partition("://")
+            store, _, name = rest.partition("/")
+            by_store[f"{protocol}://{store}"][number].append(name)
+    for store, (names, others) in by_store.items():
+        for name, content in zip((*names, *others), RemoteFiles(store).read_all(names, others), strict=True):
+            if content is not None:
+                path = _copy_of(f"{store}/{name}", root)
+                ensure_folder(path.parent)
+                write_bytes(path, content)
+
+
+def _copy_folder(address: Address, root: Path) -> None:
+    """Copy the folder of a single frame."""
+    names = [*RemoteFiles(address).sizes()]
+    if _META not in names:
+        raise InputError(
+            f"{address}: a frame is a colour and a depth file, or a folder with {_META}. Give both files, or the key "
+            "of a frame (--frame)."
+        )
+    if len(names) > _MAX_FILES:
+        raise FormatError(f"{address} has more than {_MAX_FILES} files. Give the colour and the depth file.")
+    _copy_files([f"{address}/{name}" for name in names], (), root)
+
+
+def with_addresses(frame: RGBDFrame) -> RGBDFrame:
+    """A frame read from copies, with addresses in its inputs and its texts."""
+    guide = frame.guide
+    return replace(
+        frame,
+        depth=frame.measured,
+        inputs=None if frame.inputs is None else _inputs_with_addresses(frame.inputs),
+        guide=guide if guide is None or guide.path is None else replace(guide, path=restored(guide.path)),
+        notes=tuple(map(restored, frame.notes)),
+        plausibility_warnings=tuple(map(restored, frame.plausibility_warnings)),
+    )
+
+
+def _inputs_with_addresses(inputs: FrameInputs) -> FrameInputs:
+    truth = inputs.ground_truth
+    return replace(
+        inputs,
+        rgb=replace(inputs.rgb, path=restored(inputs.rgb.path)),
+        depth=replace(inputs.depth, path=restored(inputs.depth.path)),
+        ground_truth=None if truth is None else replace(truth, path=restored(truth.path)),
+    )
