@@ -31,6 +31,7 @@ PAGES = {
     ROOT / ".github" / "CONTRIBUTING.md": HERE / "contributing.md",
     ROOT / "assets" / "models" / "README.md": HERE / "networks.md",
     ROOT / "assets" / "models" / "bsds500" / "README.md": HERE / "bsds500.md",
+    ROOT / "assets" / "plugins" / "napari-ilf" / "README.md": HERE / "napari.md",
     HERE / "decisions": HERE / "decisions" / "index.md",
     HERE / "measurements": HERE / "measurements" / "README.md",
     HERE / "examples": HERE / "gallery" / "index.rst",

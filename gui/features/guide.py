@@ -21,7 +21,7 @@ from ..widgets.basics import PlainLabel, last_folder
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 from .documents.file_dialogs import PreviewDialog
-from .documents.frame_files import GUIDE_FILES
+from .documents.frame_files import guide_files
 
 # The dialog that loads a guide: file, and the fit to the known depth.
 
@@ -94,7 +94,7 @@ class GuideDialog(PreviewDialog[GuideSource, GuidedFrame]):
         self.message.show_message(describe_guide(found), "warning" if found.use.startswith("not") else "good")
 
     def browse(self) -> None:
-        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), GUIDE_FILES)
+        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), guide_files())
         self.choose(path)
 
 

@@ -54,7 +54,7 @@ from ..widgets.notices import error_text
 from ..work.jobs import Worker
 from .context import Context, Feature, PendingWork
 from .documents.feature import DocumentsFeature
-from .documents.frame_files import RECORDING_FILES
+from .documents.frame_files import recording_files
 from .menus import insert_menu
 
 USUAL_RATE = 10.0
@@ -425,7 +425,7 @@ class LiveFeature(Feature):
     def ask_recording(self) -> None:
         """Choose a recording, and play it."""
         path, _ = QFileDialog.getOpenFileName(
-            self.context.window, "Play live", last_folder(_FOLDER_KEY), RECORDING_FILES
+            self.context.window, "Play live", last_folder(_FOLDER_KEY), recording_files()
         )
         self._play_chosen(path)
 

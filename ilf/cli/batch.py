@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 import time
@@ -26,7 +27,7 @@ from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..errors import IlfError
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.depth_reading import unique_warnings
-from ..io.frame_additions import NETWORK_SUFFIX
+from ..io.frame_additions import guide_network
 from ..run.run import RunConfiguration
 from ..sources.source import Source
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
@@ -276,7 +277,7 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
         every=arguments.every,
     )
     for kind, folder in (("guide", arguments.guide), ("ground_truth", arguments.ground_truth)):
-        if kind == "guide" and folder is not None and folder.endswith(NETWORK_SUFFIX):
+        if kind == "guide" and folder is not None and not os.path.isdir(folder) and guide_network(folder):
             path = str(Path(folder).absolute())
             frames = [replace(frame, source=frame.source.with_options(**{kind: path})) for frame in frames]
         elif folder is not None:

@@ -11,10 +11,11 @@ from pathlib import Path
 from ..data.by_hand import USUAL_WEIGHT
 from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..data.results import Completion
+from ..run.exporters import Export
 from ..run.options import ExportOptions, output_folder_name
 from ..run.replaying import Replay, replay
 from ..run.run import Run, RunConfiguration
-from ..run.writing import check_write, write
+from ..run.writing import check_not_an_input, check_write, write
 from ..sources.frames import frame_folder
 from ..sources.opening import is_recording
 from .options import (
@@ -86,6 +87,20 @@ def add_arguments(parser: Parser) -> None:
     )
     add_export_options(output)
     output.add_argument(
+        "--export",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="also write a file of another program, in the format of its extension: .rrd, and those of plugins",
+    )
+    output.add_argument(
+        "--rerun",
+        metavar="FILE.rrd",
+        dest="export",
+        action="append",
+        help="as --export: a file of the viewer Rerun with images, blocks and curves; needs the extra rerun",
+    )
+    output.add_argument(
         "--extrapolate",
         action="store_true",
         help="extrapolate the depth that is still missing after the run, and write its mask extrapolated.png",
@@ -109,8 +124,10 @@ def run(arguments: argparse.Namespace) -> None:
     job = _new_job(arguments) if arguments.replay is None else _recorded_job(arguments)
     folder = Path(arguments.out or output_folder_name(job.run.frame.name))
     names = "blocks", "borders", "invalid_mask", "depth_by_hand", "intrinsics", "preset"
-    given = [getattr(arguments, name) for name in names]
-    check_write(folder, job.run, job.options, given=[path for path in given if path is not None])
+    given = [path for name in names if (path := getattr(arguments, name)) is not None]
+    check_write(folder, job.run, job.options, given=given)
+    exports = [Export(path) for path in arguments.export]
+    check_not_an_input(job.run.frame, [export.path for export in exports], given)
     started = time.perf_counter()
     completion = _completed(job.run, arguments)
     seconds = time.perf_counter() - started
@@ -118,7 +135,9 @@ def run(arguments: argparse.Namespace) -> None:
     written = write(folder, job.run, completion, job.options)
     notes = [*job.notes, *job.run.notes, *completion.notes, *verdict, *written.notes, *written.remarks]
     warn(notes)
-    finished = FinishedRun(job.run, completion, seconds, folder, written.files)
+    for export in exports:
+        export.write(completion)
+    finished = FinishedRun(job.run, completion, seconds, folder, written.files, [export.path for export in exports])
     if arguments.json:
         print_json(completion_record(finished, notes))
     elif not arguments.quiet:

@@ -65,7 +65,9 @@ class FinishedRun:
         Duration.
     folder : Path
     files : sequence of Path
-        The written files.
+        The written files in the folder.
+    exports : sequence of Path
+        The written files of other programs.
     """
 
     run: Run
@@ -73,6 +75,7 @@ class FinishedRun:
     seconds: float
     folder: Path
     files: Sequence[Path]
+    exports: Sequence[Path] = ()
 
     @cached_property
     def whole(self) -> Evaluation | None:
@@ -104,15 +107,16 @@ def completion_report(finished: FinishedRun) -> str:
         *([] if frame.guide is None else [f"Guide: {guide_text(frame)}."]),
         *evaluated,
         f"Written to {finished.folder}: {', '.join(file.name for file in finished.files)}",
+        *(f"Exported to {path}" for path in finished.exports),
     ])  # fmt: skip
 
 
 COMPLETION_KEYS = (
     "frame, width, height, preset, parameters, missing_before, missing_after, recovered, from_neighbours, by_hand, "
     "outside_view (pixels), blocks, iterations, seconds, errors (against ground truth; null without it), folder, "
-    "files, warnings. blocks: label, status, message, pixels, known, recovered, outside, by_hand, missing_share, "
-    "iterations, stages, sigma_i_m, errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error "
-    "(share)"
+    "files, exports, warnings. blocks: label, status, message, pixels, known, recovered, outside, by_hand, "
+    "missing_share, iterations, stages, sigma_i_m, errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, "
+    "within_expected_error (share)"
 )
 """The keys of `completion_record`, for the help."""
 
@@ -140,6 +144,7 @@ def completion_record(finished: FinishedRun, warnings: Iterable[str]) -> dict[st
         "errors": errors_record(finished.whole),
         "folder": str(finished.folder),
         "files": [file.name for file in finished.files],
+        "exports": [str(path) for path in finished.exports],
         "warnings": list(dict.fromkeys(warnings)),
     }
 

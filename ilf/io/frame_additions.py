@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import FileContent, FileSource, read_file, write_bytes
+from .._runtime.files import FileContent, FileSource, existing_file, read_file, write_bytes
 from .._runtime.formatting import as_float, counted
+from .._runtime.plugins import GUIDES, call, entry_of_file, entry_points, load
 from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
 from ..data.guide import Guide
@@ -179,7 +180,7 @@ _READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
 
 
 NETWORK_SUFFIX = ".onnx"
-"""Suffix of a network that predicts a guide."""
+"""Suffix of a network that predicts a guide without a plugin."""
 
 
 def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDArray[np.uint8] | None = None) -> Guide:
@@ -189,8 +190,9 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDAr
     ----------
     path : path-like
         PNG or PGM with 8 or 16 bits, TIFF, PFM, EXR, NPY, or NPZ with one array, or one named guide, depth,
-        disparity or prediction. NPY and NPZ of shape (2, H, W) contain values and their confidence, 0 to 1. Or an ONNX
-        network that predicts depth or inverse depth from colour, see `GuideNetwork`.
+        disparity or prediction. NPY and NPZ of shape (2, H, W) contain values and their confidence, 0 to 1. Or a
+        network that predicts depth or inverse depth from colour: ONNX, see `GuideNetwork`, or the format of a plugin
+        (entry points `ilf.guides`).
     shape : (int, int), optional
         Height and width of the frame, to which it is resized; it must have the same aspect ratio.
     rgb : ndarray of uint8, shape (H, W, 3), optional
@@ -209,10 +211,10 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDAr
     >>> load_guide("guide.npy").values.tolist()
     [[0.5, 0.25], [0.5, nan]]
     """
-    if isinstance(path, str | os.PathLike) and Path(path).suffix.lower() == NETWORK_SUFFIX:
+    if isinstance(path, str | os.PathLike) and (predict := guide_network(path)) is not None:
         if rgb is None:
             raise InputError(f"{path}: a network predicts a guide from the frame's colour. Give it, too (rgb=).")
-        return Guide(predict_guide(Path(path), rgb), path=str(path))
+        return predict(Path(path), rgb)
     content = read_file(path)
     suffix = content.path.suffix.lower()
     array = _READERS[suffix](content) if suffix in _READERS else _one_channel(content, read_image(content))
@@ -221,6 +223,29 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None, rgb: NDAr
         return guide if shape is None else guide.resized_to(shape)
     except InputError as error:
         raise InputError(f"{content}: {error}") from error
+
+
+def guide_network(path: str | os.PathLike[str]) -> Callable[[Path, NDArray[np.uint8]], Guide] | None:
+    """What predicts a guide from colour by the file of a network: ONNX, or the format of a plugin; None for others.
+
+    Raises
+    ------
+    InputError
+        If two plugins read the file, or one cannot be imported.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix == NETWORK_SUFFIX:
+        return lambda file, rgb: Guide(predict_guide(file, rgb), path=str(file))
+    entry = None if suffix in GUIDE_SUFFIXES else entry_of_file(path, entry_points(GUIDES))
+    if entry is None:
+        return None
+    predict = load(entry)
+    return lambda file, rgb: Guide.from_array(np.asarray(call(entry, predict, existing_file(file), rgb)), str(file))
+
+
+def guide_suffixes() -> tuple[str, ...]:
+    """Suffixes of files that a guide can be read from or predicted by, with those of plugins."""
+    return (*GUIDE_SUFFIXES, NETWORK_SUFFIX, *(f".{entry.name}" for entry in entry_points(GUIDES)))
 
 
 def write_array(path: str | os.PathLike[str], array: NDArray[np.float32]) -> None:

@@ -39,9 +39,10 @@ from ..io.frame_additions import load_by_hand
 from ..io.labels import LoadedBlocks, read_mask
 from ..segmentation.extraction import clear_stage_cache, found_blocks
 from ..segmentation.reextraction import with_gaps_filled
+from .exporters import Export
 from .options import ExportOptions, drop_impossible_cloud
 from .setup import RunSetup
-from .writing import Written, write
+from .writing import Written, check_not_an_input, write
 
 EXTRAPOLATED = 0
 """In place of a block's label in the `Progress` of the extrapolation."""
@@ -302,6 +303,28 @@ class CompletedRun(Completion):
             chosen, notes = drop_impossible_cloud(chosen, self.frame, ": make the frame with intrinsics=")
         written = write(folder, self.run, self, chosen)
         return replace(written, notes=(*notes, *written.notes))
+
+    def export(self, path: str | os.PathLike[str]) -> None:
+        """Write a file of another program, in the format of its extension.
+
+        Parameters
+        ----------
+        path : path-like
+            .rrd for the viewer Rerun (extra `rerun`), or an extension of a plugin. A file of that name is replaced; the
+            folder is created if missing.
+
+        Raises
+        ------
+        ParameterError
+            If no format has this extension.
+        InputError
+            If the format needs a package that is not installed, or its plugin fails.
+        ExportError
+            If the file is one of the frame's own, or cannot be written. An existing file is unchanged then.
+        """
+        export = Export(path)
+        check_not_an_input(self.frame, [export.path])
+        export.write(self)
 
 
 class RunSteps(CompletionRun):

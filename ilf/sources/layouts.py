@@ -13,6 +13,7 @@ import platformdirs
 from ..errors import InputError
 from .file_patterns import MAX_LEVELS, FilePattern, Folders, alternatives
 from .layout import Layout, layout_from_text, layouts_from_file
+from .plugins import source_plugins
 
 _SUFFIX = ".toml"
 _TABLE = "layouts.toml"
@@ -34,7 +35,7 @@ def built_in_layouts() -> tuple[Layout, ...]:
 
 
 def all_layouts() -> tuple[Layout, ...]:
-    """The user's layouts, by file name, then the built-in ones that have no such name.
+    """The user's layouts, by file name, then those of plugins and the built-in ones that have no such name.
 
     Raises
     ------
@@ -42,7 +43,8 @@ def all_layouts() -> tuple[Layout, ...]:
         If a file of the user's folder is not valid.
     """
     own = {one.name: one for path in sorted(layouts_folder().glob(f"*{_SUFFIX}")) for one in layouts_from_file(path)}
-    return *own.values(), *(one for one in built_in_layouts() if one.name not in own)
+    others = (*source_plugins().layouts, *built_in_layouts())
+    return *own.values(), *(one for one in others if one.name not in own)
 
 
 def given_layouts(given: str | os.PathLike[str]) -> tuple[Layout, ...]:

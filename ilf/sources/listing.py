@@ -24,6 +24,7 @@ from .layout_frames import LayoutFrames
 from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
 from .opening import forget, is_recording, opened, recording_suffixes
 from .pairing import Pairs, natural, paired, paired_by_time, split_by_kind, time_of
+from .plugins import source_plugins
 from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
 from .remote import address_of, names_at, restored
@@ -203,6 +204,12 @@ def list_frames(
         return _recorded(root, given, max_gap, topics)
     if topics is not None:
         raise ParameterError(f"{root} is not a ROS recording: it has no topics. Leave the topics out.")
+    found = _of_folder(root, given, max_gap)
+    return replace(found, notes=(*found.notes, *source_plugins().notes))
+
+
+def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
+    """The frames of a folder that is no recording, by what is in it."""
     content = _content(root)
     if META_NAME in content.files:
         return Listing((FrameSource(str(root), options=given),), layout=f"a frame folder with {META_NAME}")
@@ -230,7 +237,8 @@ def list_frames(
                 f"{counted(empty, 'folder')} left out: there is no matching colour and depth file, or more than one."
             )
     if not sources:
-        raise InputError(f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}")
+        told = f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}"
+        raise InputError(source_plugins().with_notes(told))
     return Listing(tuple(sources), tuple(notes), _times(sources), layout=what)
 
 
@@ -317,10 +325,8 @@ def _content(folder: str | Path) -> _Content:
         with os.scandir(folder) as entries:
             shown = [(entry.name, is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
     except NotADirectoryError:
-        raise InputError(
-            f"{folder} is a file, but not a recording ({', '.join(recording_suffixes())}). Give the folder that "
-            "contains the frames."
-        ) from None
+        told = f"{folder} is a file, but not a recording ({', '.join(recording_suffixes())}). Give the folder that"
+        raise InputError(source_plugins().with_notes(f"{told} contains the frames.")) from None
     except FileNotFoundError:
         raise InputError(f"{folder}: there is no such folder. Check the name.") from None
     except (OSError, ValueError) as error:

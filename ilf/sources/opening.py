@@ -15,6 +15,7 @@ from ..errors import FormatError, InputError
 from .arkit_scenes import ARKitScenes
 from .azure_kinect import AzureKinect
 from .nyu import NyuLabelledFrames, NyuRawFolder
+from .plugins import source_plugins
 from .raw_pairs import RawPairs
 from .record3d import Record3D
 from .recording import Recording
@@ -36,7 +37,7 @@ KINDS: tuple[type[Recording], ...] = (
     RawPairs,
     Shards,
 )
-"""All kinds, in the order in which they are tried."""
+"""The built-in kinds, in the order in which they are tried, before those of plugins."""
 
 _MAX_OPEN = 2
 
@@ -47,9 +48,10 @@ _open: OrderedDict[tuple[int, str, tuple[int, ...]], Recording] = OrderedDict()
 def kind_of(path: Path) -> type[Recording] | None:
     """The kind of recording at a path, by file names alone; None if there is none."""
     try:
-        return next((kind for kind in KINDS if kind.fits(path)), None)
+        built_in = next((kind for kind in KINDS if kind.fits(path)), None)
     except (OSError, ValueError):  # no file can have that name
         return None
+    return built_in or source_plugins().kind_of(path)
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
@@ -65,7 +67,7 @@ def _is_recording_file(address: Address) -> bool:
 
 def recording_suffixes() -> tuple[str, ...]:
     """Extensions of recordings."""
-    return tuple(suffix for kind in KINDS for suffix in kind.suffixes)
+    return tuple(suffix for kind in (*KINDS, *source_plugins().kinds) for suffix in kind.suffixes)
 
 
 @contextmanager
@@ -86,13 +88,11 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     found = Path(path).absolute()
     kind = kind_of(found)
     if kind is None:
-        is_there = os.path.lexists(found)
-        raise InputError(
-            f"{found} is not a recording: recordings end in {', '.join(recording_suffixes())}, or are folders of "
-            "ROS 2, Stray Scanner, ARKitScenes, NYU's raw frames, raw pairs with a calibration.json, or shards."
-            if is_there
-            else f"{found}: there is no such recording. Check the name."
-        )
+        if not os.path.lexists(found):
+            raise InputError(f"{found}: there is no such recording. Check the name.")
+        told = f"{found} is not a recording: recordings end in {', '.join(recording_suffixes())}, or are folders of "
+        told += "ROS 2, Stray Scanner, ARKitScenes, NYU's raw frames, raw pairs with a calibration.json, or shards."
+        raise InputError(source_plugins().with_notes(told))
     with _access:
         if found.is_file() and found.stat().st_size == 0:
             raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")

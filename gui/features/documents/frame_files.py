@@ -5,18 +5,22 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ilf.io.frame_additions import GUIDE_SUFFIXES, NETWORK_SUFFIX
+from ilf.io.frame_additions import guide_suffixes
 from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
 
-GUIDE_FILES = f"Guides ({' '.join(f'*{suffix}' for suffix in (*GUIDE_SUFFIXES, NETWORK_SUFFIX))});;All files (*)"
-"""File dialog filter for guides."""
-
-RECORDING_FILES = f"Recordings ({' '.join(f'*{suffix}' for suffix in recording_suffixes())})"
-"""File dialog filter for recordings."""
-
 _COLOUR_WORDS = ("rgb", "colour", "color", "image")
 _DEPTH_WORDS = ("depth",)
+
+
+def guide_files() -> str:
+    """Return the filter of file dialogs for guides."""
+    return f"Guides ({' '.join(f'*{suffix}' for suffix in guide_suffixes())});;All files (*)"
+
+
+def recording_files() -> str:
+    """Return the filter of file dialogs for recordings."""
+    return f"Recordings ({' '.join(f'*{suffix}' for suffix in recording_suffixes())})"
 
 
 def matching_depth_file(colour: Path) -> Path | None:

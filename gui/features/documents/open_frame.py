@@ -39,7 +39,7 @@ from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames
 from .file_dialogs import Preview
-from .frame_files import GUIDE_FILES, RECORDING_FILES, matching_colour_file, matching_depth_file
+from .frame_files import guide_files, matching_colour_file, matching_depth_file, recording_files
 
 _Result = TypeVar("_Result")
 
@@ -323,7 +323,7 @@ class OpenFrameDialog(QDialog):
             self,
             f"Choose {what} file",
             last_folder(_FOLDER_KEY),
-            f"{what.capitalize()} ({patterns});;{'' if is_depth else f'{RECORDING_FILES};;'}All files (*)",
+            f"{what.capitalize()} ({patterns});;{'' if is_depth else f'{recording_files()};;'}All files (*)",
         )
         if path:
             self._choose(Path(path), is_depth)
@@ -341,7 +341,7 @@ class OpenFrameDialog(QDialog):
             self.camera_text.setText(path)
 
     def _browse_guide(self) -> None:
-        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), GUIDE_FILES)
+        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), guide_files())
         if path:
             self.guide_path.setText(path)
 

@@ -25,7 +25,7 @@ from ...state.workspace import Workspace
 from ...widgets.basics import last_folder
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
-from ..documents.frame_files import RECORDING_FILES
+from ..documents.frame_files import recording_files
 from .model import counts
 from .panel import FramesPanel
 
@@ -383,7 +383,7 @@ class FramesFeature(Feature):
     def ask_recording(self) -> None:
         """Open a recording that the user chooses."""
         chosen, _ = QFileDialog.getOpenFileName(
-            self.context.window, "Open recording", last_folder(_FOLDER_KEY), RECORDING_FILES
+            self.context.window, "Open recording", last_folder(_FOLDER_KEY), recording_files()
         )
         if chosen:
             QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))

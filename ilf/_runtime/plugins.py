@@ -1,0 +1,79 @@
+"""Plugins: what other installed packages offer by entry points; looked up and imported only when asked for."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from importlib import metadata
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+from ..errors import IlfError, InputError
+
+SOURCES, EXPORTERS, GUIDES = "ilf.sources", "ilf.exporters", "ilf.guides"
+"""Groups of entry points."""
+
+
+@cache
+def entry_points(group: str) -> tuple[EntryPoint, ...]:
+    """The entry points of a group in all installed packages, in the order of the packages' names; none is loaded."""
+    return tuple(sorted(metadata.entry_points(group=group), key=package_of))
+
+
+def package_of(entry: EntryPoint) -> str:
+    """Name of the installed package that an entry point belongs to."""
+    return "ilf-studio" if entry.dist is None else entry.dist.name
+
+
+def entry_of_file(path: str | os.PathLike[str], entries: tuple[EntryPoint, ...]) -> EntryPoint | None:
+    """The entry point for a file: the one with the longest name that the file's name ends in, after a dot.
+
+    Raises
+    ------
+    InputError
+        If two packages offer the same one.
+    """
+    name = Path(path).name.lower()
+    fitting = [entry for entry in entries if name.endswith(f".{entry.name.lower()}")]
+    if not fitting:
+        return None
+    chosen = max(fitting, key=lambda entry: len(entry.name))
+    rivals = [package_of(entry) for entry in fitting if entry.name.lower() == chosen.name.lower()]
+    if len(rivals) > 1:
+        raise InputError(
+            f"{path}: the packages {' and '.join(rivals)} both read or write .{chosen.name}. Uninstall one of them."
+        )
+    return chosen
+
+
+def load(entry: EntryPoint) -> Any:
+    """Import what an entry point names; raises InputError as `call`."""
+    return call(entry, entry.load)
+
+
+def call(entry: EntryPoint, function: Any, *arguments: object) -> Any:
+    """Call a function of a plugin.
+
+    Raises
+    ------
+    IlfError
+        As raised by the function.
+    InputError
+        In place of any other exception; the message names the package.
+    """
+    try:
+        return function(*arguments)
+    except IlfError:
+        raise
+    except Exception as error:
+        raise InputError(failure(entry, error)) from error
+
+
+def failure(entry: EntryPoint, error: Exception) -> str:
+    """Describe the error of a plugin, as a sentence that names its package."""
+    package = package_of(entry)
+    return (
+        f"The plugin {entry.name} ({entry.group}) of the package {package} failed: {type(error).__name__}: {error}. "
+        f"Update the package, or remove it: pip uninstall {package}."
+    )

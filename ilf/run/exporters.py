@@ -1,0 +1,64 @@
+"""Export of a completed frame into a file of another program: Rerun, and the formats of plugins."""
+
+from __future__ import annotations
+
+import os
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Protocol
+
+from .._runtime.files import atomic_path, ensure_folder
+from .._runtime.plugins import EXPORTERS, call, entry_of_file, entry_points, load
+from ..data.results import Completion
+from ..errors import ParameterError
+
+_BUILT_IN = (EntryPoint("rrd", "ilf.run.rerun_file:RerunFile", EXPORTERS),)
+
+
+class Exporter(Protocol):
+    """A file format: a class without arguments, whose name an entry point `ilf.exporters` gives, under the extension
+    of its files. An object is made before the run, so that a missing package is reported then."""
+
+    def write(self, path: Path, completion: Completion) -> None:
+        """Write a completed frame into the existing, empty file at `path`, which is moved into place afterwards."""
+
+
+class Export:
+    """An export into one file, in the format of its extension.
+
+    Parameters
+    ----------
+    path : path-like
+        A file of that name is replaced; the folder is created if missing.
+
+    Raises
+    ------
+    ParameterError
+        If no format has this extension.
+    InputError
+        If the format needs a package that is not installed, or its plugin fails.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        entries = (*_BUILT_IN, *entry_points(EXPORTERS))
+        entry = entry_of_file(path, entries)
+        if entry is None:
+            known = ", ".join(f".{each.name}" for each in entries)
+            raise ParameterError(f"{path}: there is no export with this extension. Known: {known}.")
+        self.path = Path(path)
+        self._entry = entry
+        self._exporter: Exporter = call(entry, load(entry))
+
+    def write(self, completion: Completion) -> None:
+        """Write the file.
+
+        Raises
+        ------
+        ExportError
+            If it cannot be written. An existing file is unchanged then.
+        InputError
+            If the plugin fails; likewise.
+        """
+        ensure_folder(self.path.parent)
+        with atomic_path(self.path) as temporary:
+            call(self._entry, self._exporter.write, temporary, completion)
