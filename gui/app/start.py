@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _main(arguments: Sequence[str] | None) -> int:
     from ilf.sources.reading_options import OPTIONS, ReadingOptions
 
-    parser = _parser()
+    parser = build_parser()
     options = parser.parse_args(arguments)
     reading = ReadingOptions.from_arguments(vars(options))
     if options.frame is not None and (len(options.frames) != 1 or options.sample):
@@ -93,6 +93,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
     theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
     theme.follow_system(app)
+    app.setDesktopFileName("ilf-studio")
     app.setWindowIcon(QIcon(str(asset_path("icons/ilf-studio.png"))))
 
     from ..features.views import ErrorFeature
@@ -131,7 +132,8 @@ def _main(arguments: Sequence[str] | None) -> int:
     return status if app is present else exit_soon(status)
 
 
-def _parser() -> argparse.ArgumentParser:
+def build_parser() -> argparse.ArgumentParser:
+    """Build the parser of `ilf-gui`."""
     from ilf.cli.parsing import add_options
     from ilf.sources.reading_options import OPTIONS
 

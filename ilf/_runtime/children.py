@@ -17,25 +17,26 @@ def child_command(module: str) -> list[str]:
     module : str
         Its full name.
     """
-    if _is_frozen():
+    if is_frozen():
         return [sys.executable, _CHILD, module]
     # -P: do not import modules from the current folder
-    return [sys.executable, "-P", "-c", f"from {module} import main; main()"]
+    return [sys.executable, "-P", "-c", f"import sys; from {module} import main; sys.exit(main())"]
 
 
 def run_if_child() -> None:
     """Run the child's work if this is a frozen program started as a child of itself, by `child_command` or by
     `multiprocessing`, and do not return. Every entry point calls this first."""
-    if not _is_frozen():
+    if not is_frozen():
         return
     import multiprocessing
 
     multiprocessing.freeze_support()
     if sys.argv[1:2] == [_CHILD]:
-        import_module(sys.argv[2]).main()
-        sys.exit()
+        module = sys.argv[2]
+        del sys.argv[1:3]  # the rest are the arguments of that `main`, which may be an entry point, too
+        sys.exit(import_module(module).main())
 
 
-def _is_frozen() -> bool:
+def is_frozen() -> bool:
     """Whether a packager, such as PyInstaller, has bundled this program with Python."""
     return bool(getattr(sys, "frozen", False))

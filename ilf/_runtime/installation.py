@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 
 from ..errors import InputError
+from .children import is_frozen
 
 SYSTEM_PACKAGES = {
     "libEGL.so.1": "libegl1",
@@ -98,6 +99,8 @@ def remedy(module: str, extra: str, error: ImportError | OSError, libraries: Seq
         System libraries that it is linked against, so that the message names all missing ones at once.
     """
     if isinstance(error, ModuleNotFoundError):
+        if is_frozen():
+            return f'which is not part of this app. Install ilf-studio for Python: pip install "ilf-studio[{extra}]".'
         return f'which is not installed. Install it: pip install "ilf-studio[{extra}]".'
     missing = [name for name in SYSTEM_PACKAGES if name in str(error)]
     if missing and sys.platform.startswith("linux"):

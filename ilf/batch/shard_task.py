@@ -188,6 +188,12 @@ def _figures(outcome: FrameOutcome) -> dict[str, Any]:
     return {column_name(name): value for name, value in values.items()}
 
 
+def outcome_of(row: Mapping[str, Any]) -> FrameOutcome:
+    """Return the outcome in a row of a table."""
+    values = {field.name: row[column_name(field.name)] for field in dataclasses.fields(FrameOutcome)}
+    return FrameOutcome(**values | {"status": FrameStatus(values["status"])})
+
+
 def column_name(name: str) -> str:
     """Return the column of the tables with a field of `FrameOutcome`."""
     return {"frame": "key", "folder": "sample"}.get(name) or COLUMNS_WITH_UNITS.get(name, name)

@@ -11,9 +11,9 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -27,14 +27,15 @@ from .._runtime.threads import available_cores
 from ..errors import FormatError, InputError, cause
 from ..run.record import PROGRAM
 from ..sources.frame_source import FrameSource
-from ..sources.shards import LIST_FILE, SCHEMA, SHARDS_FILE, ShardSet, read_shard_set, table_ends
+from ..sources.shards import LIST_FILE, SCHEMA, SHARDS_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .batch import some
 from .frame_record import FrameOutcome, FrameStatus
 from .frames import BatchFrame
 from .settings import SETTINGS_FILE, BatchSettings, differences, sha256_of
 from .shard_files import sample_of, write_shard
-from .shard_task import Part, ShardFrame, ShardTask, complete_part, failed_part, sample_name
-from .workers import CRASHED
+from .shard_task import Part, ShardFrame, ShardTask, complete_part, failed_part, outcome_of, sample_name
+from .task import OTHER_MACHINE
+from .workers import CRASHED, SHARED_FOLDER, Outcomes, check_wanted, run_on_cluster, threads_of_worker
 
 _PARTS = "parts"
 """Folder of the parts of unfinished shards."""
@@ -68,8 +69,10 @@ class ShardBatch:
     folder : Folder
     shards : ShardSet
     task : ShardTask
-    to_do : tuple of int
-        Unfinished shards.
+    to_do : dict of int to collection of int
+        Unfinished shards, with the places in the list of their frames that are to be completed.
+    retry_failed : bool
+        Whether failed frames of these shards are completed again.
     counts : ShardCounts
         Brought up to date by `outcomes`.
     """
@@ -77,10 +80,11 @@ class ShardBatch:
     folder: Folder
     shards: ShardSet
     task: ShardTask
-    to_do: tuple[int, ...]
+    to_do: dict[int, Collection[int]]
+    retry_failed: bool = False
     counts: ShardCounts = field(default_factory=ShardCounts)
 
-    def outcomes(self, jobs: int = 1) -> Generator[FrameOutcome, None, None]:
+    def outcomes(self, jobs: int = 1, *, cluster: str | None = None) -> Outcomes:
         """Complete the frames of the unfinished shards, write every shard once its last frame is done, and yield the
         outcomes in order of completion.
 
@@ -91,33 +95,85 @@ class ShardBatch:
         ----------
         jobs : int
             Number of processes on this machine.
+        cluster : str, optional
+            Dask scheduler to use instead: its address, or its scheduler file. A worker completes a whole shard, whose
+            outcomes are then yielded.
 
         Raises
         ------
+        InputError
+            As `run_on_cluster`, or if its workers do not see the folder.
         ExportError
             If a file cannot be written. An error of a single frame becomes its outcome.
+        IlfError
+            If the connection to the scheduler is lost.
         """
+        local = cluster is None or not self.to_do
+        for outcome in self._by_frame(self.to_do, jobs) if local else self._by_shard(str(cluster)):
+            if outcome.is_completed:
+                self.counts.completed += 1
+            else:
+                self.counts.failed += 1
+            yield outcome
+        if not self.counts.left:
+            parts = Path(self.task.folder)
+            remove_empty((parts, parts.parent))
+
+    def _by_frame(self, indices: Iterable[int], jobs: int = 1) -> Outcomes:
+        """Complete shards in processes of this machine, frame by frame."""
         open_frames: dict[int, int] = {}
         work = partial(complete_part, self.task, threads=max(available_cores() // jobs, 1))
-        for item, done in run_in_processes(work, self._frames(open_frames), jobs=jobs):
-            outcome = self._record_crash(item) if done is None else done
-            self._count(outcome)
-            yield outcome
+        for item, done in run_in_processes(work, self._frames(indices, open_frames), jobs=jobs):
+            yield self._record_crash(item) if done is None else done
             index = item.number // self.shards.per_shard
             open_frames[index] -= 1
             if not open_frames[index]:
                 del open_frames[index]
                 self._write(index)
-        if not self.counts.left:
-            parts = Path(self.task.folder)
-            remove_empty((parts, parts.parent))
 
-    def _frames(self, open_frames: dict[int, int]) -> Iterator[ShardFrame]:
+    def _by_shard(self, cluster: str) -> Outcomes:
+        """Complete shards on a cluster; those that it gives up, in processes of this machine."""
+        given_up = []
+        work = partial(complete_shard, str(self.folder), self.task, self.retry_failed)
+        for index, done in run_on_cluster(work, list(self.to_do), cluster):
+            if done is None:
+                given_up.append(index)
+            else:
+                yield from self._written(index)
+        for index in given_up:
+            for _ in self._by_frame([index]):
+                pass  # workers have completed some of the frames
+            yield from self._written(index)
+
+    def _written(self, index: int) -> Outcomes:
+        """Yield the outcomes of the frames to be completed of a shard that is finished."""
+        table, to_do = self.shards.table(index), self.to_do[index]
+        if not self.folder.exists(table):
+            raise InputError(f"A worker has written {table}, but it is missing in {self.folder} here. {SHARED_FOLDER}")
+        rows = ShardTable.of(self.folder, table).read().to_pylist()
+        for number, row in zip(self.shards.numbers(index), rows, strict=True):
+            if number in to_do:
+                yield outcome_of(row)
+
+    def complete_here(self, index: int, threads: int) -> None:
+        """Complete a shard in this process, which is a worker of a cluster. It may be repeated after a crash: the frame
+        in progress then is completed last, so that the others are done if it crashes again."""
+        if self.retry_failed or not self.folder.exists(self.shards.table(index)):
+            begun = self._part_folder(index).exists()
+            frames = list(self._frames([index], {}))
+            for item in frames[1:] + frames[:1] if begun else frames:
+                check_wanted()
+                complete_part(self.task, item, threads)
+        self._write(index)
+
+    def _frames(self, indices: Iterable[int], open_frames: dict[int, int]) -> Iterator[ShardFrame]:
         """Yield the frames that have no part yet, and count them by shard; shards that have all parts are written."""
-        for index in self.to_do:
+        for index in indices:
             numbers, name = self.shards.numbers(index), self.shards.name(index)
-            ensure_folder(self.task.part(name, 0).parent)
-            there = self._parts(index)
+            if self.retry_failed:
+                self._reopen(index)
+            ensure_folder(self._part_folder(index))
+            there = _parts(self.task, name)
             left = [number for number in numbers if number not in there]
             if not left:
                 self._write(index)
@@ -127,19 +183,29 @@ class ShardBatch:
             for number in left:
                 yield ShardFrame(name, number, frame_of_line(lines[number - numbers.start]))
 
-    def _parts(self, index: int) -> frozenset[int]:
-        return _parts(self.task, self.shards.name(index))
-
-    def _count(self, outcome: FrameOutcome) -> None:
-        if outcome.is_completed:
-            self.counts.completed += 1
-        else:
-            self.counts.failed += 1
+    def _part_folder(self, index: int) -> Path:
+        return self.task.part(self.shards.name(index), 0).parent
 
     def _record_crash(self, item: ShardFrame) -> FrameOutcome:
         outcome, part = failed_part(item.frame, CRASHED)
         write_bytes(self.task.part(item.shard, item.number), part.content())
         return outcome
+
+    def _reopen(self, index: int) -> None:
+        """Turn a finished shard into the parts of its completed frames, or remove the parts of failed ones."""
+        name, table = self.shards.name(index), self.shards.table(index)
+        if not self.folder.exists(table):
+            for number in _parts(self.task, name):
+                part = self.task.part(name, number)
+                if _status(part) != FrameStatus.COMPLETED:
+                    part.unlink()
+            return
+        shutil.rmtree(self._part_folder(index), ignore_errors=True)
+        ensure_folder(self._part_folder(index))
+        for number, (row, data) in zip(self.shards.numbers(index), sample_of(self.folder, name), strict=True):
+            if row["status"] == FrameStatus.COMPLETED:
+                write_bytes(self.task.part(name, number), Part(row, data).content())
+        self.folder.remove(table)
 
     def _write(self, index: int) -> None:
         """Write a shard from its parts, unless another process has, and remove them."""
@@ -147,7 +213,7 @@ class ShardBatch:
         if not self.folder.exists(self.shards.table(index)):
             files = [self.task.part(name, number) for number in self.shards.numbers(index)]
             write_shard(self.folder, name, self.task.sha256, files)
-        shutil.rmtree(self.task.part(name, 0).parent, ignore_errors=True)
+        shutil.rmtree(self._part_folder(index), ignore_errors=True)
 
 
 def open_shards(
@@ -194,7 +260,7 @@ def open_shards(
     """
     optional("pyarrow.parquet", "shards", "Writing shards")  # missing packages are reported before any work
     target = folder_at(folder)
-    facts = settings.facts() | {"shards": {"keep": list(keep), "per_shard": per_shard}}
+    facts = _facts(settings, keep, per_shard)
     if target.exists(SETTINGS_FILE):
         raise InputError(f"{target} contains a batch with a folder for each frame. Choose another folder for shards.")
     if not target.exists(SHARDS_FILE):
@@ -210,29 +276,82 @@ def open_shards(
                 f"{target} has shards of other {what} ({some(differences(before, now))}). Choose another folder."
             )
     _check_list(target, shards)
-    task = ShardTask(str(target.working / _PARTS), settings, tuple(keep), shards.sha256, strict)
-    counts, to_do = ShardCounts(), []
+    task = ShardTask(_part_folder(target), settings, tuple(keep), shards.sha256, strict)
+    counts, to_do = ShardCounts(), dict[int, Collection[int]]()
     own = range(part[0] - 1, shards.count, part[1])
     failures = _failures(target, task, [shards.table(index) for index in own])
     for index in own:
-        counts.total += len(shards.numbers(index))
-        name, failed = shards.name(index), failures.get(shards.table(index))
+        name, table, numbers = shards.name(index), shards.table(index), shards.numbers(index)
+        counts.total += len(numbers)
+        failed = failures.get(table)
         if failed is not None and not (failed and retry_failed):
-            counts.before += len(shards.numbers(index)) - failed
+            counts.before += len(numbers) - failed
             counts.failed_before += failed
             shutil.rmtree(task.part(name, 0).parent, ignore_errors=True)  # left by a process that was killed
             continue
         if failed:
-            _reopen(target, task, name, shards.numbers(index))
-        to_do.append(index)
-        for number in _parts(task, name):
-            if _status(task.part(name, number)) == FrameStatus.COMPLETED:
-                counts.before += 1
-            elif retry_failed:
-                task.part(name, number).unlink()
-            else:
-                counts.failed_before += 1
-    return ShardBatch(target, shards, task, tuple(to_do), counts)
+            there = dict(zip(numbers, ShardTable.of(target, table).read("status")["status"].to_pylist(), strict=True))
+        else:
+            there = {number: _status(task.part(name, number)) for number in _parts(task, name)}
+        done = {number for number, status in there.items() if not (retry_failed and status == FrameStatus.FAILED)}
+        completed = sum(there[number] == FrameStatus.COMPLETED for number in done)
+        counts.before += completed
+        counts.failed_before += len(done) - completed
+        to_do[index] = frozenset(numbers) - done if done else numbers
+    return ShardBatch(target, shards, task, to_do, retry_failed, counts)
+
+
+def _facts(settings: BatchSettings, keep: Sequence[str], per_shard: int) -> dict[str, Any]:
+    """Return what determines the results, as JSON values."""
+    return settings.facts() | {"shards": {"keep": list(keep), "per_shard": per_shard}}
+
+
+def _part_folder(folder: Folder) -> str:
+    """Return the folder of this machine for the parts of unfinished shards."""
+    return str(folder.working / _PARTS)
+
+
+def complete_shard(address: str, task: ShardTask, retry_failed: bool, index: int) -> bool:
+    """Complete a shard on a worker of a cluster; a finished one is not completed again.
+
+    Parameters
+    ----------
+    address : str
+        Folder of the shards, or its address.
+    task : ShardTask
+    retry_failed : bool
+        Also complete failed frames again.
+    index : int
+
+    Returns
+    -------
+    bool
+        True.
+
+    Raises
+    ------
+    InputError
+        If the worker does not see the folder, or would give other results.
+    ExportError
+        If a file cannot be written.
+    """
+    folder = folder_at(address)
+    shards = _shards_on_worker(address, task)
+    batch = ShardBatch(folder, shards, replace(task, folder=_part_folder(folder)), {}, retry_failed)
+    batch.complete_here(index, threads_of_worker())
+    return True
+
+
+@lru_cache(1)
+def _shards_on_worker(address: str, task: ShardTask) -> ShardSet:
+    """Read shards.json and compare it with what a worker is asked for; done once per worker."""
+    folder = folder_at(address)
+    shards = read_shard_set(folder) if folder.exists(SHARDS_FILE) else None
+    if shards is None or shards.sha256 != task.sha256:
+        raise InputError(f"A worker of the cluster does not see the shards in {folder}. {SHARED_FOLDER}")
+    if shards.settings != _facts(task.settings, task.keep, shards.per_shard):
+        raise InputError(OTHER_MACHINE)
+    return shards
 
 
 def _failures(folder: Folder, task: ShardTask, names: Sequence[str]) -> dict[str, int]:
@@ -265,15 +384,6 @@ def _status(path: Path) -> str:
             return str(Part.of(file.readline()).row["status"])
     except (OSError, ValueError, KeyError) as error:
         raise FormatError(f"{path} is damaged ({cause(error)}). Delete it and run the batch again.") from error
-
-
-def _reopen(folder: Folder, task: ShardTask, name: str, numbers: range) -> None:
-    """Turn a finished shard into the parts of its completed frames, so that the failed ones can be completed."""
-    ensure_folder(task.part(name, 0).parent)
-    for number, (row, data) in zip(numbers, sample_of(folder, name), strict=True):
-        if row["status"] == "completed":
-            write_bytes(task.part(name, number), Part(row, data).content())
-    folder.remove(f"{name}.parquet")
 
 
 # The frozen list: a line of JSON for each frame.

@@ -216,6 +216,13 @@ class Task:
         return record.outcome if same else None
 
 
+OTHER_MACHINE = (
+    "This machine differs from the one that started the batch in its program version, networks or files, so its "
+    "results would differ. Install the same on all machines."
+)
+"""Message of a worker whose settings have another hash."""
+
+
 def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) -> FrameOutcome:
     """Complete a frame and write its folder, its record last; a completed frame is not completed again.
 
@@ -239,10 +246,7 @@ def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) ->
     if done is not None:
         return done
     if _sha256_here(task.settings) != task.sha256:
-        raise InputError(
-            "This machine differs from the one that started the batch in its program version, networks or files, so "
-            "its results would differ. Install the same on all machines."
-        )
+        raise InputError(OTHER_MACHINE)
     if threads is not None:
         cv2.setNumThreads(threads)
     tidy(task, frame)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from .._runtime.files import read_json
 from .._runtime.installation import optional
@@ -60,18 +60,12 @@ def record_crash(task: Task, frame: BatchFrame) -> FrameOutcome:
     return record.outcome
 
 
-# Completing frames on the workers of a Dask cluster, which share the folders.
-
-_CONNECT_TIMEOUT_S = 30
-"""Timeout of the connection to the scheduler [s]."""
-
-
 def complete_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) -> Outcomes:
     """Complete frames on a Dask cluster, and yield their outcomes in order of completion.
 
     Only frames' names and outcomes are sent; the workers read and write the files, and written frames are not
-    completed again if a worker is lost. Dask gives up a frame after several of its workers have crashed, which another
-    frame may have caused: such frames are completed here at the end, one after the other, each in its own process.
+    completed again if a worker is lost. Frames that Dask gives up are completed here at the end, one after the other,
+    each in its own process.
 
     Parameters
     ----------
@@ -83,21 +77,105 @@ def complete_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) 
     Raises
     ------
     InputError
-        If `distributed` is not installed (extra `cluster`), there is no scheduler, or its workers do not share the
-        folder of the results.
+        As `run_on_cluster`, or if its workers do not share the folder of the results.
     IlfError
-        If the connection to the scheduler is lost; and as `complete_frame`.
+        As `run_on_cluster` and `complete_frame`.
+    """
+    again = []
+    for frame, outcome in run_on_cluster(partial(_on_worker, task), frames, address):
+        if outcome is None:
+            again.append(frame)
+            continue
+        _check_shared(task, outcome)
+        yield outcome
+    yield from complete_locally(task, again)
+
+
+def _check_shared(task: Task, outcome: FrameOutcome) -> None:
+    """Raise InputError if the files that a worker has written are not visible here."""
+    path = Path(task.folder, outcome.folder, FRAME_FILE)
+    if outcome.status is FrameStatus.COMPLETED and not path.exists():
+        raise InputError(f"A worker has completed {outcome.frame}, but {path} is missing here. {SHARED_FOLDER}")
+
+
+def _on_worker(task: Task, frame: BatchFrame) -> FrameOutcome:
+    return complete_frame(task, frame, threads_of_worker())
+
+
+# Work on many items on the workers of a Dask cluster.
+
+SHARED_FOLDER = "Use an output folder that all machines share under the same path."
+"""What the user can do if a worker does not see the folder."""
+
+_CONNECT_TIMEOUT_S = 30
+"""Timeout of the connection to the scheduler [s]."""
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def run_on_cluster(
+    work: Callable[[Item], Result], items: Sequence[Item], address: str
+) -> Generator[tuple[Item, Result | None], None, None]:
+    """Yield every item with its result, in the order in which they finish; None for items that Dask gives up because
+    several of their workers have crashed, which another item may have caused.
+
+    When this generator is closed, items that no worker has started are cancelled.
+
+    Parameters
+    ----------
+    work : callable
+        At the top level of a module, so that workers find it; exceptions that it raises are raised here.
+    items : sequence
+    address : str
+        Address of the scheduler, or its scheduler file.
+
+    Raises
+    ------
+    InputError
+        If `distributed` is not installed (extra `cluster`), or there is no scheduler.
+    IlfError
+        If the connection to the scheduler is lost.
     """
     distributed = optional("distributed", "cluster", "A batch on several machines")
     try:
         with _without_dask_log(), _client(distributed, address) as client:
-            again = yield from _complete_futures(distributed, client, task, frames)
+            futures = {client.submit(work, item, pure=False): item for item in items}
+            try:
+                for future in distributed.as_completed(list(futures), loop=client.loop):
+                    item = futures.pop(future)
+                    try:
+                        result = future.result()
+                    except distributed.KilledWorker:
+                        result = None
+                    finally:
+                        future.release()
+                    yield item, result
+            finally:
+                client.cancel(list(futures))
     except (CancelledError, distributed.comm.CommClosedError) as error:
         raise IlfError(
-            f"The connection to the Dask scheduler at {address} was lost. Completed frames are kept: start the same "
+            f"The connection to the Dask scheduler at {address} was lost. What is finished is kept: start the same "
             "command again to resume."
         ) from error
-    yield from complete_locally(task, again)
+
+
+def threads_of_worker() -> int:
+    """Return the number of cores for a task on a worker of a cluster, which shares them among its threads."""
+    from distributed import get_worker
+
+    return max(available_cores() // get_worker().state.nthreads, 1)
+
+
+def check_wanted() -> None:
+    """End the task of this worker without a result if nobody waits for it any more, or the worker is to end."""
+    from distributed import Reschedule, get_worker
+    from distributed.core import Status
+
+    worker = get_worker()
+    state = worker.state.tasks.get(worker.get_current_task())
+    if state is None or state.state == "cancelled" or worker.status in (Status.closing_gracefully, Status.closing):
+        raise Reschedule
 
 
 @contextmanager
@@ -134,43 +212,3 @@ def _client(distributed: Any, address: str) -> Any:
             f"There is no Dask scheduler at {address} ({' '.join(str(error).split())}). Start one with `dask "
             "scheduler`, and give its address or its scheduler file (--scheduler-file)."
         ) from error
-
-
-def _complete_futures(
-    distributed: Any, client: Any, task: Task, frames: Sequence[BatchFrame]
-) -> Generator[FrameOutcome, None, list[BatchFrame]]:
-    """Complete frames on the cluster; return those that Dask has given up."""
-    again = []
-    futures = {client.submit(_on_worker, task, frame, pure=False): frame for frame in frames}
-    try:
-        for future in distributed.as_completed(list(futures), loop=client.loop):
-            frame = futures.pop(future)
-            try:
-                outcome = future.result()
-            except distributed.KilledWorker:
-                again.append(frame)
-                continue
-            finally:
-                future.release()
-            _check_shared(task, outcome)
-            yield outcome
-    finally:
-        client.cancel(list(futures))
-    return again
-
-
-def _check_shared(task: Task, outcome: FrameOutcome) -> None:
-    """Raise InputError if the files that a worker has written are not visible here."""
-    path = Path(task.folder, outcome.folder, FRAME_FILE)
-    if outcome.status is FrameStatus.COMPLETED and not path.exists():
-        raise InputError(
-            f"A worker has completed {outcome.frame}, but {path} is missing here. Use an output folder that all "
-            "machines share under the same path."
-        )
-
-
-def _on_worker(task: Task, frame: BatchFrame) -> FrameOutcome:
-    """Complete a frame on a worker of the cluster, with the cores shared among its threads."""
-    from distributed import get_worker
-
-    return complete_frame(task, frame, max(available_cores() // get_worker().state.nthreads, 1))

@@ -57,7 +57,7 @@ from .usage import Parser, UsageError, add_json, add_progress, count
 _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR [--jobs 4] [--shard 3/40]
        ilf batch SOURCE... --out DIR --dask ADDRESS
-       ilf batch [SOURCE...] --shards DIR [--verify] [--merge]"""
+       ilf batch [SOURCE...] --shards DIR [--dask ADDRESS] [--verify] [--merge]"""
 
 _STATIC_RADIUS = 3
 """Default number of frames before and after each for --static-camera."""
@@ -167,7 +167,7 @@ def add_arguments(parser: Parser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     if arguments.dask is not None and (arguments.jobs is not None or arguments.shard is not None):
-        raise UsageError("--dask distributes the frames itself: leave out --jobs and --shard.")
+        raise UsageError("--dask distributes the work itself: leave out --jobs and --shard.")
     check_shard_arguments(arguments)
     if arguments.verify or arguments.merge:
         check_or_merge(arguments)
@@ -228,8 +228,8 @@ def _add_sharing(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--dask",
         metavar="ADDRESS",
-        help="run on a Dask cluster: address of the scheduler, or its scheduler file. A scheduler can run any code "
-        "here and on its workers: use only one that you trust",
+        help="run on a Dask cluster, frame by frame, or shard by shard with --shards: address of the scheduler, or its "
+        "scheduler file. A scheduler can run any code here and on its workers: use only one that you trust",
     )
 
 

@@ -32,7 +32,7 @@ _SHUTDOWN_S = 30.0
 _MAX_LISTED = 5
 """Maximum number of failed frames and damaged files listed on the terminal; the tables list all frames."""
 
-_ONLY_FOLDERS = ("dask", "static_camera", "neighbours", "rerun_changed", "no_expected_error", "contact_sheet", "video")
+_ONLY_FOLDERS = ("static_camera", "neighbours", "rerun_changed", "no_expected_error", "contact_sheet", "video")
 """Flags of batches with a folder for each frame."""
 
 
@@ -153,7 +153,7 @@ def _complete(batch: ShardBatch, arguments: argparse.Namespace, failed: list[str
     shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
     with (
         FramesBar(counts.total, counts.before + counts.failed_before, counts.failed_before, shown=shown) as bar,
-        closing(batch.outcomes(arguments.jobs or 1)) as outcomes,
+        closing(batch.outcomes(arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
     ):
         for outcome in outcomes:
             if not outcome.is_completed and len(failed) < _MAX_LISTED:

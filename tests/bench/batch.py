@@ -59,7 +59,7 @@ def when(process: subprocess.Popen[str], out: Path, count: int) -> None:
 
 def children(process: int) -> list[int]:
     """Child processes that complete frames."""
-    found = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    found = [child for path in Path(f"/proc/{process}/task").glob("*/children") for child in path.read_text().split()]
     return [int(child) for child in found if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
 
 

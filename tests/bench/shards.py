@@ -64,10 +64,10 @@ def tables(out: Folder) -> list[str]:
     return [name for name in out.sizes() if name.startswith("shard-") and name.endswith(".parquet")]
 
 
-def done(out: Folder) -> int:
-    """Number of frames in parts and tables."""
+def done(out: Folder, per_shard: int = 7) -> int:
+    """Number of frames in parts and tables, about: the last shard counts as a whole one."""
     parts = sum(1 for path in out.working.glob("parts/*/*") if path.name.isdecimal())
-    return parts + 7 * len(tables(out))
+    return parts + per_shard * len(tables(out))
 
 
 def store_kills(folder: Path, count: int) -> bool:
@@ -141,7 +141,7 @@ def keys(folder: Path, count: int) -> bool:
     opened = partial(open_shards, partial(_listed, root), out, SETTINGS, KEEP, 1000, {})
     _step("freezing, in this process", count, opened)
     batch = opened()
-    _step("reading the frozen list", count, lambda: sum(1 for _ in batch._frames({})))
+    _step("reading the frozen list", count, lambda: sum(1 for _ in batch._frames(batch.to_do, {})))
     for index in range(batch.shards.count):
         name, numbers = batch.shards.name(index), batch.shards.numbers(index)
         made = [

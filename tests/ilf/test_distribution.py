@@ -3,10 +3,12 @@
 import ast
 import os
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -63,6 +65,27 @@ def test_entry_points_are_functions_in_the_clone():
         file = ROOT / installed[package] / rest.replace(".", "/")
         source = (file / "__init__.py" if file.is_dir() else file.with_suffix(".py")).read_text(encoding="utf-8")
         assert function in {node.name for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)}
+
+
+def test_manual_pages_are_those_of_the_parsers():
+    packaging = ROOT / "assets" / "packaging"
+    pages = runpy.run_path(str(packaging / "make_man.py"))["pages"]()
+    kept = {path.name: path.read_text(encoding="utf-8") for path in (packaging / "share" / "man" / "man1").iterdir()}
+    assert kept == pages, "run: python assets/packaging/make_man.py"
+    assert "\n.B \\-\\-screenshot FILE.png\n" in pages["ilf-gui.1"]
+
+
+def test_the_desktop_knows_the_commands_and_project_files():
+    share = ROOT / "assets" / "packaging" / "share"
+    entry = dict(re.findall(r"^(\w+)=(.*)$", (share / "applications" / "ilf-studio.desktop").read_text(), re.MULTILINE))
+    kind = ElementTree.parse(share / "mime" / "packages" / "ilf-studio.xml").find("{*}mime-type")
+    page = ElementTree.parse(share / "metainfo" / "ilf-studio.metainfo.xml")
+    assert kind is not None
+    assert (kind.find("{*}glob").get("pattern"), f"{kind.get('type')};") == ("*.ilf", entry["MimeType"])
+    assert page.findtext("provides/mediatype") == kind.get("type")
+    assert entry["Exec"].split()[0] in PROJECT["project"]["gui-scripts"]
+    assert (page.findtext("name"), page.findtext("summary")) == (entry["Name"], entry["Comment"])
+    assert page.findtext("launchable") == "ilf-studio.desktop"
 
 
 def test_the_packages_page_has_no_link_that_only_a_clone_can_follow():

@@ -440,7 +440,7 @@ def test_a_scheduler_that_is_lost_is_told_in_one_line(source, tmp_path):
     )
     assert ended.returncode == 1
     assert ended.stderr == (
-        f"ilf: error: The connection to the Dask scheduler at {told} was lost. Completed frames are kept: start the "
+        f"ilf: error: The connection to the Dask scheduler at {told} was lost. What is finished is kept: start the "
         "same command again to resume.\n"
     )
     assert "3 not done" in ended.stdout

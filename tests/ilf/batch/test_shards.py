@@ -131,7 +131,8 @@ def test_webdataset_reads_them_as_documented(source, tmp_path, in_this_process):
     webdataset = pytest.importorskip("webdataset")
     assert main(command(source, tmp_path / "DIR")) == 0
     text = (Path(__file__).parents[3] / "assets" / "docs" / "clusters.md").read_text(encoding="utf-8")
-    example = text.partition("```python\n")[2].partition("```")[0].replace("DIR", str(tmp_path / "DIR"))
+    example = next(code for code in text.split("```python\n") if code.startswith("def decoded")).partition("```")[0]
+    example = example.replace("DIR", str(tmp_path / "DIR"))
     names: dict = {"np": np, "PIL": PIL, "io": io, "glob": glob, "webdataset": webdataset}
     expected = ilf.open_source(tmp_path / "DIR")
     with warnings.catch_warnings():
@@ -318,7 +319,7 @@ def test_damage_is_found(source, tmp_path, in_this_process, capsys):
         (["--keep", "rgb"], "--keep takes depth", 2),
         (["--keep", "depth,normals"], "--keep takes depth", 2),
         (["--depth-formats", "png,npy"], "one format, png or npy", 2),
-        (["--mesh", "ply", "--dask", "x"], "--dask, --mesh cannot be combined with --shards", 2),
+        (["--mesh", "ply", "--video"], "--video, --mesh cannot be combined with --shards", 2),
         (["--verify"], "--verify needs no SOURCE", 2),
         (["--frames", "7:"], "numbered from 0 to 4", 1),
     ],

@@ -99,11 +99,12 @@ def test_a_process_that_is_being_started_leaves_the_terminal_s_interrupt_to_who_
 
 
 _BATCH = """
-import sys, time
+import signal, sys, time
 from ilf.batch import batch
 from ilf.cli import main
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell makes what it starts in the background ignore it
     write = batch.write_manifest
 
     def slowly(*arguments):  # as over ten thousand frames, or on a disk far away

@@ -1,0 +1,162 @@
+"""Shards by the workers of a Dask cluster: the same tars, and what happens when workers or the command end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import ilf.batch.shards
+from ilf.batch.settings import BatchSettings
+from ilf.batch.shard_task import ShardFrame, ShardTask
+from ilf.batch.shards import ShardBatch, complete_shard, open_shards
+from ilf.cli import main
+from ilf.errors import InputError
+from ilf.run.options import ExportOptions
+
+from ..batch_frames import work_in_this_process, write_frames
+from .test_batch import frames_in
+from .test_shards import command, rows, tars
+
+distributed = pytest.importorskip("distributed")
+pytest.importorskip("pyarrow.parquet")
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator:
+    """Two workers, which are threads of this process."""
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=False, protocol="tcp", host="127.0.0.1", dashboard_address=None
+    ) as there:
+        yield there
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    return write_frames(tmp_path / "in", 5)
+
+
+@pytest.fixture
+def begun(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """There are no other processes; the keys of the frames whose completion was begun."""
+    return work_in_this_process(monkeypatch)
+
+
+@pytest.fixture
+def batch(source: Path, tmp_path: Path, begun: list[str]) -> ShardBatch:
+    return open_shards(lambda: frames_in(source), tmp_path / "out", SETTINGS, ("depth",), 3, {})
+
+
+SETTINGS = BatchSettings(options=ExportOptions(depth_formats=("png",), cloud=None))
+
+
+def test_a_cluster_writes_the_same_shards_and_resumes(source, tmp_path, cluster, begun, capsys):
+    good = (source / "depth" / "0001.png").read_bytes()
+    out, alone = tmp_path / "out", tmp_path / "alone"
+    assert main(command(source, alone)) == 0
+    on_cluster = [word for word in command(source, out) if word != "--quiet"] + ["--dask", cluster.scheduler_address]
+    (source / "depth" / "0001.png").write_bytes(good[:40])
+    assert main(command(source, out, "--shard", "2/3")) == 0
+    begun.clear()
+    capsys.readouterr()
+    assert main(on_cluster) == 1
+    told = capsys.readouterr()
+    assert "1 of 5 frames failed. rgb/0001: " in told.err
+    assert "5 frames: 2 completed, 1 failed, 2 completed before, in " in told.out
+    assert sorted(begun) == ["rgb/0000", "rgb/0001", "rgb/0004"]
+    (source / "depth" / "0001.png").write_bytes(good)
+    assert main([*on_cluster, "--retry-failed"]) == 0
+    assert "5 frames: 1 completed, 0 failed, 4 completed before, in " in capsys.readouterr().out
+    assert begun[3:] == ["rgb/0001"]
+    assert tars(out) == tars(alone)
+    assert main(["batch", "--shards", str(out), "--verify"]) == 0
+    assert main(on_cluster) == 0
+    assert len(begun) == 4
+    assert not (out / "parts").exists()
+
+
+def test_workers_end_a_shard_that_nobody_waits_for(batch, cluster, begun, monkeypatch):
+    waiting, real = [], ilf.batch.shards.complete_part
+
+    def slow(task: ShardTask, item: ShardFrame, threads: int) -> object:
+        waiting.append(item)
+        while len(waiting) < 3:  # both workers are busy until this is seen below
+            time.sleep(0.01)
+        return real(task, item, threads)
+
+    monkeypatch.setattr(ilf.batch.shards, "complete_part", slow)
+    work = batch.outcomes(cluster=cluster.scheduler_address)
+    monkeypatch.setattr(distributed, "as_completed", lambda *_, **__: until_both(waiting))
+    with pytest.raises(KeyboardInterrupt):
+        next(work)
+    states = [worker.state.tasks for worker in cluster.workers.values()]
+    while any(task.state != "cancelled" for tasks in states for task in list(tasks.values())):
+        time.sleep(0.01)
+    waiting.append(None)
+    while any(states):
+        time.sleep(0.01)
+    assert len(begun) == 2, "each has ended after the frame in progress"
+    assert len(list(Path(batch.task.folder).glob("*/0*"))) == 2
+
+
+def until_both(waiting: list) -> Iterator:
+    while len(waiting) < 2:
+        time.sleep(0.01)
+    raise KeyboardInterrupt
+    yield
+
+
+@pytest.fixture
+def as_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    """This process is a worker."""
+    monkeypatch.setattr(ilf.batch.shards, "check_wanted", lambda: None)
+    monkeypatch.setattr(ilf.batch.shards, "threads_of_worker", lambda: 1)
+
+
+def test_a_frame_that_ends_workers_is_left_for_the_end(batch, begun, as_worker, monkeypatch):
+    real = ilf.batch.shards.complete_part
+
+    def deadly(task: ShardTask, item: ShardFrame, threads: int) -> object:
+        if item.number == 1:
+            begun.append(item.frame.key)
+            raise SystemExit
+        return real(task, item, threads)
+
+    def given_up(work, items, address) -> Iterator:
+        for item in items:
+            for _ in range(2):
+                try:
+                    work(item)
+                except SystemExit:
+                    continue
+                yield item, True
+                break
+            else:
+                yield item, None
+
+    monkeypatch.setattr(ilf.batch.shards, "complete_part", deadly)
+    monkeypatch.setattr(ilf.batch.shards, "run_on_cluster", given_up)
+    monkeypatch.setattr(ilf.batch.shards, "run_in_processes", lambda work, items, **_: ((item, None) for item in items))
+    outcomes = {outcome.frame: outcome for outcome in batch.outcomes(cluster="there")}
+    assert begun == ["rgb/0000", "rgb/0001", "rgb/0002", "rgb/0001", "rgb/0003", "rgb/0004"]
+    assert [key for key, outcome in outcomes.items() if not outcome.is_completed] == ["rgb/0001"]
+    assert "crashed twice" in outcomes["rgb/0001"].message
+    assert (batch.counts.completed, batch.counts.failed, batch.counts.left) == (4, 1, 0)
+    assert [row["status"] for row in rows(Path(str(batch.folder)))] == ["completed", "failed", *["completed"] * 3]
+
+
+def test_workers_that_see_or_are_something_else(batch, begun, as_worker, tmp_path, monkeypatch):
+    with pytest.raises(InputError, match=r"does not see the shards in .*elsewhere\. Use an output folder that all"):
+        complete_shard(str(tmp_path / "elsewhere"), batch.task, False, 0)
+    with pytest.raises(InputError, match="does not see the shards"):
+        complete_shard(str(batch.folder), replace(batch.task, sha256="other"), False, 0)
+    monkeypatch.setattr(BatchSettings, "facts", lambda self: {"version": "other"})
+    with pytest.raises(InputError, match="This machine differs from the one that started the batch"):
+        complete_shard(str(batch.folder), batch.task, False, 0)
+    monkeypatch.setattr(ilf.batch.shards, "run_on_cluster", lambda work, items, _: ((item, True) for item in items))
+    with pytest.raises(InputError, match=r"000000\.parquet, but it is missing in .*out here"):
+        next(batch.outcomes(cluster="there"))
+    assert not begun
