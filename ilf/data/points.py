@@ -221,12 +221,15 @@ def known_pixels(depth: NDArray[np.floating]) -> NDArray[np.bool_]:
 
 
 def required_intrinsics(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:
-    """Return the intrinsics, which points and normals require; raise InputError if they are unknown."""
+    """Return the intrinsics, which points and normals require; raise InputError if there are none."""
     if intrinsics is None:
         raise InputError(
             "Points and normals need the camera's intrinsics, and this frame has none. Give them as a preset "
             "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a JSON file."
         )
+    if not isinstance(intrinsics, CameraIntrinsics):
+        given = type(intrinsics).__name__
+        raise InputError(f"Points and normals need intrinsics as ilf.CameraIntrinsics(fx, fy, cx, cy), not {given}.")
     return intrinsics
 
 
