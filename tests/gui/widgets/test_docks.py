@@ -155,10 +155,11 @@ def test_full_screen_by_f11_and_back_and_escape_does_not_quit(qtbot: QtBot) -> N
 
 
 def test_the_icon_is_what_its_script_draws() -> None:
-    path = asset_path("icons/ilf-studio.png")
-    drawn = runpy.run_path(str(Path("assets/icons/make_icon.py").resolve()))["draw_icon"]()
+    path, script = asset_path("icons/ilf-studio.png"), runpy.run_path(str(Path("assets/icons/make_icon.py").resolve()))
+    drawn = script["draw_icon"]()
     stored = cv2.cvtColor(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), cv2.COLOR_BGRA2RGBA)
     np.testing.assert_allclose(stored.astype(int), drawn.astype(int), atol=1)
     assert not QImage(str(path)).isNull()
     assert drawn[0, 0, 3] == 0
     assert drawn[128, 128, 3] == 255
+    assert Path("assets/icons/ilf-studio.svg").read_text() == script["icon_svg"]()
