@@ -90,7 +90,7 @@ _NOTHING_KNOWN = "There is no depth to show."
 
 
 class _Request(NamedTuple):
-    wish: CloudRequest
+    request: CloudRequest
     before: Scene | None
     """Scene with the same points; None if there is none."""
 
@@ -148,7 +148,7 @@ class CloudFeature(Feature):
             )
         )
         cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
-        self._wish: CloudRequest | None = None
+        self._request: CloudRequest | None = None
         self._made: tuple[CloudRequest, Scene] | None = None
         self._proposed: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.float32]] | None = None
         """The last depth, the proposal, and the depth with it."""
@@ -203,7 +203,7 @@ class CloudFeature(Feature):
     def show(self) -> None:
         """Show the cloud, or the reason why there is none."""
         session = self._workspace.session if self._workspace.has_session else None
-        if self._wish is not None and (session is None or session.key != self._wish.key):
+        if self._request is not None and (session is None or session.key != self._request.key):
             self._drop()  # release the data of closed frames
         if not self._cloud.isVisible():
             return
@@ -221,10 +221,10 @@ class CloudFeature(Feature):
         elif self._cloud.chosen_only.isChecked() and not session.selected:
             self._drop(_NONE_SELECTED)
         else:
-            wish = self._present_wish(session, session.frame.intrinsics)
-            if not wish.is_same(self._wish):
-                self._wish = wish
-                self._questions.ask(_Request(wish, self._scene_before(wish)))
+            request = self._present_request(session, session.frame.intrinsics)
+            if not request.is_same(self._request):
+                self._request = request
+                self._questions.ask(_Request(request, self._scene_before(request)))
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the threads have ended."""
@@ -233,7 +233,7 @@ class CloudFeature(Feature):
     def _report(self, error: Exception) -> None:
         self.context.notes.report("Point cloud", error)
 
-    def _present_wish(self, session: Session, intrinsics: CameraIntrinsics) -> CloudRequest:
+    def _present_request(self, session: Session, intrinsics: CameraIntrinsics) -> CloudRequest:
         completion, by = session.completion(), self._cloud.colour_by
         if by in self._unavailable(session):
             by = ColourBy.COLOUR
@@ -291,31 +291,33 @@ class CloudFeature(Feature):
     def _forget_blocks(self) -> None:
         self._blocks = None
 
-    def _scene_before(self, wish: CloudRequest) -> Scene | None:
+    def _scene_before(self, request: CloudRequest) -> Scene | None:
         """The existing scene if it has the requested points, else None."""
-        return self._made[1] if self._made is not None and wish.has_same_points(self._made[0]) else None
+        return self._made[1] if self._made is not None and request.has_same_points(self._made[0]) else None
 
     def _take(self, question: _Request, scene: Scene) -> None:
-        wish = question.wish
-        if self._wish is None or wish.key != self._wish.key:
+        request = question.request
+        if self._request is None or request.key != self._request.key:
             return
-        self._made = wish, scene
+        self._made = request, scene
         if len(scene):
-            self._cloud.show_scene(scene, reset=wish.key != self._seen)
-            self._seen = wish.key
+            self._cloud.show_scene(scene, reset=request.key != self._seen)
+            self._seen = request.key
         else:
             self._cloud.set_message(_NOTHING_KNOWN)
 
     def _drop(self, message: str = "") -> None:
         """Show no cloud, and release the data of the last one."""
         self._questions.forget()
-        self._wish = self._made = self._blocks = self._proposed = None
+        self._request = self._made = self._blocks = self._proposed = None
         self._cloud.set_message(*([message] if message else []))
 
     def _show_value(self, pixel: tuple[int, int] | None) -> None:
         """Mark the value of a pixel on the colour bar."""
-        wish = self._made[0] if self._made is not None and pixel is not None and self._shows_present() else None
-        self._cloud.bar.set_value(None if wish is None or pixel is None else value_of(wish.subject, wish.by, pixel))
+        request = self._made[0] if self._made is not None and pixel is not None and self._shows_present() else None
+        self._cloud.bar.set_value(
+            None if request is None or pixel is None else value_of(request.subject, request.by, pixel)
+        )
 
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""

@@ -239,9 +239,9 @@ class LinkedViews(QWidget):
         before : Before
         """
         material = self.material
-        if not material.played or material.measured is None or depth_in.shape != material.measured.shape:
-            same = material.measured is not None and depth_in.shape == material.measured.shape
-            place = self.place if same else None
+        same_size = material.measured is not None and depth_in.shape == material.measured.shape
+        if not material.played or not same_size:
+            place = self.place if same_size else None
             self.set_frame(rgb, depth_in)
             if place is not None:
                 self.set_place(*place)

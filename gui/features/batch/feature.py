@@ -98,7 +98,7 @@ class BatchOpened:
     batch: Batch
 
 
-def batch_steps(wish: BatchRequest) -> Generator[BatchOpened | FrameOutcome, None, list[FrameOutcome]]:
+def batch_steps(request: BatchRequest) -> Generator[BatchOpened | FrameOutcome, None, list[FrameOutcome]]:
     """Complete the frames: yield the opened batch, then the outcome of each frame; return all outcomes.
 
     The manifest is written however the batch ends.
@@ -109,24 +109,29 @@ def batch_steps(wish: BatchRequest) -> Generator[BatchOpened | FrameOutcome, Non
         As from `open_batch` and `Batch.outcomes`, or if a picture cannot be written.
     """
     batch = open_batch(
-        wish.frames, wish.folder, wish.settings, only=wish.only, anew=wish.anew, retry_failed=wish.retry_failed
+        request.frames,
+        request.folder,
+        request.settings,
+        only=request.only,
+        anew=request.anew,
+        retry_failed=request.retry_failed,
     )
     yield BatchOpened(batch)
     cancel_events = current_cancel_events()
     try:
-        with closing(batch.outcomes(jobs=wish.jobs)) as outcomes:
+        with closing(batch.outcomes(jobs=request.jobs)) as outcomes:
             yield from outcomes
     finally:
         set_cancel_events()  # writing the manifest is not cancelled
         found = batch.write_manifest()
     set_cancel_events(*cancel_events)
-    for write in _pictures(wish):
-        write(wish.folder, found)
+    for write in _pictures(request):
+        write(request.folder, found)
     return found
 
 
-def _pictures(wish: BatchRequest) -> Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]:
-    return [write_contact_sheet] * wish.sheet + [write_video] * wish.video
+def _pictures(request: BatchRequest) -> Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]:
+    return [write_contact_sheet] * request.sheet + [write_video] * request.video
 
 
 class BatchFeature(Feature):
@@ -186,7 +191,7 @@ class BatchFeature(Feature):
         frames = frames_of_files([entry.source for entry in entries if entry.source is not None])
         chosen = self._chosen() if dialog.scope.currentData() == SELECTED_FRAMES else entries
         ids = {entry.id for entry in chosen}
-        wish = BatchRequest(
+        request = BatchRequest(
             tuple(frames),
             tuple(frame for frame, entry in zip(frames, entries, strict=True) if entry.id in ids),
             Path(dialog.folder.text().strip()).expanduser().absolute(),
@@ -198,11 +203,11 @@ class BatchFeature(Feature):
             dialog.video.isChecked(),
         )
         self._ids = {frame.key: entry.id for frame, entry in zip(frames, entries, strict=True)}
-        self._units = wish.settings.options.depth_units
-        self._folder, self._total = wish.folder, len(wish.only)
+        self._units = request.settings.options.depth_units
+        self._folder, self._total = request.folder, len(request.only)
         self._done, self._failed, self._completed = 0, 0, 0
         dialog.begin()
-        self.worker.start(lambda: batch_steps(wish))
+        self.worker.start(lambda: batch_steps(request))
 
     def pending_work(self) -> Sequence[PendingWork]:
         """The batch in progress, if any."""

@@ -271,6 +271,7 @@ class BlocksFeature(Feature):
 
     def show(self) -> None:
         """Update the rows and the selection."""
+        self.table.view.hint = self.context.reasons.no_frame() or "Extract blocks from the frame, or paint one"
         if self._workspace.has_session:
             session = self._workspace.session
             rows = block_rows(session, self._runs)

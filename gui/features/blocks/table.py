@@ -151,6 +151,8 @@ class _BlockView(QTableView):
 
     icon_clicked = Signal(QModelIndex)
     shown = Signal(QModelIndex)
+    hint = ""
+    """Text of the empty table."""
 
     def arrange(self) -> None:
         """Set up columns, selection and style; call once, after the model is set."""
@@ -224,7 +226,7 @@ class _BlockView(QTableView):
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         if self.model().rowCount() == 0:
-            paint_hint(self, "Extract blocks from the frame, or paint one")
+            paint_hint(self, self.hint)
 
     def _handle_icon_click(self, event: QMouseEvent) -> bool:
         index = self.indexAt(event.position().toPoint())

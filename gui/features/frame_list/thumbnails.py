@@ -159,21 +159,21 @@ class Thumbnails(QObject):
         """Make the requested thumbnails, the latest request first: its row is visible."""
         while True:
             try:
-                _, wish = self._pending.popitem()
+                _, request = self._pending.popitem()
             except KeyError:
                 return
-            yield wish.id, self._picture(wish)
+            yield request.id, self._picture(request)
 
-    def _picture(self, wish: _Request) -> QImage:
+    def _picture(self, request: _Request) -> QImage:
         try:
-            if wish.rgb is not None:
-                return rgb_image(thumbnail_of(wish.rgb))
-            stored = self.stored(wish.id) if self.stored is not None else None
+            if request.rgb is not None:
+                return rgb_image(thumbnail_of(request.rgb))
+            stored = self.stored(request.id) if self.stored is not None else None
             if stored is not None:
                 decoded: NDArray[Any] | None = cv2.imdecode(np.frombuffer(stored, np.uint8), cv2.IMREAD_COLOR)
                 if decoded is not None:
                     return rgb_image(thumbnail_of(decoded[..., ::-1]))
-            return QImage() if wish.source is None else rgb_image(read_thumbnail(wish.source))
+            return QImage() if request.source is None else rgb_image(read_thumbnail(request.source))
         except (IlfError, OSError, cv2.error):
             return QImage()
 

@@ -54,13 +54,13 @@ class ReportDialog(QDialog):
 
     Signals
     -------
-    wished()
+    requested()
         The user requested the report.
     cancelled()
         The user cancelled the report.
     """
 
-    wished = Signal()
+    requested = Signal()
     cancelled = Signal()
 
     def __init__(self, parent: QWidget) -> None:
@@ -100,7 +100,7 @@ class ReportDialog(QDialog):
         self.write_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
         self.write_button.setText("&Write…")
         self.write_button.setToolTip("Select the file and write the report in the background")
-        buttons.accepted.connect(self.wished)
+        buttons.accepted.connect(self.requested)
         buttons.rejected.connect(self.reject)
         self.work.cancelled.connect(self.cancelled)
         self.hidden.toggled.connect(lambda _: self._allow())
@@ -287,7 +287,7 @@ class ReportFeature(Feature):
         self.worker.finished.connect(self._finish)
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self.dialog.end("Cancelled. Nothing was written."))
-        self.dialog.wished.connect(self._choose_file)
+        self.dialog.requested.connect(self._choose_file)
         self.dialog.cancelled.connect(self.worker.cancel)
         context.workspace.frames.session_changed.connect(self._describe_again)
 

@@ -271,18 +271,20 @@ class CloudRequest:
         )
 
 
-def compose(wish: CloudRequest, before: Scene | None = None) -> Scene:
+def compose(request: CloudRequest, before: Scene | None = None) -> Scene:
     """Compute the requested scene; `before` is a scene with the same points to reuse."""
-    subject = wish.subject
+    subject = request.subject
     if before is None:
-        only = None if wish.chosen is None or subject.labels is None else np.isin(subject.labels, list(wish.chosen))
-        points, pixels = back_project(subject.depth, wish.intrinsics, only)
+        only = (
+            None if request.chosen is None or subject.labels is None else np.isin(subject.labels, list(request.chosen))
+        )
+        points, pixels = back_project(subject.depth, request.intrinsics, only)
         spacing = spacing_of(points)
         depths = (float(points[:, 2].min()), float(points[:, 2].max())) if len(points) else (0.0, 1.0)
     else:
         points, pixels, spacing, depths = before.points, before.pixels, before.spacing, before.depths
-    colouring = colours_of(subject, wish.by, points, pixels)
-    return Scene(points, pixels, subject.depth.shape[1], colouring, spacing, depths, wish.title)
+    colouring = colours_of(subject, request.by, points, pixels)
+    return Scene(points, pixels, subject.depth.shape[1], colouring, spacing, depths, request.title)
 
 
 def _same(one: Subject, other: Subject) -> bool:

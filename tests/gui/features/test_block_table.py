@@ -59,7 +59,7 @@ def test_selection_and_sorting_outlive_new_rows(table, qtbot):
     assert "Block 7" not in _names(table)
 
 
-def test_a_selected_block_that_vanishes_is_no_wish_of_the_user(table, qtbot):
+def test_a_selected_block_that_vanishes_is_not_selected_by_the_user(table, qtbot):
     table.select([3, 5])
     with qtbot.assertNotEmitted(table.selectionChanged):
         table.set_rows([row for row in _rows(12) if row.label != 5])

@@ -345,12 +345,12 @@ def test_a_block_that_is_done_as_the_run_is_cancelled_stays(
 ) -> None:
     make = ScriptedSteps._result
 
-    def result_and_wish(self: ScriptedSteps, label: int, block: Block) -> BlockResult:
-        for wish in current_cancel_events():
-            wish.set()
+    def result_then_cancelled(self: ScriptedSteps, label: int, block: Block) -> BlockResult:
+        for cancel_event in current_cancel_events():
+            cancel_event.set()
         return make(self, label, block)
 
-    monkeypatch.setattr(ScriptedSteps, "_result", result_and_wish)
+    monkeypatch.setattr(ScriptedSteps, "_result", result_then_cancelled)
     bench.runs.start()
     bench.script.allow(3)
     until(lambda: 1 in bench.session.valid_results())

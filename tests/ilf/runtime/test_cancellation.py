@@ -25,14 +25,14 @@ from ilf.run.writing import write
 
 
 @pytest.fixture
-def wish() -> threading.Event:
+def cancel_event() -> threading.Event:
     return threading.Event()
 
 
-def test_a_wish_is_heeded_within_its_block_alone(wish: threading.Event) -> None:
-    with cancelled_by(wish):
+def test_an_event_cancels_within_its_block_alone(cancel_event: threading.Event) -> None:
+    with cancelled_by(cancel_event):
         check_cancelled()
-        wish.set()
+        cancel_event.set()
         with pytest.raises(Cancelled):
             check_cancelled()
         with cancelled_by(threading.Event()), pytest.raises(Cancelled):
@@ -40,7 +40,7 @@ def test_a_wish_is_heeded_within_its_block_alone(wish: threading.Event) -> None:
     check_cancelled()
 
 
-def test_a_wish_is_heeded_by_the_threads_that_share_the_work(wish: threading.Event) -> None:
+def test_an_event_cancels_the_threads_that_share_the_work(cancel_event: threading.Event) -> None:
     begun, went_on = threading.Semaphore(0), threading.Event()
 
     def task() -> Generator[int, None, None]:
@@ -53,16 +53,16 @@ def test_a_wish_is_heeded_by_the_threads_that_share_the_work(wish: threading.Eve
     def stop() -> None:
         for _ in range(2):
             assert begun.acquire(timeout=20)
-        wish.set()
+        cancel_event.set()
 
     stopping = threading.Thread(target=stop)
     stopping.start()
-    with cancelled_by(wish), pytest.raises(Cancelled):
+    with cancelled_by(cancel_event), pytest.raises(Cancelled):
         list(run_in_parallel([task(), task()], 2))
     stopping.join()
 
 
-def test_threads_are_stopped_when_nobody_wants_more(wish: threading.Event) -> None:
+def test_threads_are_stopped_when_nobody_wants_more(cancel_event: threading.Event) -> None:
     seen: list[Cancelled] = []
 
     def task() -> Generator[int, None, None]:
@@ -95,11 +95,11 @@ def test_threads_take_turns_more_often_only_while_they_share_work() -> None:
         assert sys.getswitchinterval() == usual
 
 
-def test_whoever_waits_for_a_lock_stops_waiting(wish: threading.Event) -> None:
+def test_whoever_waits_for_a_lock_stops_waiting(cancel_event: threading.Event) -> None:
     lock, ended = threading.Lock(), []
 
     def wait() -> None:
-        set_cancel_events(wish)
+        set_cancel_events(cancel_event)
         try:
             with acquired(lock):
                 pass
@@ -109,7 +109,7 @@ def test_whoever_waits_for_a_lock_stops_waiting(wish: threading.Event) -> None:
     with lock:
         thread = threading.Thread(target=wait)
         thread.start()
-        wish.set()
+        cancel_event.set()
         thread.join(20)
         assert ended
     with acquired(lock):
@@ -117,10 +117,12 @@ def test_whoever_waits_for_a_lock_stops_waiting(wish: threading.Event) -> None:
     assert not lock.locked()
 
 
-def test_extraction_and_runs_stop(small_frame: RGBDFrame, small_labels: np.ndarray, wish: threading.Event) -> None:
-    with CompletionRun(small_frame, small_labels, preset("paper"), threads=2) as run, cancelled_by(wish):
+def test_extraction_and_runs_stop(
+    small_frame: RGBDFrame, small_labels: np.ndarray, cancel_event: threading.Event
+) -> None:
+    with CompletionRun(small_frame, small_labels, preset("paper"), threads=2) as run, cancelled_by(cancel_event):
         next(run)
-        wish.set()
+        cancel_event.set()
         with pytest.raises(Cancelled):
             next(run)
         with pytest.raises(Cancelled):
@@ -128,11 +130,11 @@ def test_extraction_and_runs_stop(small_frame: RGBDFrame, small_labels: np.ndarr
     assert extract_blocks(small_frame).any(), "what was stopped is not remembered"
 
 
-def test_nothing_is_written_by_what_is_to_stop(tmp_path: Path, wish: threading.Event) -> None:
+def test_nothing_is_written_by_what_is_to_stop(tmp_path: Path, cancel_event: threading.Event) -> None:
     path = tmp_path / "notes.txt"
     write_bytes(path, b"before")
-    wish.set()
-    with cancelled_by(wish):
+    cancel_event.set()
+    with cancelled_by(cancel_event):
         with pytest.raises(Cancelled):
             write_bytes(path, b"after")
         with pytest.raises(Cancelled):
@@ -188,5 +190,5 @@ def test_what_is_being_written_is_taken_away_at_a_sudden_end(tmp_path: Path, mon
     assert being_written._moving.locked(), "nothing is moved any more"
 
 
-def test_no_wishes_are_left(wish: threading.Event) -> None:
+def test_no_wishes_are_left(cancel_event: threading.Event) -> None:
     assert current_cancel_events() == ()

@@ -68,17 +68,17 @@ def test_large_landscapes_with_plateaus(compiled: bool, monkeypatch: pytest.Monk
 
 def test_it_stops_when_nobody_wants_more(monkeypatch: pytest.MonkeyPatch) -> None:
     heights, markers, mask = landscape(0, 20, 20, 3, 0.1, 1)
-    wish, asked = threading.Event(), []
+    cancel_event, asked = threading.Event(), []
 
     def ask() -> None:
         asked.append(True)
         if len(asked) == 3:
-            wish.set()
+            cancel_event.set()
         original()
 
     original = flooding.check_cancelled
     monkeypatch.setattr(flooding, "check_cancelled", ask)
     monkeypatch.setattr(flooding, "_PIXELS_PER_CHECK", 50)
-    with cancelled_by(wish), pytest.raises(Cancelled):
+    with cancelled_by(cancel_event), pytest.raises(Cancelled):
         flood(heights, markers, mask)
     assert len(asked) == 3
