@@ -107,7 +107,7 @@ def _compared_curves(session: Session, labels: Sequence[int]) -> list[Curve]:
 
 def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:
     """Error [m] as in `IterationRecord.error`, after the learned correction; NaN without one."""
-    if result.correction is None or frame.ground_truth is None:
+    if not result.correction or frame.ground_truth is None:
         return math.nan
     box, mask = result.block.box, result.block.mask
     off = (result.depth - frame.ground_truth[box][mask])[~frame.known[box][mask]].astype(np.float64)

@@ -343,18 +343,18 @@ def _completed(
 def _compute_correction(
     base: BaseCompletion | Correction | None, done: Mapping[int, BlockResult], threads: int | None
 ) -> Generator[Progress, None, tuple[Correction | None, tuple[str, ...]]]:
-    """Complete the rest of a base and run the correction network; the correction or None, and notes on why not."""
+    """Complete the rest of a base and run the correction networks; the correction or None, and notes on why not."""
     if not isinstance(base, BaseCompletion):
         return base, ()
     try:
-        network = base.network()
+        networks = base.networks()
         results = [done[label] for label in base.own]
         with closing(filter_steps(base.rest, threads, {})) as steps:
             for progress in steps:
                 if progress.result is not None:
                     results.append(progress.result)
                 yield NO_BLOCK
-        return base.correction(network, results), ()
+        return base.correction(networks, results), ()
     except InputError as error:
         return None, (f"Depth is not corrected: {error}",)
 
@@ -365,7 +365,7 @@ def _corrected(
     if correction is None:
         return replace(result, notes=(*result.notes, *notes))
     depth = correction.applied(task.block, task.raw, result.depth, task.by_hand)
-    return replace(result, depth=depth, correction=correction.network)
+    return replace(result, depth=depth, correction=correction.networks)
 
 
 def _parameters_for(parameters: Parameters | Mapping[int, Parameters | str], label: int) -> Parameters:

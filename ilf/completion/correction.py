@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.memory import release_memory
-from ..data.blocks import Block, find_blocks
+from ..data.blocks import SPARSE, Block, find_blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import FrameCache
@@ -26,6 +26,7 @@ from ..segmentation.extraction import found_blocks
 from .block import BlockTask
 from .correction_network import Array, CorrectionNetwork, load_correction_network
 from .filter import edges_for, is_guided
+from .sparse_correction import SparseCorrectionNetwork, load_sparse_correction_network
 
 UNCORRECTED = preset("best", correction=False)
 """Parameters of the completions that the network was trained on."""
@@ -51,13 +52,13 @@ class Correction:
         NaN = missing.
     change : ndarray of float32, shape (H, W)
         Change of the logarithm of that depth.
-    network : str
-        SHA-256 of the network.
+    networks : tuple of str
+        SHA-256 of the correction network, and in sparse frames of that for sparse depth.
     """
 
     base_depth: Array
     change: Array
-    network: str
+    networks: tuple[str, ...]
 
     def applied(self, block: Block, raw: Array, depth: Array, by_hand: DepthByHand | None = None) -> Array:
         """A block's depth, corrected where it was missing, as far as it equals the network's input: other blocks,
@@ -76,7 +77,7 @@ class Correction:
         if by_hand is not None:
             stated = np.zeros(block.mask.shape, bool)
             stated[block.mask] = by_hand.pixels
-            change = change * _fading(stated)[block.mask]
+            change = change * fading(stated)[block.mask]
         with np.errstate(invalid="ignore", divide="ignore"):
             off = np.log(depth / base_depth)
         agreement = np.exp(-np.square(np.where(np.isnan(off), np.inf, off / np.float32(_ALIKE))))
@@ -94,16 +95,16 @@ def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:
         Change of log depth.
     known : ndarray of bool, shape (H, W)
     """
-    return np.asarray(np.float32(_SHARE) * _fading(known) * change, np.float32)
+    return np.asarray(np.float32(_SHARE) * fading(known) * change, np.float32)
 
 
 def changes_anywhere(known: NDArray[np.bool_]) -> bool:
     """Whether any missing pixel is far enough from known depth to be changed."""
-    return bool(_fading(known).any())
+    return bool(fading(known).any())
 
 
-def _fading(known: NDArray[np.bool_]) -> Array:
-    """Factor on the changes, from 0 near known depth to 1."""
+def fading(known: NDArray[np.bool_]) -> Array:
+    """Factor on the changes, from 0 near known depth to 1; float32 (H, W)."""
     faded = np.asarray(cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
     faded -= np.float32(_FADED)
     faded /= np.float32(_FAR - _FADED)
@@ -136,42 +137,50 @@ class BaseCompletion:
     own: tuple[int, ...]
     rest: tuple[BlockTask, ...]
 
-    def network(self) -> CorrectionNetwork:
-        """Load the correction network.
+    def networks(self) -> tuple[CorrectionNetwork, SparseCorrectionNetwork | None]:
+        """Load the correction network and, for a sparse frame, that for sparse depth.
 
         Raises
         ------
         InputError
-            If it is missing or broken, or its input from the edge network is missing.
+            If one is missing or broken, or their input from the edge network is missing.
         """
         network = load_correction_network()
         if self.edges.network is None:
             raise InputError("the correction network needs the contours of the edge network.")
-        return network
+        return network, load_sparse_correction_network() if self.frame.known.mean() < SPARSE else None
 
-    def correction(self, network: CorrectionNetwork, results: Iterable[BlockResult]) -> Correction:
-        """Run a network on the base completion and cache the correction with the frame.
+    def correction(
+        self, networks: tuple[CorrectionNetwork, SparseCorrectionNetwork | None], results: Iterable[BlockResult]
+    ) -> Correction:
+        """Run the networks on the base completion and cache the correction with the frame.
 
         Parameters
         ----------
-        network : CorrectionNetwork
+        networks : (CorrectionNetwork, SparseCorrectionNetwork or None)
         results : iterable of BlockResult
             Results of `own` and `rest`.
 
         Raises
         ------
         InputError
-            If the network's output is not finite.
+            If a network's output is not finite.
         """
+        network, further = networks
         frame, completed = self.frame, self.frame.depth.copy()
         for result in results:
             completed[result.block.box][result.block.mask] = result.depth
         left = frame.unfilled_mask()
         if left is not None:  # whatever the run's parameters are
             completed[left] = np.nan
-        change = applied_change(network.change(frame.rgb, frame.depth, completed, self.edges.probability), frame.known)
+        contours = self.edges.probability
+        change = applied_change(network.change(frame.rgb, frame.depth, completed, contours), frame.known)
+        if further is not None:
+            corrected = np.asarray(completed * np.exp(change), np.float32)
+            change = change + fading(frame.known) * further.change(frame.rgb, frame.depth, corrected, change, contours)
         release_memory(change.size)
-        return corrections.keep(frame, self.extraction, Correction(completed, change, network.sha256))
+        used = tuple(one.sha256 for one in networks if one is not None)
+        return corrections.keep(frame, self.extraction, Correction(completed, change, used))
 
 
 def find_base_completion(tasks: Sequence[BlockTask]) -> BaseCompletion | Correction | None:

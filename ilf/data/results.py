@@ -203,8 +203,9 @@ class BlockResult:
     drawn : ndarray of bool or None
         Which of the block's pixels were marked as at a drawn border, in the order of `block.mask`'s True values
         (`drawn_of`); None if none was.
-    correction : str or None
-        SHA-256 of the correction network that was used; None if none was.
+    correction : tuple of str
+        SHA-256 of the correction network that was used and, in a sparse frame, of that for sparse depth; empty if none
+        was.
     explained : bool
         Whether a smooth surface explains all of the block's known depth, so that a network has nothing to correct.
         Valid only during the run, and not stored.
@@ -221,7 +222,7 @@ class BlockResult:
     notes: tuple[str, ...] = ()
     edges: BlockParameters | None = None
     drawn: NDArray[np.bool_] | None = None
-    correction: str | None = None
+    correction: tuple[str, ...] = ()
     explained: bool = False
     by_hand: DepthByHand | None = None
 

@@ -117,7 +117,7 @@ class _Entry:
     parameters: int
     edges: int | None
     network: str | None
-    correction: str | None
+    correction: tuple[str, ...]
     notes: tuple[str, ...]
     drawn: bool
     history: tuple[str, int] | None

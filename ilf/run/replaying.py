@@ -17,7 +17,7 @@ from .._runtime.files import file_sha256
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
-from .._runtime.networks.models import CORRECTION, DEPTH_EDGES
+from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION
 from .._runtime.networks.session import device
 from .._runtime.schema import Section
 from ..data.by_hand import DepthByHand
@@ -126,9 +126,9 @@ def network_differences(record: RunRecord) -> list[str]:
             if present == sha256:
                 continue
             state = "is not available" if present is None else "has changed"
-            if name == CORRECTION:
+            if name in (CORRECTION, SPARSE_CORRECTION):
                 sentences.append(
-                    f"The correction network used by the run {state}: filled depth may differ. "
+                    f"The network {name!r} used by the run {state}: filled depth may differ. "
                     "Install the recorded version."
                 )
                 continue

@@ -3,7 +3,7 @@ A few hundred points
 ====================
 
 Points of a map or lines of a lidar are sparse depth: less than 5 % of the pixels. ``best`` completes it with the same
-call.
+call, and a second network corrects it.
 """
 
 import matplotlib.pyplot as plt

@@ -169,7 +169,7 @@ def test_a_corrected_block_has_the_error_of_its_depth(panel: CurvesPanel) -> Non
     session = workspace.session
     (result,) = complete(frame, session.labels).results.values()
     presenter = CurvesPresenter(workspace, panel)
-    for correction, expected in (("a" * 64, "err 20 mm"), (None, "err 10 mm")):
+    for correction, expected in ((("a" * 64,), "err 20 mm"), ((), "err 10 mm")):
         workspace.runs.store_results(session, [replace(result, depth=result.depth - 0.01, correction=correction)])
         presenter.show()
         assert expected in panel.readout.text

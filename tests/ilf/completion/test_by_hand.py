@@ -166,7 +166,7 @@ def test_the_correction_leaves_it_alone() -> None:
     frame = RGBDFrame(colour, np.where(HOLE, np.nan, PLANE))
     by_hand = DepthByHand(_at(PATCH, PLANE), 1.0)
     result = ilf.complete(frame, ONE, by_hand=by_hand)
-    assert result.results[1].correction is not None
+    assert result.results[1].correction
     np.testing.assert_allclose(result.depth[PATCH], PLANE[PATCH], rtol=2e-3)
 
 

@@ -142,7 +142,7 @@ def room_block() -> tuple[Block, np.ndarray]:
 def test_a_block_takes_a_change_as_far_as_it_is_what_the_network_has_seen() -> None:
     block, mask = room_block()
     base_depth = np.full(mask.shape, 2, np.float32)
-    correction = Correction(base_depth, np.full(mask.shape, 0.1, np.float32), "")
+    correction = Correction(base_depth, np.full(mask.shape, 0.1, np.float32), ())
     depth = np.full(mask.size, 2, np.float32)
     raw = np.full(mask.size, np.nan, np.float32)
     raw[0] = 2
@@ -187,8 +187,8 @@ def test_known_depth_stays_and_missing_depth_is_corrected(
     np.testing.assert_array_equal(np.isnan(corrected.depth), np.isnan(plain.depth))
     assert np.any(corrected.depth[corrected.filled] != plain.depth[corrected.filled])
     sha256 = installed_sha256(CORRECTION)
-    assert {result.correction for result in corrected.results.values() if result.outcome.recovered} == {sha256}
-    assert {result.correction for result in plain.results.values()} == {None}
+    assert {result.correction for result in corrected.results.values() if result.outcome.recovered} == {(sha256,)}
+    assert {result.correction for result in plain.results.values()} == {()}
 
 
 def test_a_block_run_alone_is_what_it_is_among_all(
@@ -314,7 +314,7 @@ def test_a_block_whose_border_was_drawn_is_what_the_user_has_made_it(
         ilf.complete(frame, blocks, ilf.preset("best", correction=on), drawn=drawn).results[largest]
         for on in (True, False)
     )
-    assert found.correction is None
+    assert found.correction == ()
     np.testing.assert_array_equal(found.depth, plain.depth)
 
 
@@ -332,7 +332,7 @@ def test_a_frame_with_a_guide_that_is_followed_is_left_to_it(frame: ilf.RGBDFram
     assert is_guided(guided)
     assert not is_guided(frame)
     results = ilf.complete(guided, blocks).results.values()
-    assert {result.correction for result in results} == {None}
+    assert {result.correction for result in results} == {()}
 
 
 def test_without_its_network_depth_stays_as_the_filter_leaves_it(
@@ -357,7 +357,7 @@ def test_the_network_is_not_asked_where_all_missing_depth_is_near_known_depth(
     thin[::3, ::3] = np.nan
     found = ilf.complete(ilf.RGBDFrame(frame.rgb, thin), blocks)
     assert found.filled.sum() > 1000
-    assert {result.correction for result in found.results.values()} == {None}
+    assert {result.correction for result in found.results.values()} == {()}
     assert not found.notes
 
 

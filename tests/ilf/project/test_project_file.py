@@ -422,7 +422,7 @@ def test_a_small_part_does_not_unpack_to_gigabytes(monkeypatch):
     """Bits and zeros take hardly any room as long as they are packed."""
     measured = np.full((1000, 1000), 2.0, np.float32)
     row = {"label": 1, "box": [0, 1000, 0, 1000], "outcome": {}, "parameters": 0, "edges": None, "network": None}
-    row |= {"correction": None, "notes": [], "drawn": False, "by_hand": None, "history": None}
+    row |= {"correction": [], "notes": [], "drawn": False, "by_hand": None, "history": None}
     head = {"results": [row] * 69, "parameters": [], "edges": []}
     content = npz({"masks": np.zeros(69 * 125_000, np.uint8)}, {"results.json": json.dumps(head).encode()})
     assert len(content) < 50_000

@@ -1,0 +1,34 @@
+"""`python -m ilf.lab.training.sparse_correction --frames FRAME... --data SAMPLES --out FOLDER`: train the correction
+network for sparse depth."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..trainer import train
+from .samples import jobs_default, make_samples
+
+if TYPE_CHECKING:
+    from .task import SparseCorrectionTraining
+
+
+def _training(arguments: argparse.Namespace) -> SparseCorrectionTraining:
+    from .task import SparseCorrectionTraining
+
+    make_samples(arguments.frames, arguments.data, arguments.jobs)
+    return SparseCorrectionTraining(arguments.data)
+
+
+def main() -> None:
+    """Make the samples that are missing, train, or resume training, and export."""
+    parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.sparse_correction", description=__doc__)
+    parser.add_argument("--frames", type=Path, nargs="*", default=[], help="folders of real frames")
+    parser.add_argument("--data", type=Path, required=True, help="folder of the samples")
+    parser.add_argument("--jobs", type=int, default=jobs_default(), help="processes for samples (default: %(default)s)")
+    train(parser, 20, _training)
+
+
+if __name__ == "__main__":
+    main()
