@@ -136,12 +136,13 @@ def spread_to_pixels(cells: Array, log_depth: Array, pixels: Array) -> Array:
     row, column = (
         np.clip(np.rint(at), 0, size - 1).astype(int) for at, size in zip((rows, columns), cells.shape, strict=True)
     )
+    off_rows, off_columns = (np.asarray(at - cell + 1, np.float32) for at, cell in ((rows, row), (columns, column)))
     changes, depths = (np.pad(one, 1, mode="edge") for one in (cells, log_depth))
     total, weights = np.zeros_like(pixels), np.zeros_like(pixels)
     for down in (0, 1, 2):
         for right in (0, 1, 2):
             there = np.ix_(row + down, column + right)
-            near = np.exp(-np.square(rows - row - down + 1))[:, None] * np.exp(-np.square(columns - column - right + 1))
+            near = np.exp(-np.square(off_rows - down))[:, None] * np.exp(-np.square(off_columns - right))
             alike = np.exp(-np.square(depths[there] - pixels) / np.float32(_LIKE))
             weight = near * (np.nan_to_num(alike, nan=1) + np.float32(1e-6))
             total += weight * changes[there]
