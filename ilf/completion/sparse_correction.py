@@ -38,7 +38,7 @@ _NARROW, _WIDE, _MEAN, _RELIEF, _DENSITY = 17, 41, 7, 9, 15
 _GAIN = 4
 """Factor on differences of log depth, which brings them to about 1."""
 
-_LIKE = 0.03
+_ALIKE = 0.03
 """Squared difference of log depth at which a cell's change counts 37 % for a pixel."""
 
 
@@ -143,7 +143,7 @@ def spread_to_pixels(cells: Array, log_depth: Array, pixels: Array) -> Array:
         for right in (0, 1, 2):
             there = np.ix_(row + down, column + right)
             near = np.exp(-np.square(off_rows - down))[:, None] * np.exp(-np.square(off_columns - right))
-            alike = np.exp(-np.square(depths[there] - pixels) / np.float32(_LIKE))
+            alike = np.exp(-np.square(depths[there] - pixels) / np.float32(_ALIKE))
             weight = near * (np.nan_to_num(alike, nan=1) + np.float32(1e-6))
             total += weight * changes[there]
             weights += weight

@@ -1,6 +1,7 @@
 """Effect of the learned correction on hold-outs: `python -m tests.bench.correction_effect FRAME ... [--seeds 1 2]`.
 
-Depth of every frame is held out, and the frame is completed with and without the correction. Prints the errors without
+Depth of every frame is held out, and the frame is completed with and without the correction. With `--second`, only the
+second correction, that of sparse depth (`--pattern points`, `--pattern lines`), is left out. Prints the errors without
 it, their ratios, geometric means over frames and seeds, and how often the correction is better.
 """
 
@@ -28,6 +29,7 @@ def main() -> None:
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2])
     parser.add_argument("--pattern", default="areas")
     parser.add_argument("--network", type=Path, help="correction network to use instead of the bundled one")
+    parser.add_argument("--second", action="store_true", help="effect of the second correction alone")
     arguments = parser.parse_args()
     network = arguments.network and CorrectionNetwork.load(arguments.network)
     ratios = []
@@ -37,10 +39,14 @@ def main() -> None:
             for seed in arguments.seeds:
                 task = make_task(source, arguments.pattern, seed)
                 blocks = extract_blocks(task.frame)
-                without, found = (
-                    score(complete(task.frame, blocks, parameters).depth, task).errors
-                    for parameters in (UNCORRECTED, None)
-                )
+                found = score(complete(task.frame, blocks).depth, task).errors
+                if arguments.second:
+                    # in a frame of its own, which has no correction in its cache
+                    same = make_task(source, arguments.pattern, seed).frame
+                    with patch("ilf.completion.correction.SPARSE", 0.0):
+                        without = score(complete(same, blocks).depth, task).errors
+                else:
+                    without = score(complete(task.frame, blocks, UNCORRECTED).depth, task).errors
                 ratios.append((found.rmse / without.rmse, found.mae / without.mae))
                 print(
                     f"{folder.name:26} seed {seed}  {1000 * without.rmse:6.1f} {1000 * without.mae:6.1f} mm  "

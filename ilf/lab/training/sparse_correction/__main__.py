@@ -4,11 +4,12 @@ network for sparse depth."""
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..trainer import train
-from .samples import jobs_default, make_samples
+from .samples import make_samples
 
 if TYPE_CHECKING:
     from .task import SparseCorrectionTraining
@@ -26,8 +27,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.sparse_correction", description=__doc__)
     parser.add_argument("--frames", type=Path, nargs="*", default=[], help="folders of real frames")
     parser.add_argument("--data", type=Path, required=True, help="folder of the samples")
-    parser.add_argument("--jobs", type=int, default=jobs_default(), help="processes for samples (default: %(default)s)")
-    train(parser, 20, _training)
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, help="processes for samples (default: all cores, %(default)s)"
+    )
+    train(parser, 24, _training)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import zlib
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -154,11 +153,6 @@ def _make_one(out: Path, wanted: tuple[Path, int]) -> None:
     made = make_sample(*wanted)
     if made is not None:
         made.save(_path(out, *wanted))
-
-
-def jobs_default() -> int:
-    """Processes that make samples, if no number is given."""
-    return os.cpu_count() or 1
 
 
 def is_held_out(path: Path) -> bool:
