@@ -7,8 +7,9 @@ from .data.frame import RGBDFrame as RGBDFrame
 from .data.parameters import PRESETS as PRESETS
 from .data.parameters import BlockParameters as BlockParameters
 from .data.parameters import Parameters as Parameters
-from .data.parameters import preset as preset
 from .data.points import point_cloud as point_cloud
+from .data.presets import preset as preset
+from .data.presets import save_preset as save_preset
 from .data.results import Completion as Completion
 from .data.surface import surface_mesh as surface_mesh
 from .data.surface import surface_normals as surface_normals

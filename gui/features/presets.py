@@ -18,8 +18,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf.errors import IlfError
-from ilf.run.preset_files import (
+from ilf.data.presets import (
+    PRESET_SUFFIX,
     UserPreset,
     delete_preset,
     import_preset,
@@ -27,8 +27,8 @@ from ilf.run.preset_files import (
     read_preset,
     rename_preset,
     save_preset,
-    write_preset,
 )
+from ilf.errors import IlfError
 
 from ..base.commands import Command
 from ..widgets.basics import PlainLabel, last_folder, literal_text
@@ -146,8 +146,13 @@ class PresetsFeature(Feature):
 
     def save(self, name: str, with_extraction: bool = False, replace: bool = False) -> bool:
         """Save the parameters shown in the filter panel; return False, with a message, if that fails."""
-        preset = self._shown(name, with_extraction)
-        return self._do("Save preset", lambda: save_preset(preset, replace=replace), f"Preset {name} saved.", name)
+        extraction = self.context.workspace.parameters.extraction if with_extraction else None
+        return self._do(
+            "Save preset",
+            lambda: save_preset(name, self._filter.shown, extraction, replace=replace),
+            f"Preset {name} saved.",
+            name,
+        )
 
     def rename(self, old: str, new: str) -> bool:
         """Rename a preset of the user; return False, with a message, if that fails."""
@@ -167,8 +172,11 @@ class PresetsFeature(Feature):
 
     def write(self, path: Path) -> bool:
         """Write the parameters shown in the filter panel to a file; return False, with a message, if that fails."""
-        preset = self._shown(path.stem)
-        return self._do("Export preset", lambda: write_preset(path, preset), f"Preset written to {path}.")
+        return self._do(
+            "Export preset",
+            lambda: save_preset(path, self._filter.shown, replace=True),
+            f"Preset written to {path}.",
+        )
 
     def ask_save(self) -> None:
         """Save a preset by the dialog."""
@@ -177,7 +185,7 @@ class PresetsFeature(Feature):
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
         def take() -> None:
-            name = dialog.name.text().strip()
+            name = dialog.name.text().strip().removesuffix(PRESET_SUFFIX)
             there = name in self._own
             if not there or self._may(f"A preset {name} exists already. Replace it?", "Save preset"):
                 self.save(name, dialog.with_extraction.isChecked(), replace=there)
@@ -220,12 +228,6 @@ class PresetsFeature(Feature):
         if path:
             QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
             self.write(Path(path) if Path(path).suffix else Path(path + ".json"))
-
-    def _shown(self, name: str, with_extraction: bool = False) -> UserPreset:
-        present = self._box.present
-        base = self._own[present].base if present in self._own else present
-        extraction = self.context.workspace.parameters.extraction if with_extraction else None
-        return UserPreset(name, self._filter.shown, base=base, extraction=extraction)
 
     def _choose(self, name: str) -> None:
         """Apply the preset's parameters of the extraction; the filter panel applies those of the filter."""

@@ -14,7 +14,8 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf.completion.completion import prepare
 from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import BlockParameters, preset
+from ilf.data.parameters import BlockParameters
+from ilf.data.presets import preset
 from ilf.errors import IlfError
 from ilf.io.depth_reading import PlausibilityWarning
 from ilf.project.frame_state import FrameState

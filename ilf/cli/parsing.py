@@ -13,9 +13,9 @@ from ..data.by_hand import USUAL_WEIGHT
 from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
+from ..data.presets import UserPreset, find_preset
 from ..errors import InputError, ParameterError
 from ..io.labels import with_more_invalid
-from ..run.preset_files import UserPreset, find_preset
 from ..sources.frame_source import FrameSource
 from ..sources.neighbours import with_neighbours
 from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions

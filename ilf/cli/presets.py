@@ -6,7 +6,7 @@ import argparse
 
 from ..data.declarations import Value
 from ..data.parameters import PRESETS
-from ..run.preset_files import list_presets, presets_folder
+from ..data.presets import list_presets, presets_folder
 from .output import table, warn
 from .usage import Parser
 

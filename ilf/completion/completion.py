@@ -18,7 +18,8 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import FrameCache, once_per_frame
 from ..data.guide import Guide
-from ..data.parameters import BlockParameters, Parameters, as_parameters
+from ..data.parameters import BlockParameters, Parameters
+from ..data.presets import as_parameters
 from ..data.results import NO_BLOCK, BlockResult, Progress, notes_of
 from ..errors import InputError
 from ..segmentation.extraction import found_blocks

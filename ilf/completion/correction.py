@@ -18,7 +18,8 @@ from ..data.blocks import SPARSE, Block, find_blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import FrameCache
-from ..data.parameters import BlockParameters, Parameters, preset
+from ..data.parameters import BlockParameters, Parameters
+from ..data.presets import preset
 from ..data.results import BlockResult
 from ..errors import InputError
 from ..segmentation.edges.frame_edges import FrameEdges

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..data.frame import RGBDFrame
-from ..data.parameters import BlockParameters, preset
+from ..data.parameters import BlockParameters
+from ..data.presets import preset
 from ..data.results import Completion, IterationRecord
 from .completion import iterate
 

@@ -308,38 +308,6 @@ PRESETS: dict[str, Parameters] = {
 DEFAULT_PRESET = "best"
 
 
-def as_parameters(given: Parameters | str | None, /, **changes: object) -> Parameters:
-    """Return filter parameters given as an object or by preset name, with any of them changed by keyword.
-
-    Parameters
-    ----------
-    given : Parameters, str or None
-        A string is the name of a preset; None means the default preset.
-    **changes
-        Any parameter by name.
-
-    Raises
-    ------
-    ParameterError
-        For an unknown preset or parameter, a value out of range, a parameter that has no effect with the others, or
-        an object of another type.
-
-    Examples
-    --------
-    >>> as_parameters("paper") == preset("paper")
-    True
-    >>> as_parameters(Parameters(trend=False), noise=0.01).noise
-    0.01
-    """
-    if given is None or isinstance(given, str):
-        return preset(DEFAULT_PRESET if given is None else given, **changes)
-    if isinstance(given, Parameters):
-        return given.changed(**changes)
-    raise ParameterError(
-        f"Parameters must be ilf.Parameters or the name of a preset ({', '.join(PRESETS)}), not {given!r:.60}."
-    )
-
-
 def as_block_parameters(given: BlockParameters | None, /, **changes: object) -> BlockParameters:
     """Return extraction parameters, the defaults for None, with any of them changed by keyword; raise ParameterError
     for other types."""
@@ -377,37 +345,6 @@ def split_parameters(changes: Mapping[str, Value], *others: str) -> tuple[dict[s
     check_names(changes, [*of_filter, *BlockParameters.declarations(), *others])
     first = {name: value for name, value in changes.items() if name in of_filter}
     return first, {name: value for name, value in changes.items() if name not in of_filter}
-
-
-def preset(name: str = DEFAULT_PRESET, **changes: object) -> Parameters:
-    """Return the parameters of a preset, with any of them changed.
-
-    Parameters
-    ----------
-    name : str
-        "best" (edge-aware filter), "paper" (staged schedule, stop when steady) or "released-code" (linear schedule,
-        always 1500 iterations).
-    **changes
-        Any parameter by name.
-
-    Raises
-    ------
-    ParameterError
-        For an unknown preset or parameter, a value out of range, or a parameter that has no effect with the others.
-
-    Examples
-    --------
-    >>> preset() == Parameters()
-    True
-    >>> preset("released-code", rgb_iterations=0, mode="fill+denoise").rgb_iterations
-    0
-    >>> preset("best", padding=3)
-    Traceback (most recent call last):
-    ilf.errors.ParameterError: padding has no effect with filter edge-aware; it belongs to filter ideal.
-    """
-    if name not in PRESETS:
-        raise ParameterError(f"There is no preset {name!r}. Known: {', '.join(PRESETS)}.")
-    return PRESETS[name].changed(**changes)
 
 
 # Short description of parameters: the nearest preset, and the values that differ from it.

@@ -16,7 +16,8 @@ from ..data.by_hand import DepthByHand
 from ..data.frame import GroundTruthFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.neighbours import NeighbourDepth
-from ..data.parameters import BlockParameters, Parameters, preset
+from ..data.parameters import BlockParameters, Parameters
+from ..data.presets import preset
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
 from ..evaluation.hold_out import HoldOutTest

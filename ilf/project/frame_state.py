@@ -13,7 +13,8 @@ from ..data.blocks import Box
 from ..data.by_hand import DepthByHand
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
-from ..data.parameters import BlockParameters, Parameters, preset
+from ..data.parameters import BlockParameters, Parameters
+from ..data.presets import preset
 from ..data.results import BlockResult
 from ..evaluation.quality.ignored import IgnoredPlace
 from ..run.run import Run

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from ..data.parameters import BlockParameters, Parameters, preset
+from ..data.parameters import BlockParameters, Parameters
+from ..data.presets import preset
 from ..sources.frame_source import FrameSource
 
 

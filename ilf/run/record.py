@@ -26,7 +26,8 @@ from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Guide
 from ..data.neighbours import Neighbour, NeighbourDepth
-from ..data.parameters import BlockParameters, Parameters, preset
+from ..data.parameters import BlockParameters, Parameters
+from ..data.presets import preset
 from ..data.results import BlockOutcome, Completion
 from ..errors import InputError
 from ..segmentation.edges.depth_edges import DepthEdgeNetwork

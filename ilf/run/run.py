@@ -21,16 +21,9 @@ from ..data.by_hand import USUAL_WEIGHT, DepthByHand, as_by_hand, check_counts
 from ..data.declarations import ParameterSet, Value, check_names
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
-from ..data.parameters import (
-    BlockParameters,
-    Parameters,
-    as_block_parameters,
-    as_parameters,
-    nearest_preset,
-    preset,
-    split_parameters,
-)
+from ..data.parameters import BlockParameters, Parameters, nearest_preset
 from ..data.pictures import html_row, plot_error, plot_row
+from ..data.presets import as_parameters, chosen_parameters, preset
 from ..data.results import Completion, IterationRecord, Progress, compose
 from ..drawing.blocks import block_overlay
 from ..errors import InputError, ParameterError
@@ -121,7 +114,7 @@ class Run(RunSetup):
         cls,
         frame: RGBDFrame,
         blocks: ArrayLike | None = None,
-        preset: Parameters | str | None = None,
+        preset: Parameters | str | os.PathLike[str] | None = None,
         *,
         own: Mapping[int, Parameters | str] | None = None,
         extraction: BlockParameters | None = None,
@@ -137,9 +130,10 @@ class Run(RunSetup):
                 f"The second argument is the label map of the blocks, not {blocks!r:.60}: give presets and parameters "
                 "of the filter as preset=, those of the extraction as extraction=."
             )
-        of_filter, of_blocks = split_parameters(changes, *inspect.signature(complete).parameters)
+        keywords = inspect.signature(complete).parameters
+        parameters, chosen, of_blocks = chosen_parameters(preset, extraction, changes, *keywords)
         given: dict[str, Any] = {
-            "parameters": as_parameters(preset, **of_filter),
+            "parameters": parameters,
             "extrapolate": extrapolate,
             "drawn": drawn,
             "by_hand": as_by_hand(by_hand, checked_frame(frame).shape),
@@ -148,7 +142,6 @@ class Run(RunSetup):
             given["own"] = own
         guided = checked_frame(frame) if guide is None else checked_frame(frame).with_guide(guide)
         if blocks is None:
-            chosen = as_block_parameters(extraction, **of_blocks)
             found = found_blocks(guided, chosen)
             given |= {"blocks": found.blocks, "network": found.network, "notes": found.notes}
             return cls(guided, extraction=chosen, **given)._with_effect()
@@ -388,7 +381,7 @@ def _extrapolated(run: Run, completion: Completion) -> Generator[IterationRecord
 def complete(
     frame: RGBDFrame,
     blocks: ArrayLike | None = None,
-    preset: Parameters | str | None = None,
+    preset: Parameters | str | os.PathLike[str] | None = None,
     *,
     own: Mapping[int, Parameters | str] | None = None,
     extraction: BlockParameters | None = None,
@@ -408,7 +401,8 @@ def complete(
     blocks : array_like of int, shape (H, W), optional
         Label map, 0 = no block; a bool mask is one block. Extracted from the frame if left out.
     preset : Parameters or str, optional
-        Parameters of the filter, or the name of a preset (`ilf.PRESETS`); "best" if left out.
+        Parameters of the filter, or a preset by name (`ilf.PRESETS`, or your own) or file, with its parameters of the
+        extraction; "best" if left out.
     own : mapping of int to Parameters or str, optional
         Block label -> own parameters.
     extraction : BlockParameters, optional

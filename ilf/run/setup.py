@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ..data.blocks import checked_drawn, checked_labels
 from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import RGBDFrame, checked_frame, read_only
-from ..data.parameters import BlockParameters, Parameters, as_parameters, preset
+from ..data.parameters import BlockParameters, Parameters
+from ..data.presets import as_parameters, preset
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import os
 import threading
 import time
 from collections import deque
@@ -25,7 +26,8 @@ from ..completion.filter import edges_for
 from ..data.blocks import find_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
-from ..data.parameters import BlockParameters, Parameters, as_block_parameters, as_parameters, split_parameters
+from ..data.parameters import BlockParameters, Parameters
+from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Status, compose
 from ..errors import InputError
 from ..segmentation.edges.frame_edges import FrameEdges
@@ -310,7 +312,7 @@ class Stream:
 
     def __init__(
         self,
-        preset: Parameters | str | None = None,
+        preset: Parameters | str | os.PathLike[str] | None = None,
         *,
         rate: float | None = None,
         threads: int = 2,
@@ -321,9 +323,9 @@ class Stream:
             raise InputError(f"The rate must be positive, in frames per second, not {rate!r}.")
         if threads < 1:
             raise InputError(f"The number of threads must be at least 1, not {threads!r}.")
-        of_filter, of_blocks = split_parameters(changes, "preset", "rate", "threads", "extraction")
-        self._parameters = as_parameters(preset, **of_filter)
-        self._extraction = as_block_parameters(extraction, **of_blocks)
+        self._parameters, self._extraction, _ = chosen_parameters(
+            preset, extraction, changes, "preset", "rate", "threads", "extraction"
+        )
         self._corrects = self._parameters.filter == "edge-aware" and self._parameters.correction
         self._uncorrected = self._parameters.replace(correction=False) if self._corrects else self._parameters
         self._rate, self._threads = rate, threads

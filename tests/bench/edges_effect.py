@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from ilf.cli.parsing import value_from
 from ilf.completion.interpolation import nearest
 from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import PAPER_BLOCKS, BlockParameters, Parameters, preset
+from ilf.data.parameters import PAPER_BLOCKS, BlockParameters, Parameters
+from ilf.data.presets import preset
 from ilf.lab.bench.frames import BenchFrame, find_frames, load_bench_frame
 from ilf.lab.bench.patterns import make_task
 from ilf.run.run import complete

@@ -21,12 +21,12 @@ from ilf._runtime.networks.models import new_model_path
 from ilf._runtime.staging import restore_interrupted
 from ilf.cli.sample import run as write_sample
 from ilf.data.camera import CameraIntrinsics
+from ilf.data.presets import UserPreset, write_preset
 from ilf.io.block_files import write_blocks
 from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
-from ilf.run.preset_files import UserPreset, write_preset
 from ilf.run.writing import write
 
 Write = Callable[[Path, int], object]

@@ -19,7 +19,7 @@ from gui.features.sequence.flicker import FlickerFeature
 from gui.features.sequence.moments import Moment
 from gui.features.sequence.playing import Pace, PlayedFrame, PlayFeature, play
 from gui.features.status import StatusFeature
-from ilf.data.parameters import preset
+from ilf.data.presets import preset
 from ilf.errors import InputError
 
 from ..ilf.small_sequences import sequence, write_sequence

@@ -15,7 +15,7 @@ from gui.features.report.feature import ALL_FRAMES, ReportFeature, subjects_of
 from gui.project.store import WorkStore
 from gui.state.entries import Entry
 from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import preset
+from ilf.data.presets import preset
 from ilf.errors import InputError
 from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState

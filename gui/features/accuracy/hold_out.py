@@ -21,9 +21,9 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted
 from ilf.data.parameters import PRESETS
+from ilf.data.presets import list_presets
 from ilf.evaluation.evaluation import Step
 from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
-from ilf.run.preset_files import list_presets
 from ilf.run.run import Run
 
 from ...state.session import Session

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from ilf.batch.pictures import read_preview
 from ilf.batch.workers import scheduler_address
+from ilf.data.presets import read_preset
 from ilf.io.frame_additions import load_ground_truth
 from ilf.io.images import read_colour
 from ilf.io.labels import read_labels, read_mask
 from ilf.lab.experiments.files import read_result
-from ilf.run.preset_files import read_preset
 from ilf.run.record_file import read_record
 from ilf.sources.nyu import read_split
 

@@ -16,11 +16,11 @@ from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, sha256_of, write_settings
 from ilf.batch.task import Task, complete_frame
 from ilf.data.guide import Guide
+from ilf.data.presets import presets_folder
 from ilf.lab.bench.results import Row, TaskFacts
 from ilf.project.file import open_project
 from ilf.project.journal import Journal
 from ilf.run.options import ExportOptions
-from ilf.run.preset_files import presets_folder
 from ilf.run.run import Run, RunConfiguration
 from ilf.run.writing import write
 from ilf.sources.source import open_source

@@ -21,6 +21,7 @@ from ilf.batch.settings import BatchSettings, differences, read_settings
 from ilf.batch.task import Task
 from ilf.cli.info import record_facts
 from ilf.data.points import point_cloud
+from ilf.data.presets import list_presets
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import intrinsics_from
@@ -31,7 +32,6 @@ from ilf.lab.bench.runner import read_earlier_result
 from ilf.project.file import open_project, save_project
 from ilf.project.recovery import copy_frames, find_recoverable_work
 from ilf.run.data_sets import write_data_set
-from ilf.run.preset_files import list_presets
 from ilf.run.record_file import read_record
 from ilf.segmentation.edges.importing import add_model
 from ilf.sources.frame_source import FrameSource

@@ -16,12 +16,12 @@ from PIL import Image
 from scipy.io import savemat
 
 import ilf
+from ilf.data.presets import UserPreset, write_preset
 from ilf.io.block_files import write_blocks
 from ilf.lab.experiments.files import StoredFigure, StoredResult
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
-from ilf.run.preset_files import UserPreset, write_preset
 from ilf.run.run import Run
 from ilf.run.writing import write
 from tests.ilf.hed_files import hed_weights, write_caffemodel, write_keras

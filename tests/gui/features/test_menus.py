@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from ilf.run.preset_files import read_preset
+from ilf.data.presets import read_preset
 
 
 @pytest.fixture

@@ -8,7 +8,8 @@ import pytest
 from gui.state.parameters import DRAG_S
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.data.parameters import BlockParameters, preset
+from ilf.data.parameters import BlockParameters
+from ilf.data.presets import preset
 from ilf.data.results import BlockResult, compose
 from ilf.errors import InputError
 from ilf.run.run import complete

@@ -11,7 +11,8 @@ from gui.state.results import BlockCounts, ErrorEstimate, FrameResults
 from gui.state.session import LARGEST_LABEL, Session
 from gui.state.workspace import Workspace
 from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import BlockParameters, preset
+from ilf.data.parameters import BlockParameters
+from ilf.data.presets import preset
 from ilf.data.results import BlockResult
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between

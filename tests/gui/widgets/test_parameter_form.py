@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QSpinBox, QT
 
 from gui.widgets.parameter_form import ParameterForm, ValueScale, ValueSlider, has_slider
 from ilf.data.declarations import ParameterSet, declare
-from ilf.data.parameters import PRESETS, BlockParameters, Parameters, preset
+from ilf.data.parameters import PRESETS, BlockParameters, Parameters
+from ilf.data.presets import preset
 
 PAPER = PRESETS["paper"]
 """Its filter has the rows that the tests turn to."""

@@ -16,10 +16,10 @@ from ilf._runtime.installation import asset_path
 from ilf.cli import main
 from ilf.cli.run_output import FinishedRun, completion_report, dominant_block
 from ilf.data.parameters import BlockParameters
+from ilf.data.presets import UserPreset, save_preset, write_preset
 from ilf.evaluation.evaluation import Evaluation, evaluate_completion
 from ilf.evaluation.hold_out import HoldOutTest, compare_hidden, evaluate_hold_out
 from ilf.evaluation.sweep import Sweep, run_sweep
-from ilf.run.preset_files import UserPreset, save_preset, write_preset
 
 from ..small_frames import write_small_frame
 from .test_cli import QUICK, fails
@@ -226,7 +226,7 @@ def test_what_cannot_be_evaluated_is_refused(files, capsys):
 
 def test_complete_takes_ones_own_presets_by_name_and_by_file(files, capsys):
     own = UserPreset("quick", ilf.preset("paper", max_iterations=25), "paper", BlockParameters(granularity=0.9))
-    save_preset(own)
+    save_preset(own.name, own.parameters, own.extraction)
     write_preset("file.json", own)
     plain = ["--preset", "paper", "--max-iterations", "25", "--blocks-granularity", "0.9"]
     for folder, flags in (("plain", plain), ("name", ["--preset", "quick"]), ("file", ["--preset", "file.json"])):
@@ -241,8 +241,8 @@ def test_complete_takes_ones_own_presets_by_name_and_by_file(files, capsys):
 
 
 def test_presets_lists_built_in_ones_and_ones_own(capsys):
-    save_preset(UserPreset("soft", ilf.preset("best", smoothness=3)))
-    path = save_preset(UserPreset("damaged", ilf.preset()))
+    ilf.save_preset("soft", ilf.preset("best", smoothness=3))
+    path = ilf.save_preset("damaged", ilf.preset())
     path.write_text("{")
     assert main(["presets"]) == 0
     captured = capsys.readouterr()

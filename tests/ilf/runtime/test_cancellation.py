@@ -19,7 +19,7 @@ from ilf._runtime.staging import move_into_place, staging
 from ilf._runtime.temporary_files import remove_temporary_files, removed_on_exit
 from ilf._runtime.threads import SLICE_S, run_in_parallel
 from ilf.completion.completion import CompletionRun
-from ilf.data.parameters import preset
+from ilf.data.presets import preset
 from ilf.errors import Cancelled
 from ilf.run.writing import write
 

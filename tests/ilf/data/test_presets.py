@@ -9,8 +9,7 @@ import pytest
 
 import ilf
 from ilf.data.parameters import BlockParameters
-from ilf.errors import ExportError, FormatError, InputError, ParameterError
-from ilf.run.preset_files import (
+from ilf.data.presets import (
     UserPreset,
     delete_preset,
     find_preset,
@@ -22,9 +21,14 @@ from ilf.run.preset_files import (
     save_preset,
     write_preset,
 )
+from ilf.errors import ExportError, FormatError, InputError, ParameterError
 
 SOFT = UserPreset("weich, größer", ilf.preset("best", smoothness=3.5, noise=0.002))
 PAPER = UserPreset("paper 300", ilf.preset("paper", max_iterations=300), "paper", BlockParameters(granularity=0.8))
+
+
+def _saved(preset: UserPreset) -> Path:
+    return save_preset(preset.name, preset.parameters, preset.extraction)
 
 
 @pytest.mark.parametrize("preset", [SOFT, PAPER], ids=lambda preset: preset.name)
@@ -76,13 +80,13 @@ def test_damaged_files_and_other_schemas_get_one_clear_sentence(content, message
 
 def test_ones_own_presets_are_kept_renamed_and_deleted(tmp_path):
     assert list_presets().presets == {}
-    path = save_preset(SOFT)
+    path = _saved(SOFT)
     assert path.parent == presets_folder()
-    save_preset(PAPER)
+    _saved(PAPER)
     assert list(list_presets().presets) == ["paper 300", "weich, größer"]
     with pytest.raises(InputError, match="A preset 'paper 300' already exists"):
-        save_preset(UserPreset("Paper 300", SOFT.parameters))
-    save_preset(UserPreset("paper 300", SOFT.parameters), replace=True)
+        save_preset("Paper 300", SOFT.parameters)
+    save_preset("paper 300", SOFT.parameters, replace=True)
     assert list_presets().presets["paper 300"].parameters == SOFT.parameters
     rename_preset("paper 300", "Paper 300")
     rename_preset("Paper 300", "other")
@@ -95,7 +99,7 @@ def test_ones_own_presets_are_kept_renamed_and_deleted(tmp_path):
 
 
 def test_a_damaged_file_in_the_folder_hides_no_other(tmp_path):
-    save_preset(SOFT)
+    _saved(SOFT)
     (presets_folder() / "bad.json").write_text("{")
     found = list_presets()
     assert list(found.presets) == [SOFT.name]
@@ -107,7 +111,7 @@ def test_a_damaged_file_in_the_folder_hides_no_other(tmp_path):
 )
 def test_names_that_no_file_can_have_everywhere_are_refused(name):
     with pytest.raises(InputError, match=r"cannot be the name|built-in preset"):
-        save_preset(UserPreset(name, SOFT.parameters))
+        save_preset(name, SOFT.parameters)
     assert not presets_folder().exists()
 
 
@@ -122,7 +126,7 @@ def test_import_takes_the_name_in_the_file_or_another(tmp_path):
 
 
 def test_presets_are_found_by_name_and_by_file(tmp_path, monkeypatch):
-    save_preset(SOFT)
+    _saved(SOFT)
     write_preset(tmp_path / "file.json", PAPER)
     monkeypatch.chdir(tmp_path)
     assert find_preset("best").parameters == ilf.preset()
@@ -132,18 +136,35 @@ def test_presets_are_found_by_name_and_by_file(tmp_path, monkeypatch):
         find_preset("file")
 
 
+def test_the_library_takes_own_presets_by_name_and_file(small_frame, tmp_path):
+    own = {"parameters": ilf.preset("best", smoothness=3), "extraction": BlockParameters(detector="canny")}
+    ilf.save_preset("soft", **own)
+    file = ilf.save_preset(tmp_path / "soft.json", **own)
+    assert ilf.preset("soft", noise=0.01) == ilf.preset(str(file), noise=0.01) == own["parameters"].replace(noise=0.01)
+    with pytest.raises(InputError, match="exists already"):
+        ilf.save_preset(file, **own)
+    for given in ("soft", file, str(file)):
+        run = ilf.Run.of(small_frame, preset=given)
+        assert (run.parameters, run.extraction) == tuple(own.values())
+    blocks = ilf.extract_blocks(small_frame)
+    assert ilf.complete(small_frame, blocks, preset="soft").run.parameters == own["parameters"]
+    assert ilf.Run.of(small_frame, preset="soft", extraction=BlockParameters()).extraction == BlockParameters()
+    with pytest.raises(ParameterError, match=r"no preset 'sof'.*soft"):
+        ilf.complete(small_frame, preset="sof")
+
+
 def test_what_cannot_be_written_is_said(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("ILF_PRESETS", str(tmp_path / "file" / "presets"))
     with pytest.raises(ExportError, match="cannot be created"):
-        save_preset(SOFT)
+        _saved(SOFT)
 
 
 def test_a_preset_that_cannot_be_renamed_or_deleted_is_said(monkeypatch):
     def refuse(*_):
         raise PermissionError(13, "Permission denied")
 
-    path = save_preset(SOFT)
+    path = _saved(SOFT)
     monkeypatch.setattr(Path, "unlink", refuse)
     monkeypatch.setattr(Path, "rename", refuse)
     with pytest.raises(ExportError, match=r"cannot be deleted: Permission denied.*permissions"):

@@ -1,4 +1,4 @@
-"""User presets: named parameters, in a file or in the presets folder."""
+"""Presets by name or file: the built-in ones, and the user's own in files and in the presets folder."""
 
 from __future__ import annotations
 
@@ -16,9 +16,18 @@ import platformdirs
 
 from .._runtime.files import ensure_folder, read_json, write_bytes
 from .._runtime.schema import check_schema, converted
-from ..data.declarations import Value
-from ..data.parameters import DEFAULT_PRESET, PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
 from ..errors import ExportError, FormatError, IlfError, InputError, ParameterError, cause
+from .declarations import Value
+from .parameters import (
+    DEFAULT_PRESET,
+    PAPER_BLOCKS,
+    PRESETS,
+    BlockParameters,
+    Parameters,
+    as_block_parameters,
+    nearest_preset,
+    split_parameters,
+)
 
 PRESET_SUFFIX = ".json"
 
@@ -92,6 +101,105 @@ class PresetList:
 
     presets: dict[str, UserPreset]
     problems: tuple[str, ...]
+
+
+def preset(name: str | os.PathLike[str] = DEFAULT_PRESET, **changes: object) -> Parameters:
+    """Return the parameters of the filter of a preset, with any of them changed.
+
+    Parameters
+    ----------
+    name : str or path-like
+        "best" (edge-aware filter), "paper" (staged schedule, stop when steady), "released-code" (linear schedule,
+        always 1500 iterations), one of your own by name, or its file.
+    **changes
+        Any parameter by name.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown preset or parameter, a value out of range, or a parameter that has no effect with the others.
+    FormatError
+        If the preset's file is damaged, or no preset.
+
+    Examples
+    --------
+    >>> preset() == Parameters()
+    True
+    >>> preset("released-code", rgb_iterations=0, mode="fill+denoise").rgb_iterations
+    0
+    >>> preset("best", padding=3)
+    Traceback (most recent call last):
+    ilf.errors.ParameterError: padding has no effect with filter edge-aware; it belongs to filter ideal.
+    """
+    return find_preset(name).parameters.changed(**changes)
+
+
+def as_parameters(given: Parameters | str | os.PathLike[str] | None, /, **changes: object) -> Parameters:
+    """Return filter parameters given as an object or as in `preset`, with any of them changed by keyword.
+
+    Parameters
+    ----------
+    given : Parameters, str, path-like or None
+        None means the default preset.
+    **changes
+        Any parameter by name.
+
+    Raises
+    ------
+    ParameterError, FormatError
+        As for `preset`, and for an object of another type.
+
+    Examples
+    --------
+    >>> as_parameters("paper") == preset("paper")
+    True
+    >>> as_parameters(Parameters(trend=False), noise=0.01).noise
+    0.01
+    """
+    if isinstance(given, Parameters):
+        return given.changed(**changes)
+    if given is None or isinstance(given, str | os.PathLike):
+        return preset(DEFAULT_PRESET if given is None else given, **changes)
+    raise ParameterError(
+        f"Parameters must be ilf.Parameters, or a preset by name ({', '.join(PRESETS)}, your own) or file, not "
+        f"{given!r:.60}."
+    )
+
+
+def chosen_parameters(
+    given: Parameters | str | os.PathLike[str] | None,
+    extraction: BlockParameters | None,
+    changes: Mapping[str, Value],
+    *others: str,
+) -> tuple[Parameters, BlockParameters, dict[str, Value]]:
+    """Return the parameters of filter and extraction that a call asks for by preset, object and keywords.
+
+    A preset by name or file also sets its parameters of the extraction, unless `extraction` is given.
+
+    Parameters
+    ----------
+    given : Parameters, str, path-like or None
+        As in `as_parameters`.
+    extraction : BlockParameters, optional
+    changes : mapping
+        Name -> value of any parameter of either.
+    *others : str
+        Further keywords of the call, suggested for misspelt names.
+
+    Returns
+    -------
+    tuple
+        Parameters of the filter, of the extraction, and those of `changes` that belong to the extraction.
+
+    Raises
+    ------
+    ParameterError, FormatError
+        As for `as_parameters` and `as_block_parameters`.
+    """
+    of_filter, of_blocks = split_parameters(changes, *others)
+    if extraction is None and isinstance(given, str | os.PathLike):
+        extraction = find_preset(given).extraction
+    return as_parameters(given, **of_filter), as_block_parameters(extraction, **of_blocks), of_blocks
 
 
 def read_preset(path: str | os.PathLike[str]) -> UserPreset:
@@ -169,12 +277,12 @@ def list_presets() -> PresetList:
     return PresetList(presets, tuple(problems))
 
 
-def find_preset(name: str) -> UserPreset:
+def find_preset(name: str | os.PathLike[str]) -> UserPreset:
     """Find a preset by name or file. Those of the paper include parameters of the extraction.
 
     Parameters
     ----------
-    name : str
+    name : str or path-like
         Name of a built-in or user preset, or path of a file.
 
     Raises
@@ -191,23 +299,35 @@ def find_preset(name: str) -> UserPreset:
     """
     if name in PRESETS:
         return UserPreset(name, PRESETS[name], name, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
-    own = _existing(name)
+    own = _existing(name) if isinstance(name, str) else None
     if own is not None:
         return dataclasses.replace(read_preset(own), name=own.stem)
     if os.path.isfile(name):
         return read_preset(name)
     known = ", ".join([*PRESETS, *list_presets().presets])
-    raise ParameterError(f"There is no preset {name!r}, and no such file. Known: {known}.")
+    raise ParameterError(f"There is no preset {os.fspath(name)!r:.80}, and no such file. Known: {known}.")
 
 
-def save_preset(preset: UserPreset, *, replace: bool = False) -> Path:
-    """Save a preset in the presets folder.
+def save_preset(
+    name: str | os.PathLike[str],
+    parameters: Parameters,
+    extraction: BlockParameters | None = None,
+    *,
+    replace: bool = False,
+) -> Path:
+    """Save parameters as a preset of one's own, for `preset`, the window, and `--preset` of the command line.
 
     Parameters
     ----------
-    preset : UserPreset
+    name : str or path-like
+        Its name in the list of presets, which are in the user's folder; or the file to write: a path, or text that ends
+        in .json.
+    parameters : Parameters
+        Parameters of the filter.
+    extraction : BlockParameters, optional
+        Parameters of the extraction; the preset does not set them if left out.
     replace : bool
-        Whether it may replace one of the same name.
+        Whether it may replace a preset of the same name, or a file.
 
     Returns
     -------
@@ -220,12 +340,25 @@ def save_preset(preset: UserPreset, *, replace: bool = False) -> Path:
         If the name is taken, or not a valid file name on all systems.
     ExportError
         If it cannot be written.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> path = ilf.save_preset("gentle.json", ilf.preset("best", smoothness=3))
+    >>> ilf.preset("gentle.json").smoothness
+    3.0
     """
-    former = _existing(preset.name) if replace else None
-    path = _free_path(preset.name, keeps=former)
+    base = nearest_preset(as_parameters(parameters)).preset
+    if isinstance(name, os.PathLike) or name.endswith(PRESET_SUFFIX):
+        path = Path(name)
+        if path.exists() and not replace:
+            raise InputError(f"{path} exists already. Choose another name, or replace it.")
+        write_preset(path, UserPreset(path.stem, parameters, base, extraction))
+        return path
+    path = (_existing(name) if replace else None) or _free_path(name)
     ensure_folder(path.parent)
-    write_preset(former or path, preset)
-    return former or path
+    write_preset(path, UserPreset(name, parameters, base, extraction))
+    return path
 
 
 def rename_preset(old: str, new: str) -> Path:
@@ -282,7 +415,7 @@ def import_preset(path: str | os.PathLike[str], name: str | None = None, *, repl
     """
     given = read_preset(path)
     preset = given if name is None else dataclasses.replace(given, name=name)
-    save_preset(preset, replace=replace)
+    save_preset(preset.name, preset.parameters, preset.extraction, replace=replace)
     return preset
 
 
@@ -318,7 +451,7 @@ def _existing(name: str) -> Path | None:
     return next((path for path in files if path.stem.casefold() == name.casefold()), None)
 
 
-def _free_path(name: str, keeps: Path | None) -> Path:
+def _free_path(name: str, keeps: Path | None = None) -> Path:
     """The path for a preset of this name, unless another one than `keeps` has it."""
     fits = _NAME.fullmatch(name) and len(name) <= _LONGEST_NAME and name[-1] not in ". "
     if not fits or _RESERVED.fullmatch(name):
