@@ -135,11 +135,10 @@ def _main(arguments: Sequence[str] | None) -> int:
 def build_parser() -> argparse.ArgumentParser:
     """Build the parser of `ilf-gui`."""
     from ilf.cli.parsing import add_options
+    from ilf.cli.usage import Parser
     from ilf.sources.reading_options import OPTIONS
 
-    parser = argparse.ArgumentParser(
-        prog="ilf-gui", description="Complete the missing depth of RGB-D frames, and watch it converge."
-    )
+    parser = Parser(prog="ilf-gui", description="Complete the missing depth of RGB-D frames, and watch it converge.")
     parser.add_argument("--version", action="version", version=f"ilf-gui {__version__}")
     parser.add_argument(
         "frames",

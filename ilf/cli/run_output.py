@@ -100,14 +100,14 @@ def completion_report(finished: FinishedRun) -> str:
         largest = dominant_block(finished.whole, finished.by_block)
         evaluated = [_evaluation_line(finished.whole), *_source_of_error(run, completion, largest)]
     return "\n".join([
-        *outcome_lines(outcomes, finished.by_block),
-        "",
         f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks) / run.blocks.size)}.",
         _recovered_line(frame, completion, finished.seconds),
         *([] if frame.guide is None else [f"Guide: {guide_text(frame)}."]),
         *evaluated,
         f"Written to {finished.folder}: {', '.join(file.name for file in finished.files)}",
         *(f"Exported to {path}" for path in finished.exports),
+        "",
+        *outcome_lines(outcomes, finished.by_block),
     ])  # fmt: skip
 
 

@@ -29,20 +29,66 @@ class UsageError(IlfError):
     """Unknown or contradictory arguments."""
 
 
+_MEANINGS = {
+    "depth-scale depth-factor depth-divisor depth-unit scale factor unit units png-scale": ("--depth-units",),
+    "camera cam calib calibration camera-info camera-file k kmat fx": ("--intrinsics",),
+    "depth-camera depth-calib depth-k": ("--depth-intrinsics",),
+    "depth-format encoding format": ("--depth-encoding", "--format"),
+    "gpu cuda cpu": ("--device", "The environment variable ILF_DEVICE selects the device."),
+    "j n workers processes procs parallel num-workers threads": ("--jobs", "--threads"),
+    "jobs": ("--threads", "Blocks run on all cores; ilf batch completes several frames at a time: --jobs."),
+    "verbose v debug vv log-level": ("--progress", "All notes and warnings are shown without an option."),
+    "silent q no-progress": ("--quiet",),
+    "o output output-dir outdir out-dir dest destination save": ("--out",),
+    "f overwrite": ("--force", "Files of the same names in --out are replaced without an option."),
+    "gt truth": ("--ground-truth",),
+    "nodata no-data missing invalid-value ignore fill-value": ("--invalid",),
+    "mask": ("--invalid-mask",),
+    "labels segmentation seg masks": ("--blocks", "--from"),
+    "confidence": ("--min-confidence",),
+    "key index frame-id frame-index": ("--frame",),
+    "iterations iter max-iter maxiter n-iter niter": ("--max-iterations",),
+    "config method": ("--preset",),
+    "ply pcd point-cloud cloud": ("--cloud-format", "ilf complete writes a point cloud without an option."),
+    "json-output": ("--json",),
+    "version": ("--version",),
+    "help h ?": ("--help",),
+    "run fill inpaint process infer predict": ("complete",),
+    "show": ("info",),
+    "gui window view open display": ("The window is ilf-gui.",),
+    "eval score test": ("evaluate",),
+    "segment extract": ("blocks",),
+    "demo example": ("sample", "--sample"),
+    "convert": ("export",),
+}
+"""Words of other programs -> what they mean here: the first that the parser knows; or else a sentence."""
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Suggest the known word that is most similar, as a question after a space; "" if none is similar.
+    """Suggest the known word that means the same or is most similar, as a question after a space; "" if there is none.
 
     Examples
     --------
     >>> did_you_mean("complet", ["complete", "blocks"])
     ' Did you mean complete?'
+    >>> did_you_mean("--depth-scale", ["--depth-units", "--scales"])
+    ' Did you mean --depth-units?'
     >>> did_you_mean("fly", ["complete", "blocks"])
     ''
     """
     import difflib
 
-    near = difflib.get_close_matches(word, list(known), 1)
+    known, plain = list(known), re.sub(r"^-+|\d+$", "", word).replace("_", "-").lower()  # -j4 is -j
+    for meant in next((to for words, to in _MEANINGS.items() if plain in words.split()), ()):
+        if meant in known:
+            return f" Did you mean {meant}?"
+        if " " in meant:
+            return f" {meant}"
+    near = difflib.get_close_matches(word, known, 1)
     return f" Did you mean {near[0]}?" if near else ""
+
+
+_FLAG = re.compile(r"--\S*|-[A-Za-z?]\S*")
 
 
 class Parser(argparse.ArgumentParser):
@@ -95,7 +141,7 @@ class Parser(argparse.ArgumentParser):
             if self._subparsers is not None and not word.startswith("-"):
                 break  # the rest belongs to a sub-parser
             flag = word.partition("=")[0]
-            if flag.startswith("--") and " " not in flag and flag not in self._option_string_actions:
+            if _FLAG.fullmatch(flag) and flag not in self._option_string_actions:
                 self.error(f"There is no option {flag}.{did_you_mean(flag, self._option_string_actions)}")
         return super().parse_known_args(words, namespace)
 
@@ -103,7 +149,8 @@ class Parser(argparse.ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         choices = list(map(str, action.choices))
-        hint = did_you_mean(str(value), choices) or f" Choose from {', '.join(choices)}."
+        flags = self._option_string_actions if isinstance(action, argparse._SubParsersAction) else []
+        hint = did_you_mean(str(value), [*choices, *flags]) or f" Choose from {', '.join(choices)}."
         if isinstance(action, argparse._SubParsersAction):
             raise argparse.ArgumentError(None, f"There is no {str(action.metavar).lower()} {value!r:.80}.{hint}")
         raise argparse.ArgumentError(action, f"{value!r:.80} is not a choice.{hint}")
@@ -111,7 +158,10 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End the process with one line on stderr."""
         line = " ".join(message.split())
-        self.exit(WRONG_USAGE, f"ilf: error: {line}{'' if line[-1] in '.?' else '.'} See {self.prog} --help.\n")
+        self.exit(
+            WRONG_USAGE,
+            f"{self.prog.split()[0]}: error: {line}{'' if line[-1] in '.?' else '.'} See {self.prog} --help.\n",
+        )
 
 
 def _shortened(action: argparse.Action) -> argparse.Action:

@@ -52,7 +52,7 @@ def test_complete_tells_the_error_against_the_truth(files, capsys):
     evaluation = evaluate_completion(frame, run.complete())
     assert f"over {evaluation.pixels} filled pixels: median error {1000 * evaluation.median:.2f} mm, MAE " in text
     assert f", RMSE {1000 * evaluation.rmse:.2f} mm" in text
-    assert "RMSE [mm]" in text.splitlines()[0]
+    assert "sigma [mm]  RMSE [mm]" in text
     assert json.loads(Path("out/run.json").read_text())["inputs"]["ground_truth"]["units"] == 5000
     assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
     assert Path("again/curves.csv").read_bytes() == Path("out/curves.csv").read_bytes()
