@@ -22,7 +22,7 @@ from ilf.project.frame_state import FrameState
 from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
 from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import META_NAME
+from ilf.sources.frames import is_frame_folder
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.opening import is_recording
 
@@ -59,7 +59,7 @@ class FolderPreview:
 
 def contains_frames(path: str) -> bool:
     """Return whether a path is a folder of frames or a recording, by names only; a single frame's folder is not."""
-    return is_recording(path) or (Path(path).is_dir() and not (Path(path) / META_NAME).is_file())
+    return is_recording(path) or (Path(path).is_dir() and not is_frame_folder(path))
 
 
 def preview_folder(how: FrameSource) -> FolderPreview:

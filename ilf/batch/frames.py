@@ -66,13 +66,13 @@ def frames_of_sources(
 ) -> list[BatchFrame]:
     """List all frames of sources, one source after the other.
 
-    With several sources, keys begin with the source's name.
+    With several sources, keys begin with the source's name. Frames that this program has completed are left out.
 
     Parameters
     ----------
     sources : sequence of Source
     excluded_folder : path-like, optional
-        Folder whose frames are left out: the batch's own results may be among its sources.
+        Folder whose frames are left out, too: the batch's own copies may be among its sources.
     reach : int
         Number of frames of the same source before and after each frame that are used.
     neighbour_step : int
@@ -97,14 +97,14 @@ def frames_of_sources(
         ]
         if excluded_folder is not None:
             own = [one for one in own if not _is_in(one[1], os.fspath(excluded_folder))]
+        own = [one for one in own if not one[1].is_result]
         files = [file.absolute() for _, file, _ in own]
         found += own
         neighbours += [around(files, place, reach) for place in range(len(own))]
     if not found:
         raise InputError(
-            f"The only frames are in the output folder {excluded_folder}. Choose another output folder, or give "
-            f"another "
-            "source."
+            f"All frames of {', '.join(names)} are results of ILF Studio or in the output folder. Choose another "
+            "output folder, or give frames that were measured."
         )
     return [
         replace(frame, before=before, after=after, neighbour_step=neighbour_step)

@@ -44,7 +44,7 @@ from ..run.record import RunRecord
 from ..run.record_file import read_record
 from ..run.replaying import file_problems
 from ..sources.frame_source import FrameSource
-from ..sources.frames import META_NAME, FrameFiles, frame_folder, meta_beside
+from ..sources.frames import META_NAME, FrameFiles, frame_folder, is_frame_folder, meta_beside
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
 from ..sources.reading_options import ReadingOptions
@@ -334,7 +334,7 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
 
 def _is_source(folder: Path) -> bool:
     """Return whether a folder is neither that of a frame nor of a run."""
-    return not ((folder / META_NAME).is_file() or (folder / RECORD_FILE).is_file() or interrupted(folder))
+    return not (is_frame_folder(folder) or (folder / RECORD_FILE).is_file() or interrupted(folder))
 
 
 def _shards_sections(path: str, arguments: argparse.Namespace) -> list[Section]:
@@ -400,7 +400,7 @@ def _registered_text(frame: RGBDFrame) -> str:
 def _folder_sections(folder: Path, arguments: argparse.Namespace) -> list[Section]:
     """Make the sections of a folder with a frame, a run or both."""
     record, left = folder / RECORD_FILE, interrupted(folder)
-    is_frame = (folder / META_NAME).is_file()
+    is_frame = is_frame_folder(folder)
     if left and not record.is_file():
         raise InputError(
             f"{folder} contains an interrupted export: its files do not belong together. Export again; that first "

@@ -18,6 +18,8 @@ from ..data.frame_cache import once_per_frame
 from ..data.results import Completion
 from ..errors import InputError, ParameterError
 from ..run.run import Run
+from ..sources.frame_source import FrameSource
+from ..sources.frames import COMPLETED_DEPTH
 from .evaluation import (
     Evaluated,
     Evaluation,
@@ -67,7 +69,7 @@ def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.b
     Raises
     ------
     InputError
-        For another pattern.
+        For another pattern, or for depth that was completed by this program: some of it was not measured.
 
     Examples
     --------
@@ -77,6 +79,8 @@ def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.b
     """
     if pattern not in HOLD_OUT_PATTERNS:
         raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(HOLD_OUT_PATTERNS)}.")
+    if frame.inputs is not None and FrameSource.of(frame.inputs).is_result:
+        raise InputError(f"{frame.inputs.depth.path}: {COMPLETED_DEPTH}")
     return _hidden_pixels(frame, pattern, seed)
 
 

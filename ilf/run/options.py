@@ -10,8 +10,9 @@ from ..data.frame import RGBDFrame
 from ..data.points import AXES
 from ..errors import ParameterError
 from ..io.clouds import UNITS_PER_METRE
+from ..sources.frame_source import RECORD_FILE
 
-LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
+LABELS_FILE, CURVES_FILE = "blocks.png", "curves.csv"
 EXTRAPOLATED_FILE, INVALID_MASK_FILE, DRAWN_FILE = "extrapolated.png", "invalid_mask.png", "drawn.png"
 OUTSIDE_FILE = "outside_view.png"
 FROM_NEIGHBOURS_FILE = "from_neighbours.png"

@@ -36,6 +36,7 @@ from ..io.frame_additions import (
 )
 from ..io.images import encode_image, read_colour_with_warning
 from ..io.labels import read_mask
+from .frame_source import FrameSource
 from .naming import name_from_path
 from .opening import is_recording
 from .poses import camera_pose, stated_pose
@@ -45,6 +46,9 @@ from .registration import Camera, RawPair, register
 from .remote import copied_frame, restored, with_addresses
 
 META_NAME = "meta.json"
+COMPLETED_DEPTH = (
+    "the depth was completed by ILF Studio, so that filled depth counts as measured. Give the frame that was completed."
+)
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 USUAL_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
 DEPTH_FILE_SUFFIXES = tuple(dict.fromkeys((*USUAL_DEPTH_SUFFIXES, *DEPTH_READERS)))
@@ -67,6 +71,8 @@ class FrameFiles:
         The camera's pose as rows of a matrix, if stated.
     outside_view : Path or None
         Mask of what the depth camera could not see, if stated.
+    has_meta : bool
+        Whether a meta.json was read.
     """
 
     rgb: Path
@@ -76,6 +82,7 @@ class FrameFiles:
     size: tuple[int, int] | None = None
     pose: tuple[tuple[float, ...], ...] | None = None
     outside_view: Path | None = None
+    has_meta: bool = False
 
     @property
     def camera_pose(self) -> NDArray[np.float64] | None:
@@ -113,7 +120,8 @@ def load_frame(
     ----------
     rgb : path-like
         Colour PNG, JPEG or TIFF, or the depth file if it contains colour (.pcd, .heic); or, without `depth`, a folder
-        with meta.json, a colour image `rgb.*` and depth `depth.*`; or, with `frame`, a recording.
+        with a colour image `rgb.*` and depth `depth.*`, as meta.json describes them if it has one; or, with `frame`, a
+        recording.
     depth : path-like, optional
         Depth in any format of `ilf.io.read_depth_values`: 16-bit PNG, TIFF, PGM, NPY, EXR and others.
     depth_units : float, optional
@@ -226,12 +234,14 @@ def _load(
     else:
         files = files_of(rgb, depth, beside)
         stated = files.options
-        if depth is None and stated.depth_encoding is None and given is None:
+        if depth is None and files.has_meta and stated.depth_encoding is None and given is None:
             raise FormatError(
                 f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
                 "(1000 for millimetres) or the encoding's name, or give depth units."
             )
         loaded, reported = _from_files(files, options, name)
+    if FrameSource(rgb, depth, frame).is_result:
+        loaded = replace(loaded, notes=(*loaded.notes, f"{depth or rgb}: {COMPLETED_DEPTH}"))
     for text in reported:
         report(text)
     chosen = options.checked().or_else(stated)
@@ -386,13 +396,22 @@ def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, 
     )
 
 
+def is_frame_folder(folder: str | os.PathLike[str]) -> bool:
+    """Whether a folder is a single frame: it has meta.json, or colour rgb.* and depth depth.*."""
+    root = Path(folder)
+    if os.path.isfile(root / META_NAME):
+        return True
+    return bool(_found(root, "rgb", COLOUR_SUFFIXES) and _found(root, "depth", DEPTH_FILE_SUFFIXES))
+
+
 def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     """Read the meta.json of a frame folder, without the images.
 
     Parameters
     ----------
     folder : path-like
-        Contains meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m` or
+        Contains colour `rgb.*` and depth `depth.*`, or meta.json with the optional keys `name`, `size` [width, height],
+        `depth_units_per_m` or
         `depth_encoding` (see `load_frame`), `depth_invalid` (the depth file's value for missing depth), `K` [fx, fy,
         cx, cy], `rgb` and `depth` (paths of the images; default: `rgb.*` and `depth.*` in the folder), `gt` (path of
         the ground truth; default: `gt.*` in the folder; or a description of it, by which `gt.*` is ignored if it was
@@ -411,12 +430,13 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     """
     root = Path(folder).absolute()
     meta_path = root / META_NAME
-    if not os.path.isfile(meta_path):
+    if not is_frame_folder(root):
         raise InputError(
-            f"{root} has no {META_NAME}. Give the colour and the depth file separately, or the key of one of its "
-            "frames (--frame) if it contains several."
+            f"{root} has neither {META_NAME} nor rgb.* and depth.*. Give the colour and the depth file separately, or "
+            "the key of one of its frames (--frame) if it contains several."
         )
-    meta = read_json(meta_path)
+    has_meta = os.path.isfile(meta_path)
+    meta = read_json(meta_path) if has_meta else {}
     if not isinstance(meta, dict):
         raise FormatError(f"{meta_path} must hold a JSON object with size, depth_units_per_m and K.")
     try:
@@ -467,6 +487,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         *(rgb, depth, name, options, size),
         pose=None if pose is None else tuple(map(tuple, pose.tolist())),
         outside_view=_named_image(root, named["outside_view"]),
+        has_meta=has_meta,
     )
 
 
@@ -491,7 +512,7 @@ def meta_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> F
         files = frame_folder(colour_path.parent)
     except InputError:
         return None
-    is_theirs = _is_same(files.rgb, colour_path) and _is_same(files.depth, depth_path)
+    is_theirs = files.has_meta and _is_same(files.rgb, colour_path) and _is_same(files.depth, depth_path)
     return replace(files, rgb=colour_path, depth=depth_path, size=None) if is_theirs else None
 
 

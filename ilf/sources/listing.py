@@ -18,7 +18,7 @@ from ..errors import FormatError, InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE, read_cameras
 from .file_patterns import Folders, is_folder
 from .frame_source import FrameSource
-from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
+from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, is_frame_folder
 from .layout import Layout
 from .layout_frames import LayoutFrames
 from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
@@ -31,6 +31,9 @@ from .remote import address_of, names_at, restored
 from .times import ASSOCIATION_FILES, MAX_TIME_GAP_S, TUM_UNITS, associated, read_associations, read_time_list
 
 # Data sets whose files state how each frame is read: BOP, SUN RGB-D.
+
+_MOST_NAMES = 5
+"""Maximum number of folders that a note names."""
 
 _SUN = "frames of SUN RGB-D"
 _SUN_CAMERA_FILE = "intrinsics.txt"
@@ -223,7 +226,7 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
         return found
     pairs, notes = _side_by_side(root, content, max_gap)
-    sources, what = [FrameSource(rgb, depth, options=given) for rgb, depth in pairs], "colour and depth files in pairs"
+    sources, what = [_of_pair(rgb, depth, given, pairs) for rgb, depth in pairs], "colour and depth files in pairs"
     if not sources:
         inside = [os.path.join(root, name) for name in sorted(content.folders, key=natural)]
         if paths := [path for path in inside if os.path.isfile(os.path.join(path, CAMERA_FILE))]:
@@ -239,7 +242,18 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     if not sources:
         told = f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}"
         raise InputError(source_plugins().with_notes(told))
-    return Listing(tuple(sources), tuple(notes), _times(sources), layout=what)
+    sources, left_out = _without_results(sources)
+    return Listing(tuple(sources), (*notes, *left_out), _times(sources), layout=what)
+
+
+def _without_results(sources: list[FrameSource]) -> tuple[list[FrameSource], tuple[str, ...]]:
+    """The frames without folders that this program wrote, and a note that names these; all if there are no others."""
+    results = [source for source in sources if source.depth is None and source.is_result]
+    if not results or len(results) == len(sources):
+        return sources, ()
+    names = ", ".join(source.name for source in results[:_MOST_NAMES]) + (", ..." if len(results) > _MOST_NAMES else "")
+    note = f"{counted(len(results), 'folder')} left out: the depth was completed by ILF Studio, not measured ({names})."
+    return [source for source in sources if source not in results], (note,)
 
 
 def _at_address(
@@ -427,7 +441,15 @@ def _frame_in(folder: str, given: ReadingOptions) -> list[FrameSource]:
     pairs = paired(*split_by_kind(content.files)).pairs
     if len(pairs) != 1:
         return []
-    return [FrameSource(os.path.join(folder, pairs[0][0]), os.path.join(folder, pairs[0][1]), options=given)]
+    return [_of_pair(os.path.join(folder, pairs[0][0]), os.path.join(folder, pairs[0][1]), given, pairs)]
+
+
+def _of_pair(rgb: str, depth: str, given: ReadingOptions, pairs: Sequence[tuple[str, str]]) -> FrameSource:
+    """The frame of a pair of files: their folder, if they are its only pair and it is a frame folder."""
+    folder = os.path.dirname(rgb)
+    if len(pairs) == 1 and folder == os.path.dirname(depth) and is_frame_folder(folder):
+        return FrameSource(folder, options=given)
+    return FrameSource(rgb, depth, options=given)
 
 
 def _unmatched_notes(pairs: Pairs, match_condition: str) -> list[str]:

@@ -24,7 +24,7 @@ def recorded_frame_name(path: Path, key: str) -> str:
 
     Examples
     --------
-    >>> recorded_frame_name(Path("/data/desk.bag"), "12.033000000")
-    'desk 12.033000000'
+    >>> recorded_frame_name(Path("/data/desk.bag"), "12.033000000"), recorded_frame_name(Path("/shards"), "f0/rgb")
+    ('desk 12.033000000', 'shards f0 rgb')
     """
-    return f"{path.stem} {key.rpartition('/')[2]}"
+    return " ".join([path.stem, *filter(None, key.split("/"))])

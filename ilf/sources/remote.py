@@ -240,10 +240,10 @@ def _copy_files(addresses: Collection[str], wanted: Iterable[str], root: Path) -
 def _copy_folder(address: Address, root: Path) -> None:
     """Copy the folder of a single frame."""
     names = [*RemoteFiles(address).sizes()]
-    if _META not in names:
+    if _META not in names and not {"rgb", "depth"} <= {name.partition(".")[0] for name in names}:
         raise InputError(
-            f"{address}: a frame is a colour and a depth file, or a folder with {_META}. Give both files, or the key "
-            "of a frame (--frame)."
+            f"{address}: a frame is a colour and a depth file, or a folder with {_META} or rgb.* and depth.*. Give "
+            "both files, or the key of a frame (--frame)."
         )
     if len(names) > _MAX_FILES:
         raise FormatError(f"{address} has more than {_MAX_FILES} files. Give the colour and the depth file.")

@@ -255,6 +255,8 @@ def test_the_first_frame_of_a_recording_is_seen_before_it_is_opened(dialog, reco
 
 
 def test_a_folder_of_frames_is_looked_into_and_an_empty_one_refused(dialog, folder, tmp_path, qtbot):
+    for path in [*folder.iterdir()]:
+        path.rename(path.with_name(f"1_{path.name}"))
     dialog.set_files(str(folder))
     qtbot.waitUntil(lambda: dialog.message.text().startswith("1 frame found."))
     assert "Median 2.00 m" in dialog.message.text()

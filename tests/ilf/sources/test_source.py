@@ -79,12 +79,12 @@ def test_listing_decodes_nothing(tmp_path, save):
 
 def test_frames_are_found_by_the_end_of_their_key(tmp_path, save):
     for name in ("a", "b"):
-        save(f"{name}/rgb.png", f"{name}/depth.png")
+        save(f"{name}/1_rgb.png", f"{name}/1_depth.png")
     source = ilf.open_source(tmp_path)
-    assert source.keys == ("a/rgb", "b/rgb")
-    with pytest.raises(InputError, match=r"2 frames of .* end in 'rgb'"):
-        source.read("rgb")
-    with pytest.raises(InputError, match=r"has no frame 'c'\. It has 2, from a/rgb to b/rgb"):
+    assert source.keys == ("a/1_rgb", "b/1_rgb")
+    with pytest.raises(InputError, match=r"2 frames of .* end in '1_rgb'"):
+        source.read("1_rgb")
+    with pytest.raises(InputError, match=r"has no frame 'c'\. It has 2, from a/1_rgb to b/1_rgb"):
         source.find("c")
 
 
@@ -281,7 +281,7 @@ def test_command_line_tells_of_times(tmp_path, save, capsys):
 
 
 def test_command_line_tells_what_is_in_the_only_frame(tmp_path, save, capsys):
-    save("rgb.png", "depth.png")
+    save("1_rgb.png", "1_depth.png")
     assert main(["info", str(tmp_path)]) == 0
     told = capsys.readouterr().out
     assert "1 frame\n" in told
