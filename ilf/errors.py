@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import errno
+import os
 import sys
 import unicodedata
 import warnings
+from types import UnionType
+from typing import Any
 
 _LONGEST = 1500
 _CAUSES = {
@@ -70,6 +73,30 @@ def _shown(character: str) -> str:
 
 class InputError(IlfError):
     """The data is readable but cannot be used: sizes that differ, no depth, an absurd scale."""
+
+
+def check_kind(value: object, kind: type | UnionType, what: str, remedy: str) -> None:
+    """Raise InputError for an argument of another type than `kind`, with what is expected and what to do instead."""
+    if not isinstance(value, kind):
+        raise InputError(f"{what}, not {type(value).__name__}: {remedy}")
+
+
+PathKind = str | os.PathLike
+"""The types of a path."""
+
+
+def path_first(path: Any, value: Any) -> tuple[Any, Any]:
+    """Return the two arguments of a writer, path and value, in this order whichever the caller gave first.
+
+    Examples
+    --------
+    >>> path_first([1, 2], "a.ply")
+    ('a.ply', [1, 2])
+    """
+    if isinstance(value, PathKind) and not isinstance(path, PathKind):
+        path, value = value, path
+    check_kind(path, PathKind, "A file is written to a path", "give the path, and what to write.")
+    return path, value
 
 
 class FormatError(InputError):

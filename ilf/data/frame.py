@@ -219,6 +219,10 @@ class RGBDFrame:
         ) -> None: ...
 
     def __post_init__(self) -> None:
+        if np.ndim(self.rgb) == 2 and np.shape(self.depth)[2:] == (3,):  # depth was given first
+            given: tuple[Any, Any] = self.rgb, self.depth
+            object.__setattr__(self, "depth", given[0])
+            object.__setattr__(self, "rgb", given[1])
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
         measured = depth = checked_depth(self.depth)
         if self.invalid_mask is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, ParameterError
-from .camera import CameraIntrinsics
+from .camera import CameraIntrinsics, as_camera
 from .open3d_images import cloud_of
 
 AXES = ("camera", "y-up")
@@ -99,7 +99,7 @@ def _all_finite(numbers: NDArray[Any]) -> bool:
 def point_cloud(
     depth: ArrayLike,
     rgb: ArrayLike,
-    intrinsics: CameraIntrinsics | None,
+    intrinsics: CameraIntrinsics | ArrayLike | None,
     *,
     only: NDArray[np.bool_] | None = None,
     normals: NDArray[np.float32] | None = None,
@@ -114,8 +114,8 @@ def point_cloud(
         give no point; nor do values outside `NEAREST` to `FARTHEST`.
     rgb : array_like
         uint8 (H, W, 3).
-    intrinsics : CameraIntrinsics
-        Of this image.
+    intrinsics : CameraIntrinsics or array_like
+        Of this image: also fx, fy, cx, cy, or a 3 x 3 matrix.
     only : ndarray, optional
         bool (H, W): pixels that may give points.
     normals : ndarray, optional
@@ -166,7 +166,7 @@ def point_cloud(
 
 
 def back_project(
-    depth: ArrayLike, intrinsics: CameraIntrinsics | None, only: NDArray[np.bool_] | None = None
+    depth: ArrayLike, intrinsics: CameraIntrinsics | ArrayLike | None, only: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     """Return the points of the known pixels, and the indices of these pixels.
 
@@ -198,8 +198,8 @@ def back_project(
     >>> points[:, 2].tolist(), pixels.tolist()
     ([2.0, 1.0, 4.0], [0, 2, 3])
     """
-    camera = required_intrinsics(intrinsics)
     image = np.asarray(depth)
+    camera = required_intrinsics(intrinsics, image.shape)
     known = known_pixels(image)
     if only is not None:
         known &= only
@@ -220,17 +220,15 @@ def known_pixels(depth: NDArray[np.floating]) -> NDArray[np.bool_]:
     return np.asarray(known)
 
 
-def required_intrinsics(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:
-    """Return the intrinsics, which points and normals require; raise InputError if there are none."""
+def required_intrinsics(intrinsics: CameraIntrinsics | ArrayLike | None, shape: tuple[int, int]) -> CameraIntrinsics:
+    """Return the intrinsics of an image (H, W), which points and normals require; raise InputError if there are
+    none."""
     if intrinsics is None:
         raise InputError(
             "Points and normals need the camera's intrinsics, and this frame has none. Give them as a preset "
             "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a JSON file."
         )
-    if not isinstance(intrinsics, CameraIntrinsics):
-        given = type(intrinsics).__name__
-        raise InputError(f"Points and normals need intrinsics as ilf.CameraIntrinsics(fx, fy, cx, cy), not {given}.")
-    return intrinsics
+    return as_camera(intrinsics, shape)
 
 
 def in_world(cloud: PointCloud, pose: NDArray[np.float64]) -> PointCloud:

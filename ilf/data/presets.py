@@ -16,7 +16,7 @@ import platformdirs
 
 from .._runtime.files import ensure_folder, read_json, write_bytes
 from .._runtime.schema import check_schema, converted
-from ..errors import ExportError, FormatError, IlfError, InputError, ParameterError, cause
+from ..errors import ExportError, FormatError, IlfError, InputError, ParameterError, PathKind, cause, check_kind
 from .declarations import Value
 from .parameters import (
     DEFAULT_PRESET,
@@ -131,6 +131,8 @@ def preset(name: str | os.PathLike[str] = DEFAULT_PRESET, **changes: object) -> 
     Traceback (most recent call last):
     ilf.errors.ParameterError: padding has no effect with filter edge-aware; it belongs to filter ideal.
     """
+    if isinstance(name, Parameters):
+        return name.changed(**changes)
     return find_preset(name).parameters.changed(**changes)
 
 
@@ -297,6 +299,7 @@ def find_preset(name: str | os.PathLike[str]) -> UserPreset:
     >>> find_preset("paper").parameters.filter
     'ideal'
     """
+    check_kind(name, PathKind, "A preset is given by name or file", "give one of those that `ilf presets` lists.")
     if name in PRESETS:
         return UserPreset(name, PRESETS[name], name, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
     own = _existing(name) if isinstance(name, str) else None
@@ -348,7 +351,8 @@ def save_preset(
     >>> ilf.preset("gentle.json").smoothness
     3.0
     """
-    base = nearest_preset(as_parameters(parameters)).preset
+    check_kind(parameters, Parameters, "A preset is saved from parameters", 'give ilf.save_preset("soft", parameters).')
+    base = nearest_preset(parameters).preset
     if isinstance(name, os.PathLike) or name.endswith(PRESET_SUFFIX):
         path = Path(name)
         if path.exists() and not replace:

@@ -187,7 +187,7 @@ def _triangles(depth: NDArray[np.float32], links: Links, rows: slice) -> Iterato
 def surface_mesh(
     depth: ArrayLike,
     rgb: ArrayLike,
-    intrinsics: CameraIntrinsics | None,
+    intrinsics: CameraIntrinsics | ArrayLike | None,
     *,
     only: Mask | None = None,
     normals: NDArray[np.float32] | None = None,
@@ -220,7 +220,7 @@ def surface_mesh(
     image = np.asarray(depth, np.float32)
     if only is not None:
         image = np.where(only, image, np.float32(np.nan))
-    faces = surface_faces(image, surface_links(image, required_intrinsics(intrinsics)))
+    faces = surface_faces(image, surface_links(image, required_intrinsics(intrinsics, image.shape)))
     check_cancelled()
     used = np.zeros(image.size, bool)
     used[faces.reshape(-1)] = True
@@ -245,7 +245,7 @@ Array = NDArray[np.float32]
 Double = NDArray[np.float64]
 
 
-def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics | None) -> Array:
+def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics | ArrayLike | None) -> Array:
     """Compute the surface normal at every pixel.
 
     The inverse depth of a plane is linear across the image, so its slope gives the normal. The slope is averaged over
@@ -274,7 +274,8 @@ def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics | None) -> Ar
     >>> bool(np.allclose(normals, (0, 0, -1)))
     True
     """
-    image, camera = np.asarray(depth, np.float32), required_intrinsics(intrinsics)
+    image = np.asarray(depth, np.float32)
+    camera = required_intrinsics(intrinsics, image.shape)
     links = surface_links(image, camera)
     height = len(image)
     found = np.empty((*image.shape, 3), np.float32)

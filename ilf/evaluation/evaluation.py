@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.blocks import Box, checked_labels
-from ..data.frame import RGBDFrame, checked_mask
+from ..data.frame import RGBDFrame, checked_frame, checked_mask
 from ..data.results import Completion, NanEqual
-from ..errors import InputError
+from ..errors import InputError, check_kind
 from ..run.run import Run
 from .metrics import measure_errors, share_within
 
@@ -133,6 +133,10 @@ def evaluate_completion(
     >>> evaluation.pixels, round(evaluation.rmse, 3), round(evaluation.bias, 3)
     (40, 0.01, -0.01)
     """
+    if isinstance(frame, Completion) and isinstance(completion, RGBDFrame):
+        frame, completion = completion, frame
+    check_kind(completion, Completion, "The second argument must be a completion", "give what ilf.complete returns.")
+    checked_frame(frame)
     evaluated = _evaluated(frame, completion, every)
     if isinstance(area, tuple):
         inside = np.zeros(frame.shape, bool)

@@ -16,8 +16,8 @@ from ..completion.confidence.expected_error import expected_error
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.results import Completion
-from ..errors import InputError, ParameterError
-from ..run.run import Run
+from ..errors import InputError, ParameterError, check_kind
+from ..run.run import CompletedRun, Run
 from ..sources.frame_source import FrameSource
 from ..sources.frames import COMPLETED_DEPTH
 from .evaluation import (
@@ -239,6 +239,7 @@ class HoldOutTest:
     seeds: tuple[int, ...] = (0, 1, 2)
 
     def __post_init__(self) -> None:
+        check_kind(self.seeds, Collection, "Seeds are several integers", "give them as (0, 1, 2).")
         if self.pattern not in HOLD_OUT_PATTERNS:
             raise ParameterError(f"There is no pattern {self.pattern!r}. Known: {', '.join(HOLD_OUT_PATTERNS)}.")
         object.__setattr__(self, "seeds", tuple(dict.fromkeys(self.seeds)))
@@ -317,7 +318,7 @@ def hold_out_steps(
 
 def evaluate_hold_out(
     run: Run,
-    test: HoldOutTest | None = None,
+    test: HoldOutTest | str | None = None,
     only: Collection[int] | None = None,
     *,
     threads: int | None = None,
@@ -331,9 +332,9 @@ def evaluate_hold_out(
 
     Parameters
     ----------
-    run : Run
-    test : HoldOutTest, optional
-        Areas with three seeds if left out.
+    run : Run or CompletedRun
+    test : HoldOutTest or str, optional
+        A pattern of `HOLD_OUT_PATTERNS` stands for its test with three seeds; areas if left out.
     only : collection of int, optional
         Only these blocks; those of the run if left out. Blocks without hidden depth are not run.
     threads : int, optional
@@ -358,6 +359,10 @@ def evaluate_hold_out(
     >>> result.hidden, result.coverage, result.whole.pixels, bool(result.whole.rmse < 0.001)
     (1000, 1.0, 1000, True)
     """
+    run = run.run if isinstance(run, CompletedRun) else run
+    check_kind(run, Run, "A hold-out needs a run", "give ilf.Run.of(frame), or what ilf.complete returns.")
+    test = HoldOutTest(test) if isinstance(test, str) else test
+    check_kind(test, HoldOutTest | None, "The second argument must be a test", 'give ilf.HoldOutTest("areas", (0, 1)).')
     return run_to_end(hold_out_steps(run, test, only, threads=threads), on_step)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import write_parts
 from ..data.points import LENGTHS, PointCloud, axes_signs
-from ..errors import ExportError, ParameterError
+from ..errors import ExportError, ParameterError, check_kind, path_first
 
 # The values of a cloud's points as columns, which file formats write in different orders.
 
@@ -276,6 +276,8 @@ def write_cloud(
     >>> Path("cloud.xyz").read_text().split()
     ['1', '2', '3']
     """
+    path, cloud = path_first(path, cloud)
+    check_kind(cloud, PointCloud, "A cloud is written from points", "give what ilf.point_cloud returns.")
     check_cloud_format(path)
     if len(cloud) == 0:
         raise ExportError("The cloud has no points to write: the depth has no known pixel.")

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.files import FileContent, FileSource, read_file, write_bytes
 from .._runtime.formatting import as_float, counted
 from ..data.frame import DEPTH_LIMITS
-from ..errors import ExportError, FormatError, ParameterError
+from ..errors import ExportError, FormatError, ParameterError, path_first
 from .float_images import (
     COLMAP_SUFFIX,
     read_bin,
@@ -133,7 +133,8 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
     path : path-like
         .png: uint16 in file units, rounded, 0 = missing. .tif, .tiff, .npy: float32 [m], NaN = missing.
     depth : array_like
-        Depth [m], (H, W); values that are not finite and positive are missing.
+        Depth [m], (H, W); values that are not finite and positive are missing. A frame or completion stands for its
+        depth.
     units : float
         File units per metre, for .png only.
 
@@ -156,7 +157,8 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
     >>> read_depth_values("depth.png").tolist()
     [[1500, 0]]
     """
-    content, warnings = encode_depth(path, depth, units)
+    path, depth = path_first(path, depth)
+    content, warnings = encode_depth(path, getattr(depth, "depth", depth), units)
     write_bytes(path, content)
     return warnings
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.files import write_parts
 from ..data.points import axes_signs
 from ..data.surface import Mesh
-from ..errors import ExportError
+from ..errors import ExportError, check_kind, path_first
 from .clouds import columns_of, ply_parts, text_rows
 
 # Meshes as Wavefront OBJ: text, with colours after the coordinates, as MeshLab and Blender read them.
@@ -181,6 +181,8 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, *, axes: str = "camera"
     >>> Path("mesh.obj").read_text().count("f ")
     4
     """
+    path, mesh = path_first(path, mesh)
+    check_kind(mesh, Mesh, "A mesh is written from a surface", "give what ilf.surface_mesh returns.")
     suffix = Path(path).suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise ExportError(f"A mesh cannot be written as {str(path)!r}: use one of {', '.join(MESH_SUFFIXES)}.")

@@ -26,7 +26,7 @@ from ..data.pictures import html_row, plot_error, plot_row
 from ..data.presets import as_parameters, chosen_parameters, preset
 from ..data.results import Completion, IterationRecord, Progress, compose
 from ..drawing.blocks import block_overlay
-from ..errors import InputError, ParameterError
+from ..errors import InputError, ParameterError, check_kind
 from ..io.block_files import read_blocks
 from ..io.frame_additions import load_by_hand
 from ..io.labels import LoadedBlocks, read_mask
@@ -497,6 +497,7 @@ def extrapolate(completion: CompletedRun) -> CompletedRun:
     >>> int(ilf.extrapolate(nothing_run).extrapolated.sum())
     16
     """
+    check_kind(completion, CompletedRun, "The first argument must be a completion", "give what ilf.complete returns.")
     steps = _extrapolated(completion.run, completion)
     while True:
         try:

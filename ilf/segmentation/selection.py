@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any
 
 import cv2
 import numpy as np
@@ -24,6 +26,12 @@ Strokes = Sequence[tuple[float, float]] | Sequence[Points]
 """Points (x, y), or sequences of points."""
 
 
+def _several(points: Any) -> Any:
+    """Points and strokes as a sequence: a single point (x, y) is one of these."""
+    is_one = isinstance(points, Sequence) and len(points) == 2 and all(isinstance(number, Real) for number in points)
+    return [points] if is_one else points
+
+
 @dataclass(frozen=True, eq=False)
 class _Stroke:
     """A point or stroke: its points, float64 (N, 2), and the pieces under them."""
@@ -33,7 +41,10 @@ class _Stroke:
 
     @staticmethod
     def of(tree: RegionTree, given: tuple[float, float] | Points) -> _Stroke:
-        points = np.asarray(given, np.float64).reshape(-1, 2)
+        try:
+            points = np.asarray(given, np.float64).reshape(-1, 2)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"A point or stroke is (x, y), or several of these, not {given!r:.60}.") from error
         height, width = tree.pieces.shape
         if not len(points):
             raise InputError("A stroke needs at least one point.")
@@ -111,6 +122,7 @@ def select_region(
     (True, (480, 640))
     """
     checked_frame(frame)
+    inside, outside = _several(inside), _several(outside)
     if box is None and start is None and not len(inside):
         raise InputError("Give at least one point inside, a box, or a selection to start with.")
     if start is not None and start.shape != frame.shape:

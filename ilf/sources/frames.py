@@ -17,7 +17,17 @@ from .._runtime.addresses import is_address
 from .._runtime.files import FileContent, read_file, read_json, write_bytes
 from ..data.camera import CameraIntrinsics, checked_transform
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
-from ..errors import ExportError, FormatError, InputError, ParameterError, cause, one_line, warn_of_reading
+from ..errors import (
+    ExportError,
+    FormatError,
+    InputError,
+    ParameterError,
+    PathKind,
+    cause,
+    check_kind,
+    one_line,
+    warn_of_reading,
+)
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.depth import DEPTH_READERS, checked_units, write_depth
 from ..io.depth_reading import DepthReading, read_depth
@@ -192,6 +202,8 @@ def load_frame(
     >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.ground_truth is None
     ('room', (480, 640), 0.168, False)
     """
+    for path in (rgb, rgb if depth is None else depth):
+        check_kind(path, PathKind, "A frame is read from files", "make one from arrays by ilf.RGBDFrame(rgb, depth).")
     options = ReadingOptions(
         encoding=encoding,
         depth_units=depth_units,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.formatting import counted
-from ..data.frame import RGBDFrame
+from ..data.frame import RGBDFrame, checked_frame
 from ..data.neighbours import Neighbour, NeighbourDepth, agrees, beside_jumps
 from ..data.open3d_images import load_open3d
 from ..errors import IlfError, InputError, ParameterError
@@ -50,8 +50,8 @@ _MAX_DEPTH_DIFFERENCE = 0.07
 
 def with_neighbours(
     frame: RGBDFrame,
-    before: Sequence[RGBDFrame | FrameSource] = (),
-    after: Sequence[RGBDFrame | FrameSource] = (),
+    before: Sequence[RGBDFrame | FrameSource] | RGBDFrame = (),
+    after: Sequence[RGBDFrame | FrameSource] | RGBDFrame = (),
     *,
     step: int = 1,
 ) -> RGBDFrame:
@@ -107,8 +107,8 @@ def with_neighbours(
 
 def neighbour_steps(
     frame: RGBDFrame,
-    before: Sequence[RGBDFrame | FrameSource] = (),
-    after: Sequence[RGBDFrame | FrameSource] = (),
+    before: Sequence[RGBDFrame | FrameSource] | RGBDFrame = (),
+    after: Sequence[RGBDFrame | FrameSource] | RGBDFrame = (),
     *,
     step: int = 1,
 ) -> Generator[float, None, RGBDFrame]:
@@ -116,7 +116,8 @@ def neighbour_steps(
     and returns the frame."""
     if step < 1:
         raise ParameterError(f"The step of neighbours must be at least 1, not {step}.")
-    _camera_of(frame)
+    before, after = ([side] if isinstance(side, RGBDFrame | FrameSource) else side for side in (before, after))
+    _camera_of(checked_frame(frame))
     count = len(before) // step + len(after) // step
     layers: list[Array] = []
     used: list[Neighbour] = []

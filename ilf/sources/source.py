@@ -16,7 +16,7 @@ from .._runtime.addresses import Address, is_address
 from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..data.frame import RGBDFrame
-from ..errors import InputError, ParameterError
+from ..errors import InputError, ParameterError, PathKind, check_kind
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import EncodingSpec
 from .frame_source import FrameSource
@@ -319,6 +319,7 @@ def open_source(
     >>> source[0].name == source["room"].name
     True
     """
+    check_kind(path, PathKind, "A source is opened by its path", "give a folder of frames, data set or recording.")
     options = ReadingOptions(
         encoding=encoding,
         depth_units=depth_units,

@@ -15,7 +15,7 @@ from ...data.blocks import SPARSE
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import FrameCache, once_per_frame
 from ...data.results import Completion
-from ...errors import ParameterError
+from ...errors import ParameterError, check_kind
 from ...segmentation.edges.frame_edges import find_edges
 from ..block import required_known_pixels
 from ..completion import guide_hold_out
@@ -161,6 +161,9 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
     return _error(frame, depth, np.full(frame.shape, _NUMBERS[model]), default_edges(frame))
 
 
+_COMPLETION = "The errors of depth are those of a completion", "give what ilf.complete returns."
+
+
 def expected_error(completion: Completion) -> Array:
     """Compute the expected error of a completion, each block with the model of its filter.
 
@@ -192,6 +195,7 @@ def expected_error(completion: Completion) -> Array:
     >>> int(np.isfinite(error).sum()), bool(error[10, 15] < 0.01)
     (40, True)
     """
+    check_kind(completion, Completion, *_COMPLETION)
     frame = completion.frame
     if filled_pixels(frame, completion.depth).any():
         error = _modelled_error(completion)
@@ -247,6 +251,7 @@ def unsupported(completion: Completion) -> NDArray[np.bool_]:
     >>> bool(ilf.unsupported(ilf.complete(frame)).any())
     False
     """
+    check_kind(completion, Completion, *_COMPLETION)
     frame = completion.frame
     filled = filled_pixels(frame, completion.depth)
     if not filled.any():
