@@ -26,11 +26,11 @@ _CAUSES = {
 _START = r"(?<![A-Za-z0-9])[A-Za-z][A-Za-z0-9+.-]{1,30}:/+"
 """How an address begins; a path has one slash of it left."""
 
-CREDENTIALS = re.compile(rf"({_START}|(?<!\S)//)(?:[^\s/'\"]*|[^\s@'\"]*:[^\s'\"]*)@")
+CREDENTIALS = re.compile(rf"({_START}|(?<!\S)//)(?:[^\s@'\"]*:[^\s'\"]*|[^\s/'\"]*)@")
 """A user and a password, which may contain slashes, after what precedes them."""
 
 _QUERY = re.compile(rf"({_START}[^\s?#'\"]*)[?#][^\s'\")]*")
-_ENCODED = re.compile(r"(?i)((?<![a-z0-9])[a-z][a-z0-9+.-]{1,30}%3a(?:%2f){2})(?:[^\s/'\"]*?)%40")
+_ENCODED = re.compile(r"(?i)((?<![a-z0-9])[a-z][a-z0-9+.-]{1,30}%3a(?:%2f){2})[^\s'\"]*%40")
 _SIGNATURE = re.compile(
     r"(?i)(?<![\w-])((?:x-\w+-)?(?:\w*signature|(?:\w+-)?\w*token|sig|\w*secret|password|credential|(?:api|access|account)_?key\w*))=[^\s&'\")]+"
 )

@@ -1,7 +1,8 @@
 """What a file may name: paths and addresses in files, which the user has not typed.
 
 `named_in` decides about each before anything of it is looked at. It may be opened if it lies in the folder or the store
-that has the file, if the user has opened it before on this machine (`note_opened`), or if he allows it.
+that has the file, if the user has opened it before on this machine (`note_opened`), or if he allows it; a file on
+this machine also if the SHA-256 of its content is stated with its name, since it tells the writer nothing then.
 """
 
 from __future__ import annotations
@@ -11,15 +12,16 @@ import posixpath
 import re
 import shlex
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from urllib.parse import unquote
 
 import platformdirs
 
-from ..errors import InputError
+from ..errors import ExportError, InputError
 from .addresses import Address, absolute, is_address
+from .files import MAX_FILE_BYTES, file_sha256, write_bytes
 
 VARIABLE = "ILF_ALLOW_ADDRESS"
 """Environment variable with what is allowed, a line each; processes that this one starts have it, too."""
@@ -29,6 +31,10 @@ _FILES = "/*"
 """End of the entry of a folder of which only the files are meant."""
 
 _MAX_ENTRIES = 10_000
+_CODE = "utf-8", "surrogateescape"
+
+_unwritten: set[str] = set()
+"""What was opened and could not be written to the list."""
 
 
 class NotAllowed(InputError):
@@ -55,14 +61,14 @@ class NotAllowed(InputError):
 
     @property
     def may_exist(self) -> bool:
-        """Whether there may be something at the place; nothing at an address or a network share is looked at."""
-        return is_address(self.place) or _SHARE.match(self.place) is not None or os.path.lexists(self.place)
+        """Whether there may be something at the place."""
+        return _is_far(self.place) or os.path.lexists(self.place)
 
     def __reduce__(self) -> tuple[type[NotAllowed], tuple[str]]:
         return NotAllowed, (self.place,)
 
 
-def named_in(path: str, base: str | os.PathLike[str] | None) -> str:
+def named_in(path: str, base: str | os.PathLike[str] | None, sha256: str = "") -> str:
     """A path or an address that a file names, if it may be opened.
 
     Parameters
@@ -71,6 +77,8 @@ def named_in(path: str, base: str | os.PathLike[str] | None) -> str:
         A relative path belongs to `base`.
     base : path-like or None
         Folder or address that the user has opened and that has the file; None if there is none.
+    sha256 : str
+        SHA-256 of its content, if the file states it.
 
     Returns
     -------
@@ -92,13 +100,30 @@ def named_in(path: str, base: str | os.PathLike[str] | None) -> str:
         place = path if _SHARE.match(path) else os.path.abspath(path if is_address(root) else os.path.join(root, path))
         inside = bool(root) and not is_address(root) and _is_below(_key(place), {_key(root)})
     key = _key(place)
-    if not (inside or _is_below(key, map(_key, os.environ.get(VARIABLE, "").splitlines())) or _was_opened(key)):
-        raise NotAllowed(place)
-    return place
+    if (
+        inside
+        or _is_below(key, map(_key, os.environ.get(VARIABLE, "").splitlines()))
+        or _was_opened(key)
+        or (sha256 and not _is_far(place) and _has_content(place, sha256))
+    ):
+        return place
+    raise NotAllowed(place)
+
+
+def _has_content(path: str, sha256: str) -> bool:
+    return os.path.isfile(path) and os.path.getsize(path) <= MAX_FILE_BYTES and file_sha256(path) == sha256
+
+
+def _is_far(place: str) -> bool:
+    """Whether a place is at an address or a network share, at which nothing is looked at unasked."""
+    return is_address(place) or _SHARE.match(place) is not None
 
 
 def first_allowed(
-    paths: Iterable[str], base: str | os.PathLike[str] | None, is_wanted: Callable[[str], bool] = os.path.isfile
+    paths: Iterable[str],
+    base: str | os.PathLike[str] | None,
+    is_wanted: Callable[[str], bool] = os.path.isfile,
+    sha256: str = "",
 ) -> str | None:
     """The first of the possible places of a file that is there and may be opened; None if it is at none of them.
 
@@ -112,13 +137,13 @@ def first_allowed(
     refused: NotAllowed | None = None
     for path in paths:
         try:
-            place = named_in(path, base)
+            place = named_in(path, base, sha256)
         except NotAllowed as error:
-            refused = refused or error
+            refused = refused or (error if error.may_exist else None)
         else:
             if is_wanted(place):
                 return place
-    if refused is not None and refused.may_exist:
+    if refused is not None:
         raise refused
     return None
 
@@ -149,19 +174,25 @@ def allow_address(*prefixes: str | os.PathLike[str]) -> Iterator[None]:
 
 def note_opened(*paths: str | os.PathLike[str] | None) -> None:
     """Remember what the user has opened: a folder or a recording with all in it, a file with the files beside it."""
-    new = {entry: None for path in paths if path is not None for entry in _entries(os.fspath(path))}
-    with suppress(OSError):  # without it the user is asked again
+    new = dict.fromkeys(entry for path in paths if path is not None for entry in _entries(os.fspath(path)))
+    missing = [entry for entry in new if entry not in _known() and not _was_opened(entry.removesuffix(_FILES))]
+    if not missing:
+        return
+    try:
         file = _list_file()
-        if missing := [entry for entry in new if not _was_opened(entry.removesuffix(_FILES), entry)]:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            with open(file, "a", encoding="utf-8", errors="surrogateescape") as stream:
-                stream.write("".join(f"{entry}\n" for entry in missing))
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if len(_known()) > 2 * _MAX_ENTRIES:
+            write_bytes(file, "".join(f"{entry}\n" for entry in _lines(file)[-_MAX_ENTRIES:]).encode(*_CODE))
+        with open(file, "ab") as stream:
+            stream.write("".join(f"{entry}\n" for entry in missing).encode(*_CODE))
+    except (OSError, ExportError):  # remembered as long as this process runs
+        _unwritten.update(missing)
 
 
 def _entries(path: str) -> Iterable[str]:
     if is_address(path):
         address = _key(path)
-        return [address] if address.count("/") == 2 else [address, posixpath.dirname(address) + _FILES]
+        return [address, posixpath.dirname(address) + _FILES] if posixpath.splitext(address)[1] else [address]
     real = _key(os.path.abspath(path))
     folder = os.path.dirname(real)
     is_whole = os.path.isdir(real) or folder in {os.path.dirname(folder), _key(Path.home())}
@@ -179,7 +210,10 @@ def _key(path: str | os.PathLike[str]) -> str:
         return f"{address.protocol}://{host.lower()}{posixpath.normpath(slash + unquote(name)) if name else ''}"
     if _SHARE.match(text):
         return posixpath.normpath(text.replace("\\", "/")).casefold()
-    return os.path.realpath(text)
+    try:
+        return os.path.realpath(text)
+    except (OSError, ValueError):  # no file can have that name
+        return os.path.normpath(text)
 
 
 def _is_below(key: str, places: Iterable[str]) -> bool:
@@ -191,21 +225,30 @@ def _is_below(key: str, places: Iterable[str]) -> bool:
     return bool(key)
 
 
-def _was_opened(key: str, entry: str = "") -> bool:
-    file = _list_file()
-    try:
-        status = file.stat()
-    except OSError:
-        return False
-    known = _read(file, status.st_mtime_ns, status.st_size)
-    return entry in known or _is_below(key, known) or os.path.dirname(key) + _FILES in known
+def _was_opened(key: str) -> bool:
+    known = _known()
+    return _is_below(key, known) or os.path.dirname(key) + _FILES in known
 
 
 def _list_file() -> Path:
-    return platformdirs.user_config_path("ilf-studio", appauthor=False) / "opened.txt"
+    return platformdirs.user_state_path("ilf-studio", appauthor=False) / "opened.txt"
+
+
+def _known() -> frozenset[str] | set[str]:
+    """The entries of what was opened."""
+    file = _list_file()
+    try:
+        status = file.stat()
+        known = _read(file, status.st_mtime_ns, status.st_size)
+    except OSError:
+        return _unwritten
+    return known | _unwritten if _unwritten else known
 
 
 @lru_cache(1)
 def _read(file: Path, time: int, size: int) -> frozenset[str]:
-    lines = file.read_text(encoding="utf-8", errors="surrogateescape").split("\n")
-    return frozenset(lines[-_MAX_ENTRIES:]) - {""}
+    return frozenset(_lines(file))
+
+
+def _lines(file: Path) -> list[str]:
+    return file.read_bytes().decode(*_CODE).splitlines()

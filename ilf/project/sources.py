@@ -106,13 +106,13 @@ class Places:
         yield from (self.given[key] for key in (wanted.path, wanted.sha256) if key in self.given)
         for path in self._stated(wanted):
             with suppress(InputError):
-                yield Path(path if self.stated_in is None else named_in(path, self.stated_in))
+                yield Path(path if self.stated_in is None else named_in(path, self.stated_in, wanted.sha256))
         yield from _in(self.folders, wanted)
 
     def check(self, wanted: InputFile) -> None:
         """Raise as `named_in` if a file may be at a path that must not be opened unasked."""
         if self.stated_in is not None:
-            first_allowed(self._stated(wanted), self.stated_in, lambda _: False)
+            first_allowed(self._stated(wanted), self.stated_in, lambda _: False, wanted.sha256)
 
     def _stated(self, wanted: InputFile) -> Iterator[str]:
         came_along = self.beside(wanted.path)

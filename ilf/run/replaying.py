@@ -357,9 +357,11 @@ def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFra
 
     def present(path: str) -> str:
         paths = path, *(str(folder / _file_name(path)) for folder in folders)
-        return first_allowed(paths, folders[0], lambda place: is_address(place) or os.path.exists(place)) or path
+        sha256 = hashes.get(path, "")
+        return first_allowed(paths, folders[0], lambda one: is_address(one) or os.path.exists(one), sha256) or path
 
     source = FrameSource.from_json(Section("neighbour", dict(recorded.source)), "")
+    hashes = {} if source.depth is None else dict(zip((source.rgb, source.depth), recorded.sha256, strict=False))
     try:
         source = dataclasses.replace(source.with_paths(present, cameras=True), stated_in=None)
         frame = source.load()
@@ -413,7 +415,7 @@ def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os
 
 def _recording_of(recorded: InputFile, folder: Path, given: str | os.PathLike[str] | None) -> Path:
     """The recording: the given one, at its recorded path, or beside the record. Its frame is compared later."""
-    found = _place_of(recorded, folder, given, os.path.exists)
+    found = _place_of(recorded, folder, given, os.path.exists, is_whole=False)
     if found is not None:
         return found
     first = recorded.path if given is None else given
@@ -421,12 +423,18 @@ def _recording_of(recorded: InputFile, folder: Path, given: str | os.PathLike[st
 
 
 def _place_of(
-    recorded: InputFile, folder: Path, given: str | os.PathLike[str] | None, is_wanted: Callable[[str], bool]
+    recorded: InputFile,
+    folder: Path,
+    given: str | os.PathLike[str] | None,
+    is_wanted: Callable[[str], bool],
+    is_whole: bool = True,
 ) -> Path | None:
-    """A file of the run: the given one, at its recorded path, or beside the record; None if it is at none of them."""
+    """A file of the run: the given one, at its recorded path, or beside the record; None if it is at none of them.
+    `is_whole`: its recorded hash is that of the whole file."""
     if given is not None:
         return Path(given) if is_wanted(os.fspath(given)) else None
-    found = first_allowed((recorded.path, _file_name(recorded.path)), folder, is_wanted)
+    paths = recorded.path, _file_name(recorded.path)
+    found = first_allowed(paths, folder, is_wanted, recorded.sha256 if is_whole else "")
     return None if found is None else Path(found)
 
 

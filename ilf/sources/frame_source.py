@@ -59,7 +59,7 @@ class FrameSource:
         return cls(inputs.rgb.path, inputs.depth.path if inputs.frame is None else None, inputs.frame, options)
 
     @classmethod
-    def from_json(cls, data: Section, stated_in: str | None) -> Self:
+    def from_json(cls, data: Section, stated_in: str | None = None) -> Self:
         """The source in an object of a JSON file; raises FormatError for missing or wrong values."""
         depth, frame = (data.get(key, str, NoneType) for key in ("depth", "frame"))
         return cls(data.get("rgb", str), depth, frame, ReadingOptions.from_json(data), stated_in)

@@ -447,7 +447,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             f"{root} contains an interrupted export: its {named['run']} is missing, so its files may not belong "
             "together. Export again."
         )
-    rgb = _named_image(root, named["rgb"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
+    rgb = _named_image(root, named["rgb"], named["run"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
     hint = ""
     if os.path.isfile(root / "gt.png"):
         hint = (
@@ -515,13 +515,23 @@ def _two_files(rgb: Path, depth: Path) -> FrameFiles:
     return FrameFiles(rgb, depth, name_from_path(rgb))
 
 
-def _named_image(root: Path, named: str | None) -> Path | None:
-    """An image listed in meta.json: at its path, or in the folder under its file name; None if none is listed."""
+def _named_image(root: Path, named: str | None, run: str | None = None) -> Path | None:
+    """An image listed in meta.json: at its path, or in the folder under its file name; None if none is listed. If it is
+    the colour of a run, the run's record states its hash."""
     if not named:
         return None
-    if path := first_allowed((named, re.split(r"[\\/]", named)[-1]), root):
+    sha256 = _recorded_colour_sha256(root / run) if run and os.path.dirname(named) else ""
+    if path := first_allowed((named, re.split(r"[\\/]", named)[-1]), root, sha256=sha256):
         return Path(path)
     raise InputError(f"{root / META_NAME} lists {named}, which is missing. Put it beside {META_NAME}, or correct it.")
+
+
+def _recorded_colour_sha256(record: Path) -> str:
+    """The hash of the colour file in a run record; "" if there is none."""
+    try:
+        return str(read_json(record)["inputs"]["rgb"]["sha256"])
+    except (InputError, KeyError, TypeError):
+        return ""
 
 
 def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Path:

@@ -307,7 +307,7 @@ class Shards(Recording):
                 f"{self.path} has no colour of {key}, which is from a recording or was registered. {remedy}"
             )
         try:
-            place = named_in(row["rgb"], str(self._folder))
+            place = named_in(row["rgb"], str(self._folder), row["rgb_sha256"])
             file = _remote_file(place) if is_address(place) else read_file(place)
         except NotAllowed:
             raise

@@ -110,7 +110,7 @@ def _read(text: str) -> list[Origin]:
 def _origin(entry: object) -> Origin:
     """Parse a stored origin; raises FormatError if it is damaged."""
     data = Section("list", {"entry": entry}).section("entry")
-    return Path(data.get("file", str)) if "file" in data.values else FrameSource.from_json(data, None)
+    return Path(data.get("file", str)) if "file" in data.values else FrameSource.from_json(data)
 
 
 # The menu.
