@@ -38,34 +38,34 @@ _unwritten: set[str] = set()
 
 
 class NotAllowed(InputError):
-    """A file names a place that is not opened unasked.
+    """A file names places that are not opened unasked.
 
     Attributes
     ----------
-    place : str
-        The path or the address.
+    places : tuple of str
+        Paths and addresses.
     """
 
-    def __init__(self, place: str) -> None:
-        self.place = place
+    def __init__(self, *places: str) -> None:
+        self.places = tuple(dict.fromkeys(places))
+        options = " ".join(f"--allow-address {shlex.quote(one)}" for one in dict.fromkeys(map(_prefix, self.places)))
         super().__init__(
-            f"A file names {place}, which lies outside its own folder or store and was never opened here. If you trust "
-            f"it, allow it by --allow-address {shlex.quote(self.prefix)} (in Python: ilf.allow_address)."
+            f"A file names {' and '.join(self.places)} outside its own folder or store, which was never opened here. "
+            f"If you trust it, allow it by {options} (in Python: ilf.allow_address)."
         )
 
-    @property
-    def prefix(self) -> str:
-        """Its folder, or the address of its server."""
-        is_server = is_address(self.place) and self.place.count("/") == 2
-        return self.place if is_server else os.path.dirname(self.place)
+    def __reduce__(self) -> tuple[type[NotAllowed], tuple[str, ...]]:
+        return NotAllowed, self.places
 
     @property
     def may_exist(self) -> bool:
-        """Whether there may be something at the place."""
-        return _is_far(self.place) or os.path.lexists(self.place)
+        """Whether there may be something at one of the places."""
+        return any(_is_far(one) or os.path.lexists(one) for one in self.places)
 
-    def __reduce__(self) -> tuple[type[NotAllowed], tuple[str]]:
-        return NotAllowed, (self.place,)
+
+def _prefix(place: str) -> str:
+    """The folder of a place, or the address of its server."""
+    return place if is_address(place) and place.count("/") == 2 else os.path.dirname(place)
 
 
 def named_in(path: str, base: str | os.PathLike[str] | None, sha256: str = "") -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from .._runtime.addresses import absolute, is_address
-from .._runtime.named_places import named_in
+from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section
 from ..data.camera import CameraIntrinsics
 from ..errors import InputError, warn_of_reading
@@ -89,9 +89,8 @@ class FrameSource:
 
     def with_paths(self, change: Callable[[str], str], *, cameras: bool = False) -> Self:
         """A copy with changed paths; with `cameras`, also those of files with intrinsics."""
-        depth = None if self.depth is None else change(self.depth)
-        options = self.options.with_paths(change, cameras=cameras)
-        return replace(self, rgb=change(self.rgb), depth=depth, options=options)
+        rgb, depth = change(self.rgb), None if self.depth is None else change(self.depth)
+        return replace(self, rgb=rgb, depth=depth, options=self.options.with_paths(change, cameras=cameras))
 
     def with_options(self, **changes: Any) -> Self:
         """A copy with changed reading options."""
@@ -105,8 +104,19 @@ class FrameSource:
         """The source of paths that may be opened; raises as `named_in`."""
         if self.stated_in is None:
             return self
-        base = self.stated_in
-        return replace(self.with_paths(lambda path: named_in(path, base), cameras=True), stated_in=None)
+        base, refused = self.stated_in, list[str]()
+
+        def checked(path: str) -> str:
+            try:
+                return named_in(path, base)
+            except NotAllowed as error:
+                refused.extend(error.places)
+                return path
+
+        found = replace(self.with_paths(checked, cameras=True), stated_in=None)
+        if refused:
+            raise NotAllowed(*refused)
+        return found
 
     def load(self, warn: bool = False) -> RGBDFrame:
         """Read the frame; raises what `ilf.load_frame` and `allowed` do. Plausibility warnings are in its `notes`; they
