@@ -1,5 +1,4 @@
 from ._runtime.installation import __version__ as __version__
-from ._runtime.named_places import allow_address as allow_address
 from .completion.completion import iterate as iterate
 from .completion.confidence.expected_error import expected_error as expected_error
 from .completion.confidence.expected_error import unsupported as unsupported

@@ -51,7 +51,7 @@ class NotAllowed(InputError):
         options = " ".join(f"--allow-address {shlex.quote(one)}" for one in dict.fromkeys(map(_prefix, self.places)))
         super().__init__(
             f"A file names {' and '.join(self.places)} outside its own folder or store, which was never opened here. "
-            f"If you trust it, allow it by {options} (in Python: ilf.allow_address)."
+            f"If you trust it, allow it by {options} (in Python: ilf.sources.allow_address)."
         )
 
     def __reduce__(self) -> tuple[type[NotAllowed], tuple[str, ...]]:
@@ -158,7 +158,7 @@ def allow_address(*prefixes: str | os.PathLike[str]) -> Iterator[None]:
     Examples
     --------
     >>> import ilf
-    >>> with ilf.allow_address("s3://bucket/rgb", "/data"):
+    >>> with ilf.sources.allow_address("s3://bucket/rgb", "/data"):
     ...     pass
     """
     before = os.environ.get(VARIABLE)

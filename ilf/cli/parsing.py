@@ -216,7 +216,7 @@ def add_look_in(parser: argparse.ArgumentParser) -> None:
 
 
 def add_allowed(parser: argparse._ActionsContainer) -> None:
-    """Add the argument of places that files may name; see `ilf.allow_address`."""
+    """Add the argument of places that files may name; see `ilf.sources.allow_address`."""
     parser.add_argument(
         "--allow-address",
         action="append",

@@ -225,8 +225,8 @@ def replay(
     ------
     InputError
         If there is no such record, an input file, also of a neighbour, is missing, is not the recorded one, or lies
-        where nothing is opened unasked (see `ilf.allow_address`), or the blocks, the guide, depth by hand or one of the
-        masks cannot be restored.
+        where nothing is opened unasked (see `ilf.sources.allow_address`), or the blocks, the guide, depth by hand or
+        one of the masks cannot be restored.
     FormatError
         If the record cannot be read.
 

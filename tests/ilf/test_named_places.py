@@ -322,7 +322,7 @@ def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(strang
     assert not asked
     assert main([*opening, "--allow-address", address]) == 0
     assert asked
-    with open_project(path) as opened, ilf.allow_address(address):
+    with open_project(path) as opened, ilf.sources.allow_address(address):
         assert opened.state("a1").state.frame.shape == (24, 32)
 
 
