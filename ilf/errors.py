@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import sys
 import unicodedata
 import warnings
@@ -24,11 +25,47 @@ _CAUSES = {
 }
 
 
+_START = r"(?<![A-Za-z0-9])[A-Za-z][A-Za-z0-9+.-]{1,30}:/+"
+"""How an address begins; a path has one slash of it left."""
+
+CREDENTIALS = re.compile(rf"({_START}|(?<!\S)//)(?:[^\s@'\"]*:[^\s'\"]*|[^\s/'\"]*)@")
+"""A user and a password, which may contain slashes, after what precedes them."""
+
+_QUERY = re.compile(rf"({_START}[^\s?#'\"]*)[?#][^\s'\")]*")
+_ENCODED = re.compile(r"(?i)((?<![a-z0-9])[a-z][a-z0-9+.-]{1,30}%3a(?:%2f){2})[^\s'\"]*%40")
+_SIGNATURE = re.compile(
+    r"(?i)(?<![\w-])((?:x-\w+-)?(?:\w*signature|(?:\w+-)?\w*token|sig|\w*secret|password|credential|(?:api|access|account)_?key\w*))=[^\s&'\")]+"
+)
+_SECRET_NAME = re.compile(r"KEY|SECRET|TOKEN|PASSW|CREDENTIAL|SIGNATURE|CONNECTION_STRING|_PROXY$", re.IGNORECASE)
+_SECRET_LENGTH = 6
+"""Minimum length of a secret in the environment; shorter values would be found in ordinary words."""
+
+
+def without_credentials(text: str) -> str:
+    """A text without users, passwords, queries and fragments of the addresses in it, and without signatures and secrets
+    of the environment.
+
+    Examples
+    --------
+    >>> without_credentials("403: HTTPS://me:se@cret@host/a.png?until=12:00&signature=abc")
+    '403: HTTPS://host/a.png'
+    >>> without_credentials("/home/https:/me:secret@host/a.png, /a?sig=abc")
+    '/home/https:/host/a.png, /a?sig=***'
+    """
+    text = _QUERY.sub(r"\1", _ENCODED.sub(r"\1", CREDENTIALS.sub(r"\1", text)))
+    text = _SIGNATURE.sub(r"\1=***", text)
+    secrets = (value for name, value in os.environ.items() if _SECRET_NAME.search(name))
+    for secret in sorted(filter(lambda value: len(value) >= _SECRET_LENGTH, secrets), key=len, reverse=True):
+        text = text.replace(secret, "***")
+    return text
+
+
 class IlfError(Exception):
-    """Base of all errors that this library raises on purpose. Its text is one line, even if it quotes a file."""
+    """Base of all errors that this library raises on purpose. Its text is one line, even if it quotes a file, without
+    credentials of addresses."""
 
     def __str__(self) -> str:
-        return one_line(super().__str__())
+        return one_line(without_credentials(super().__str__()))
 
 
 def one_line(text: str) -> str:
@@ -61,8 +98,8 @@ def cause(error: Exception) -> str:
 def to_text(error: Exception) -> str:
     """Describe an error that is printed without a sentence around it: for a system error, its path and its cause."""
     if isinstance(error, OSError) and error.errno is not None and error.filename is not None:
-        return f"{error.filename}: {cause(error)}"
-    return cause(error)
+        return without_credentials(f"{error.filename}: {cause(error)}")
+    return without_credentials(cause(error))
 
 
 def _shown(character: str) -> str:

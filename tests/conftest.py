@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import tempfile
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,6 +21,10 @@ from pytestqt.qtbot import QtBot
 
 from ilf.data.camera import CameraIntrinsics
 from ilf.data.frame import RGBDFrame
+
+# what tests open is remembered until they all have ended
+_state = tempfile.TemporaryDirectory(prefix="ilf-tests-")
+os.environ["XDG_STATE_HOME"] = _state.name
 
 # no timed assertions; the same examples on every continuous run, new ones at home
 hypothesis.settings.register_profile("home", deadline=None)

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from ilf._runtime.termination import log_error
-from ilf.errors import IlfError, to_text
+from ilf.errors import IlfError, to_text, without_credentials
 
 from ..base import theme
 from ..base.versions import versions_text
@@ -322,12 +322,12 @@ def warn(parent: QWidget, title: str, text: str, details: str = "") -> None:
 
 def error_text(error: Exception) -> str:
     """Return the text of an error for the user; with its type if it is unexpected."""
-    return to_text(error) if _is_expected(error) else f"{type(error).__name__}: {error}"
+    return to_text(error) if _is_expected(error) else without_credentials(f"{type(error).__name__}: {error}")
 
 
 def error_details(error: Exception) -> str:
     """Return the traceback of an unexpected error; "" for an expected one (IlfError, OSError)."""
-    return "" if _is_expected(error) else "".join(traceback.format_exception(error))
+    return "" if _is_expected(error) else without_credentials("".join(traceback.format_exception(error)))
 
 
 def _is_expected(error: Exception) -> bool:

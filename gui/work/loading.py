@@ -12,6 +12,7 @@ from weakref import WeakSet
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from ilf._runtime.named_places import NotAllowed
 from ilf.completion.completion import prepare
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
@@ -178,6 +179,8 @@ class FrameLoader(QObject):
         A session that was opened from its stored state, and sentences about parts that could not be read.
     failed(str, object)
         A description of the work, and the exception.
+    not_allowed(object, object, object)
+        A NotAllowed, a function that tries again after the user has allowed its place, and one that gives up.
     idle()
         All work has ended.
     """
@@ -190,6 +193,7 @@ class FrameLoader(QObject):
     opening_failed = Signal(object, object)
     incomplete = Signal(object, object)
     failed = Signal(str, object)
+    not_allowed = Signal(object, object, object)
     idle = Signal()
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
@@ -289,9 +293,16 @@ class FrameLoader(QObject):
         """Run `do` in the reading queue, in the background; then call `take` with its result in the GUI's thread, or
         emit `failed` and call `fail`."""
 
-        def report(error: Exception) -> None:
+        def give_up(error: Exception) -> None:
             self.failed.emit(what, error)
             fail()
+
+        def report(error: Exception) -> None:
+            if isinstance(error, NotAllowed):
+                again = lambda: self.read(what, do, take, fail)  # noqa: E731
+                self.not_allowed.emit(error, again, lambda: give_up(error))
+            else:
+                give_up(error)
 
         self._reading.add(Job(what, do, take, report))
 
@@ -342,6 +353,8 @@ class FrameLoader(QObject):
         self.opening_failed.emit(entry, error)
         self._workspace.frames.note_problem(entry, str(error))
         self.message.emit(f"{entry.name} cannot be opened: {error}")
+        if isinstance(error, NotAllowed):
+            self.not_allowed.emit(error, lambda: self.open_entry(entry), lambda: None)
 
     # extracting
 

@@ -16,18 +16,16 @@ from urllib.parse import urlsplit
 
 import platformdirs
 
-from ..errors import ExportError, FormatError, IlfError, InputError, one_line
+from ..errors import CREDENTIALS, ExportError, FormatError, IlfError, InputError, one_line, without_credentials
 from .cancellation import check_cancelled
 from .files import MAX_FILE_BYTES, atomic_path
 from .installation import optional
 
-_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
-_USER = re.compile(r"(?<=://)(?:[^\s/@'\"]*|[^\s@'\"]*:[^\s@'\"]*)@")
-"""A user and a password, which may contain slashes."""
+_ADDRESS = re.compile(r"\s*(?:[A-Za-z][A-Za-z0-9+.-]*::)*[A-Za-z][A-Za-z0-9+.-]+://")
 
-_SECRET_NAME = re.compile(r"KEY|SECRET|TOKEN|PASSW|CREDENTIAL|SIGNATURE|CONNECTION_STRING|_PROXY$", re.IGNORECASE)
-_SECRET_LENGTH = 6
-"""Minimum length of a secret in the environment; shorter values would be found in ordinary words."""
+_PROTOCOLS = "http", "https", "s3", "gs", "hf", "memory"
+"""What is opened; memory is that of this process, for tests. Other protocols of fsspec run programs, unpack archives or
+read lists that lead elsewhere."""
 
 _BLOCK = 2**22
 """Size of the pieces in which large files are read [bytes]."""
@@ -36,12 +34,12 @@ _LONGEST_CAUSE = 200
 
 
 def is_address(path: object) -> TypeGuard[str]:
-    """Whether a path is an address, such as s3://bucket/folder.
+    """Whether a path is an address, such as s3://bucket/folder, valid or not.
 
     Examples
     --------
-    >>> is_address("s3://bucket/rgb"), is_address("rgb"), is_address("C:/rgb")
-    (True, False, False)
+    >>> is_address("s3://bucket/rgb"), is_address("zip::HTTP://host"), is_address("rgb"), is_address("C:/rgb")
+    (True, True, False, False)
     """
     return isinstance(path, str) and _ADDRESS.match(path) is not None
 
@@ -51,42 +49,42 @@ def absolute(path: str) -> str:
     return path if is_address(path) else os.path.abspath(path)
 
 
-def without_credentials(text: str) -> str:
-    """A text without users, passwords and queries of the addresses in it, and without secrets of the environment.
-
-    Examples
-    --------
-    >>> without_credentials("403: https://me:secret@host/a.png?until=12:00&signature=abc")
-    '403: https://host/a.png'
-    """
-    text = _USER.sub("", text)
-    text = re.sub(r"(://[^\s?#'\"]*)[?#][^\s'\")]*", r"\1", text)
-    secrets = (value for name, value in os.environ.items() if _SECRET_NAME.search(name))
-    for secret in sorted(filter(lambda value: len(value) >= _SECRET_LENGTH, secrets), key=len, reverse=True):
-        text = text.replace(secret, "***")
-    return text
-
-
 class Address(str):
-    """An address without a slash at its end.
+    """An address without a slash at its end, its protocol in small letters.
 
     Raises
     ------
     InputError
-        If it contains a user, a password or a query, which would be stored with the results.
+        If it is not valid, a chain, of a protocol that is never opened, or contains a user, a password or a query,
+        which would be stored with the results.
     """
 
     __slots__ = ()
 
     def __new__(cls, text: str) -> Address:
-        parts = urlsplit(text)
-        if _USER.search(text) or parts.query or parts.fragment:
+        shown = without_credentials(text)
+        if CREDENTIALS.search(text) or re.search(r"[?#].", text):
             raise InputError(
-                f"{without_credentials(text)} is given with a user, a password or a query, which would be stored with "
+                f"{shown} is given with a user, a password or a query, which would be stored with "
                 "the results. Leave them out: credentials come from the driver's own settings (environment variables, "
                 "configuration files)."
             )
-        return super().__new__(cls, text.rstrip("/"))
+        protocol, _, rest = text.partition("://")
+        try:
+            parts = urlsplit(text)
+            parts.port  # noqa: B018 - raises ValueError
+        except ValueError as error:
+            raise InputError(f"{shown} is no valid address ({error}). Correct it.") from None
+        if "::" in protocol + rest.removeprefix(parts.netloc):
+            raise InputError(f"{shown} is a chain of addresses, which is never opened. Give the address of the files.")
+        if protocol.lower() not in _PROTOCOLS:
+            known = ", ".join(f"{name}://" for name in _PROTOCOLS[:-1])
+            raise InputError(
+                f"{shown}: Protocol not known or never opened. Give a path, or an address that begins with {known}."
+            )
+        if not text.isprintable() or not parts.netloc or re.search(r"[\s\\\\]", parts.netloc):
+            raise InputError(f"{shown} is no valid address. Correct it.")
+        return super().__new__(cls, f"{protocol.lower()}://{rest.rstrip('/')}")
 
     @property
     def name(self) -> str:
@@ -102,6 +100,13 @@ class Address(str):
     def protocol(self) -> str:
         """What precedes ://."""
         return self.partition("://")[0]
+
+    @property
+    def store(self) -> str:
+        """The server or the bucket; of hf://, the repository."""
+        parts = self.partition("://")[2].split("/")
+        count = 1 if self.protocol != "hf" else 3 if parts[0] in {"datasets", "spaces"} else 2
+        return f"{self.protocol}://{parts[0].lower()}{''.join(f'/{part}' for part in parts[1:count])}"
 
     def __truediv__(self, name: str) -> Address:
         return type(self)(f"{self}/{name}") if name else self
@@ -137,8 +142,11 @@ class RemoteFiles:
 
     def _open_driver(self) -> tuple[Any, str]:
         core = optional("fsspec.core", "remote", f"{self.address.protocol}://")
-        try:
-            files, root = core.url_to_fs(str(self.address), use_listings_cache=False)
+        try:  # not by url_to_fs, which takes chains
+            driver = core.get_filesystem_class(self.address.protocol)
+            given = driver._get_kwargs_from_urls(str(self.address))
+            files = driver(**{**given, "use_listings_cache": False})
+            root = driver._strip_protocol(str(self.address))
         except ImportError as error:
             package = getattr(error.__cause__, "name", None) or str(error)
             raise InputError(

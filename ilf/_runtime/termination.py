@@ -21,7 +21,7 @@ from typing import TextIO
 
 import platformdirs
 
-from ..errors import cause
+from ..errors import cause, without_credentials
 from .installation import __version__
 from .temporary_files import private_file, remove_temporary_files, restrict_to_owner
 
@@ -165,14 +165,14 @@ def log_error(error: BaseException) -> str:
     str
         One line for the user: the error, and where to read more.
     """
-    message = " ".join(str(error).split())
+    message = " ".join(without_credentials(str(error)).split())
     if isinstance(error, MemoryError):
         what = f" ({message:.200})" if message else ""
         return f"Memory has run out{what}. Close other programs, or use a smaller frame."
     what = f"{type(error).__name__}: {message}"
     try:
         with _opened() as file:
-            file.write(f"{_head()}\n{''.join(traceback.format_exception(error))}\n")
+            file.write(f"{_head()}\n{without_credentials(''.join(traceback.format_exception(error)))}\n")
     except OSError as unwritable:
         log_problem = f"the log could not be written ({cause(unwritable)})"
         return f"Unexpected error in the program ({what:.200}); {log_problem}."

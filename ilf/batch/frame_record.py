@@ -58,10 +58,10 @@ def read_frame(frame: BatchFrame) -> LoadedFrame:
     read = frame.source.load()
     if frame.neighbour_step:
         read = with_neighbours(read, frame.before, frame.after, step=frame.neighbour_step)
-        return LoadedFrame(read, (), _content_of([read]), {**file_stamps(_files_of(read)), **before})
+        return LoadedFrame(read, (), _content_of([read]), {**file_stamps(read.files), **before})
     neighbours = [_read_or_none(source) for source in frame.neighbours]
     there = [neighbour for neighbour in neighbours if neighbour is not None]
-    files = {**file_stamps(path for one in (read, *there) for path in _files_of(one)), **before}
+    files = {**file_stamps(path for one in (read, *there) for path in one.files), **before}
     return LoadedFrame(read, tuple(there), _content_of([read, *neighbours]), files)
 
 
@@ -85,9 +85,9 @@ def reading_sha256(frame: BatchFrame) -> str:
 
 
 def source_files(frame: BatchFrame) -> dict[str, list[int]]:
-    """Return the files of a frame's sources, as in `LoadedFrame.files`."""
+    """Return the files of a frame's sources, as in `LoadedFrame.files`; raises as `FrameSource.allowed`."""
     paths: list[str] = []
-    for source in (frame.source, *frame.neighbours):
+    for source in (one.allowed() for one in (frame.source, *frame.neighbours)):
         paths += source.paths
         if source.depth is None:
             paths.append(os.path.join(source.rgb, META_NAME))
@@ -129,15 +129,6 @@ def _facts(frame: RGBDFrame) -> list[Any]:
     if frame.neighbours is not None:
         facts += [one.sha256 for one in frame.neighbours.neighbours]
     return facts
-
-
-def _files_of(frame: RGBDFrame) -> list[str]:
-    inputs, guide = frame.inputs, frame.guide
-    paths = [] if guide is None or guide.path is None else [guide.path]
-    if inputs is not None:
-        files = inputs.rgb, inputs.depth, inputs.ground_truth
-        paths += [file.path for file in files if file is not None]
-    return paths
 
 
 def _sha256(facts: Any) -> str:

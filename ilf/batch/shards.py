@@ -17,6 +17,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
+from .._runtime.addresses import is_address
 from .._runtime.files import ensure_folder, write_bytes
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
@@ -181,7 +182,7 @@ class ShardBatch:
             open_frames[index] = len(left)
             lines = self.shards.lines(self.folder, index)
             for number in left:
-                yield ShardFrame(name, number, frame_of_line(lines[number - numbers.start]))
+                yield ShardFrame(name, number, frame_of_line(lines[number - numbers.start], self.shards.request))
 
     def _part_folder(self, index: int) -> Path:
         return self.task.part(self.shards.name(index), 0).parent
@@ -414,11 +415,31 @@ def _freeze(target: str, facts: dict[str, Any], request: dict[str, Any], list_fr
     folder.put(SHARDS_FILE, [f"{json.dumps(data, indent=2)}\n".encode()])
 
 
-def frame_of_line(line: bytes) -> BatchFrame:
-    """Return the frame in a line of the frozen list."""
+def frame_of_line(line: bytes, request: Mapping[str, Any]) -> BatchFrame:
+    """Return the frame in a line of the frozen list.
+
+    Parameters
+    ----------
+    line : bytes
+    request : mapping
+        That of the user, whose sources and other files the frame may use.
+
+    Raises
+    ------
+    NotAllowed
+        If it names others, and they are not allowed.
+    """
     data = json.loads(line)
-    key = data["key"]
-    return BatchFrame(key, FrameSource.from_json(Section(LIST_FILE, data)), data["time"], sample_name(key))
+    key, source = data["key"], FrameSource.from_json(Section(LIST_FILE, data), "")
+    given = tuple(map(_as_folder, (*request.get("sources", ()), *map(str, request.get("reading", {}).values()))))
+    paths = *source.paths, *source.options.camera_paths.values()
+    if any("/../" in path or not _as_folder(path).startswith(given) for path in paths):
+        source = source.allowed()
+    return BatchFrame(key, replace(source, stated_in=None), data["time"], sample_name(key))
+
+
+def _as_folder(path: str) -> str:
+    return path.rstrip("/") + "/" if is_address(path) else os.path.join(os.path.normpath(path), "")
 
 
 def _check_list(folder: Folder, shards: ShardSet) -> None:

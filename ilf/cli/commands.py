@@ -13,8 +13,9 @@ from typing import TextIO
 
 from .._runtime.addresses import is_address
 from .._runtime.installation import __version__
+from .._runtime.named_places import allow_address
 from .._runtime.termination import Interrupted, log_error, terminating_on_signal
-from ..errors import IlfError, one_line, to_text
+from ..errors import IlfError, one_line, to_text, without_credentials
 from .usage import DONE, EXIT_STATUSES, FAILED, INTERRUPTED, WRONG_USAGE, Parser, UsageError
 
 COMMANDS = {
@@ -63,7 +64,8 @@ def _status(parser: Parser, words: Sequence[str]) -> int:
         arguments = parser.parse_args(words)
         if is_address(vars(arguments).get("out")):
             raise UsageError("--out takes a path, not an address: only `ilf batch --shards` writes to addresses.")
-        arguments.command(arguments)
+        with allow_address(*vars(arguments).get("allow_address", ())):
+            arguments.command(arguments)
         sys.stdout.flush()
     except UsageError as error:
         return _failed(error, WRONG_USAGE)
@@ -123,5 +125,5 @@ def _is_delivered(stream: TextIO) -> bool:
 
 def _failed(reason: object, status: int) -> int:
     with suppress(OSError):
-        print("ilf: error:", one_line(" ".join(str(reason).split())), file=sys.stderr)
+        print("ilf: error:", one_line(" ".join(without_credentials(str(reason)).split())), file=sys.stderr)
     return status

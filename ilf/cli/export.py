@@ -7,6 +7,7 @@ import argparse
 from .._runtime.formatting import counted
 from ..run.data_sets import DATA_SETS, write_data_set
 from .output import warn
+from .parsing import add_allowed
 from .usage import Parser
 
 
@@ -30,6 +31,7 @@ def add_arguments(parser: Parser) -> None:
         help="; ".join(f"{name}: {one.contents}" for name, one in DATA_SETS.items()),
     )
     parser.add_argument("--out", required=True, metavar="DIR", help="output folder, new or empty")
+    add_allowed(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from tqdm import tqdm
 
 from .._runtime.schema import plain
-from ..errors import one_line
+from ..errors import one_line, without_credentials
 
 if TYPE_CHECKING:
     from ..evaluation.evaluation import Step
@@ -27,7 +27,7 @@ def print_json(document: object) -> None:
 def warn(notes: Iterable[str]) -> None:
     """Print warnings on stderr, one line each and without repetition."""
     for note in dict.fromkeys(notes):
-        print("ilf: warning:", one_line(note), file=sys.stderr)
+        print("ilf: warning:", one_line(without_credentials(note)), file=sys.stderr)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

@@ -56,6 +56,7 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
     )
     add_pairing(parser)
     add_reading(parser.add_argument_group("reading the frame"))
+    add_allowed(parser)
 
 
 def add_pairing(parser: argparse._ActionsContainer) -> None:
@@ -211,6 +212,18 @@ def add_look_in(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="DIR",
         help="folder to search for files that have been moved; can be repeated",
+    )
+
+
+def add_allowed(parser: argparse._ActionsContainer) -> None:
+    """Add the argument of places that files may name; see `ilf.sources.allow_address`."""
+    parser.add_argument(
+        "--allow-address",
+        action="append",
+        default=[],
+        metavar="PREFIX",
+        help="open what files name (projects, run records, lists, shards) at and below this address or path, outside "
+        "their own folder or store; can be repeated",
     )
 
 

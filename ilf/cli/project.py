@@ -30,11 +30,18 @@ from ..sources.listing import list_frames
 from ..sources.opening import is_recording
 from .options import add_export_options, export_options, geometry_flags
 from .output import print_json, table, warn
-from .parsing import add_look_in, add_reading, reading_options
+from .parsing import add_allowed, add_look_in, add_reading, reading_options
 from .run_output import RunProgress
 from .usage import Parser, UsageError, add_progress
 
 # Output of `ilf project info`: as text, and as JSON.
+
+_PROBLEMS = {
+    "missing": "is missing",
+    "changed": "has changed",
+    "not allowed": "lies outside the project's folder and was never opened here; allow it by --allow-address",
+}
+"""State of a frame's file -> what is told about it."""
 
 
 def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
@@ -53,9 +60,7 @@ def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
     for fact in facts:
         problems += [f"{fact.frame.name}: {problem}" for problem in fact.problems]
         problems += [
-            f"{fact.frame.name}: {file} {'is missing' if how == 'missing' else 'has changed'}."
-            for file, how in fact.sources.items()
-            if how in ("missing", "changed")
+            f"{fact.frame.name}: {file} {_PROBLEMS[how]}." for file, how in fact.sources.items() if how in _PROBLEMS
         ]
     for name, text in [*lines, *(("problem", problem) for problem in problems)]:
         print(f"{name + ':':13} {text}")
@@ -161,6 +166,7 @@ def add_arguments(parser: Parser) -> None:
         "inputs", nargs="+", metavar="FRAME", help="folder of a frame or of frames, or a colour file and a depth file"
     )
     add_reading(making.add_argument_group("reading the frames"))
+    add_allowed(making)
     making.add_argument("--embed", action="store_true", help="embed the frames' files in the project")
 
     telling = _action(actions, "info", run_info, "show the contents of a project and its problems")
@@ -196,6 +202,7 @@ def _action(actions: Any, name: str, command: object, text: str) -> argparse.Arg
     parser.set_defaults(command=command)
     parser.add_argument("file", metavar="FILE.ilf")
     add_look_in(parser)
+    add_allowed(parser)
     return parser
 
 

@@ -22,6 +22,7 @@ from ..run.options import RECORD_FILE
 from ..run.record_file import read_record
 from ..run.stored_results import StoredResults, result_folders
 from ..sources.pairing import stamp_of
+from .parsing import add_allowed
 from .usage import Parser
 
 
@@ -39,6 +40,7 @@ def add_arguments(parser: Parser) -> None:
         help="output folder of `ilf complete`, or a folder of such folders, as written by `ilf batch`",
     )
     parser.add_argument("--out", required=True, metavar="BAG", help="output folder, which must not exist")
+    add_allowed(parser)
     parser.add_argument(
         "--encoding",
         choices=ENCODINGS_OF_ROS,
@@ -81,7 +83,7 @@ def _stamped(folders: list[Path], rate: float | None) -> Iterator[tuple[int, Pat
     """Yield folders with the timestamps of their frames [ns]."""
     for number, folder in enumerate(folders):
         inputs = read_record(folder / RECORD_FILE).inputs
-        stamp = None if inputs is None else stamp_of(inputs)
+        stamp = None if inputs is None else stamp_of(inputs, folder)
         if stamp is None and rate is not None:
             stamp = round(number / rate * 1e9)
         if stamp is None:

@@ -291,6 +291,15 @@ class RGBDFrame:
         return plot_row({"Colour": self.rgb, "Depth": self.depth})
 
     @property
+    def files(self) -> list[str]:
+        """Paths of the files that it was read from, with those of its guide and its ground truth."""
+        paths = [] if self.guide is None or self.guide.path is None else [self.guide.path]
+        if self.inputs is not None:
+            files = self.inputs.rgb, self.inputs.depth, self.inputs.ground_truth
+            paths += [file.path for file in files if file is not None]
+        return paths
+
+    @property
     def sources(self) -> dict[str, object]:
         """Arguments of `ilf.load_frame` to read the same files again, ready for JSON; empty if there are no files."""
         if self.inputs is None:

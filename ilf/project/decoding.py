@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.named_places import NotAllowed
 from .._runtime.schema import Section
 from ..data.by_hand import DepthByHand
 from ..data.frame import GroundTruthFile, RGBDFrame
@@ -91,7 +92,7 @@ def load_state(frame_id: str, parts: Parts, source: FrameSource | None = None, p
     """
     try:
         frame = recorded_frame(read_frame_part(frame_id, parts).section("frame"), parts, places)
-    except (MissingSource, ChangedSource):
+    except (MissingSource, ChangedSource, NotAllowed):
         raise
     except UNREADABLE as error:
         if source is None:

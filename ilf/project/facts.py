@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from .._runtime.named_places import NotAllowed
 from .._runtime.schema import Section
 from ..data.frame import InputFile
 from ..data.results import Completion, compose
@@ -45,7 +46,8 @@ class FrameFacts:
     ----------
     frame : ProjectFrame
     sources : dict of str to str
-        Path of each of its files -> "embedded", "present", "changed" or "missing".
+        Path of each of its files -> "embedded", "present", "changed", "missing", or "not allowed" if it lies where
+        nothing is opened unasked.
     runs : tuple of RunFacts
     size : int
         Bytes of its own part and of the arrays that it refers to.
@@ -93,6 +95,8 @@ def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tupl
             continue
         try:
             find_source(file, opened.parts, opened.places)
+        except NotAllowed:
+            yield file.path, "not allowed"
         except ChangedSource:
             yield file.path, "changed"
         except InputError:
@@ -104,7 +108,11 @@ def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tupl
 
 def _places(source: FrameSource) -> dict[str, str]:
     """Return the state of each file of a frame without stored work, whose hashes are unknown."""
-    return {path: "present" if Path(path).exists() else "missing" for path in source.paths}
+    try:
+        paths = source.allowed().paths
+    except InputError:
+        return dict.fromkeys(source.paths, "not allowed")
+    return {path: "present" if Path(path).exists() else "missing" for path in paths}
 
 
 def _run_facts(run: Section) -> RunFacts:

@@ -310,7 +310,7 @@ def open_project(path: str | os.PathLike[str]) -> OpenedProject:
     """
     archive = Archive(path)
     try:
-        return OpenedProject(archive, decode_project(archive, archive.path))
+        return OpenedProject(archive, decode_project(archive, archive.path, stated_in=str(archive.path.parent)))
     except BaseException:
         archive.close()
         raise

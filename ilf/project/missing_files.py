@@ -12,6 +12,7 @@ from pathlib import Path
 import platformdirs
 
 from ..data.frame import InputFile
+from ..errors import InputError
 from ..sources.frame_source import FrameSource
 from .archive import Parts
 from .encoding import frame_part
@@ -82,10 +83,19 @@ def _lost(
         if wanted.sha256 and source_part(wanted.sha256, wanted.path) in names:
             continue
         found = [path for path in places.candidates(wanted) if _is_there(path, folder=not wanted.sha256)]
-        if not found:
+        if not found and _is_allowed(places, wanted):
             yield wanted, None
-        elif wanted.sha256 and not any(_is_same(path, wanted.sha256, since) for path in found):
+        elif found and wanted.sha256 and not any(_is_same(path, wanted.sha256, since) for path in found):
             yield wanted, found[0]
+
+
+def _is_allowed(places: Places, wanted: InputFile) -> bool:
+    """Whether a file is at no place that must not be opened unasked: the user is asked when its frame is opened."""
+    try:
+        places.check(wanted)
+    except InputError:
+        return False
+    return True
 
 
 def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[InputFile]:

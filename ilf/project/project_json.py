@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
+from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section, check_schema, plain, strict_json
 from ..data.declarations import ParameterSet
 from ..data.parameters import BlockParameters, Parameters
-from ..errors import FormatError, IlfError
+from ..errors import FormatError, IlfError, InputError
 from ..run.record_file import parsed_inputs
 from ..sources.frame_source import FrameSource
 from .archive import Parts
@@ -92,7 +95,7 @@ def _encoded_frame(frame: ProjectFrame) -> bytes:
     return strict_json(data)
 
 
-def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
+def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str = "") -> ReadProject:
     """Read the project stored in parts; if project.json cannot be read, build it from the stored frames.
 
     Parameters
@@ -100,6 +103,8 @@ def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
     parts : Parts
     path : Path, optional
         Of the project file, which relative paths refer to.
+    stated_in : str
+        Its folder if the user has opened it, see `Places`; "" for a journal.
 
     Raises
     ------
@@ -111,32 +116,32 @@ def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
         if not isinstance(data, dict) or data.get("program") != PROGRAM:
             raise FormatError("It was written by another program.")
     except UNREADABLE as error:
-        frames = tuple(frames_with_state(parts))
+        frames = tuple(frames_with_state(parts, stated_in))
         if not frames:
             raise FormatError(f"There is no project in it: {error}") from error
         lost = (
             f"The list of frames and the common settings are lost: {error} {counted(len(frames), 'frame')} recovered."
         )
-        return ReadProject(Project(frames), Places(path), problems=(lost,))
+        return ReadProject(Project(frames), Places(path, stated_in=stated_in), problems=(lost,))
     check_schema(data, SCHEMA, "project" if path is None else f"project {path}")
-    return _Reader(Section("project", data), path).project()
+    return _Reader(Section("project", data), path, stated_in).project()
 
 
 class _Reader:
     """Decodes a project from its JSON."""
 
-    def __init__(self, data: Section, path: Path | None) -> None:
-        self._data, self._path = data, path
+    def __init__(self, data: Section, path: Path | None, stated_in: str) -> None:
+        self._data, self._path, self._stated_in = data, path, stated_in
         self._problems: list[str] = []
 
     def project(self) -> ReadProject:
         problems = self._problems
-        places = Places(self._path, self._files(), self._given())
+        places = Places(self._path, self._files(), self._given(), stated_in=self._stated_in)
         moved = self._path is not None and self._value("folder", None, str, type(None)) != str(self._path.parent)
         frames = []
         for row in self._value("frames", [], list):
             try:
-                frames.append(_frame(Section("frame", row), places if moved else None))
+                frames.append(_frame(Section("frame", row), places, moved))
             except UNREADABLE as error:
                 problems.append(f"A frame of the list is lost: {error}")
         project = Project(
@@ -175,16 +180,21 @@ class _Reader:
         return found
 
     def _given(self) -> dict[str, Path]:
-        return {key: Path(path) for key, path in self._value("given", {}, dict).items() if isinstance(path, str)}
+        found = {}
+        for key, path in self._value("given", {}, dict).items():
+            with suppress(InputError):
+                if isinstance(path, str):
+                    found[key] = Path(named_in(path, self._stated_in))
+        return found
 
 
-def _frame(row: Section, moved: Places | None) -> ProjectFrame:
-    """Decode a frame of the list; `moved` locates the files of a project that has been moved."""
+def _frame(row: Section, places: Places, moved: bool) -> ProjectFrame:
+    """Decode a frame of the list; `places` locates the files of a project that has been moved."""
     source = None
     if row.get("source", dict, type(None)) is not None:
-        source = FrameSource.from_json(row.section("source"))
-        if moved is not None:
-            source = source.with_paths(lambda path: _present(path, moved))
+        source = FrameSource.from_json(row.section("source"), places.stated_in)
+        if moved:
+            source = source.with_paths(lambda path: _present(path, places))
     identity = row.get("id", str)
     if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", identity):
         raise FormatError(f"{identity!r:.40} is not a valid id.")
@@ -194,7 +204,10 @@ def _frame(row: Section, moved: Places | None) -> ProjectFrame:
 def _present(path: str, places: Places) -> str:
     """Return the present path of a moved project's file; the old path if it was not moved along."""
     beside = places.beside(path)
-    return str(beside) if beside is not None and beside.exists() else path
+    with suppress(NotAllowed):
+        if beside is not None and os.path.exists(named_in(str(beside), places.stated_in)):
+            return str(beside)
+    return path
 
 
 def _summary(row: Section) -> FrameSummary:
@@ -206,24 +219,24 @@ def _summary(row: Section) -> FrameSummary:
     return summary
 
 
-def frames_with_state(parts: Parts) -> list[ProjectFrame]:
-    """List the frames whose states are stored, with the summaries in these states."""
+def frames_with_state(parts: Parts, stated_in: str) -> list[ProjectFrame]:
+    """List the frames whose states are stored, with the summaries in these states; `stated_in` as in `Places`."""
     frames = []
     for name in sorted(parts.names()):
         if name.startswith("frames/"):
             try:
-                frames.append(_frame_from_part(name.removeprefix("frames/").removesuffix(".json"), parts))
+                frames.append(_frame_from_part(name.removeprefix("frames/").removesuffix(".json"), parts, stated_in))
             except UNREADABLE:
                 continue
     return frames
 
 
-def _frame_from_part(identity: str, parts: Parts) -> ProjectFrame:
+def _frame_from_part(identity: str, parts: Parts, stated_in: str) -> ProjectFrame:
     """Build a frame's list entry from its stored state."""
     data = read_frame_part(identity, parts)
     frame, source = data.section("frame"), None
     if "inputs" in frame.values:
-        source = FrameSource.of(parsed_inputs(frame.get("inputs", dict)))
+        source = replace(FrameSource.of(parsed_inputs(frame.get("inputs", dict))), stated_in=stated_in)
     height, width = frame.items("shape", int)
     stage = _stage(data.values)
     note, completed, done = data.get("note", str), len(data.get("results", list)), data.get("done", bool)

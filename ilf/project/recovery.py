@@ -120,7 +120,7 @@ def _read_recoverable(path: Path) -> RecoverableWork | None:
     except IlfError as error:
         journal.close()
         return RecoverableWork(path, note, problem=str(error))
-    now = {frame.id: frame for frame in frames_with_state(journal)}
+    now = {frame.id: frame for frame in frames_with_state(journal, "")}
     listed = [_with_newer_summary(frame, now.pop(frame.id, None)) for frame in read.project.frames]
     project = replace(read.project, frames=(*listed, *now.values()))
     changed = stored if note.frames is None else stored.intersection(note.frames)

@@ -6,13 +6,15 @@ import dataclasses
 import hashlib
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from .._runtime.files import FileContent, read_file
+from .._runtime.named_places import first_allowed, named_in, note_opened
 from ..data.camera import CameraIntrinsics
 from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
 from ..errors import InputError
@@ -81,12 +83,16 @@ class Places:
         Path of a file as stored in the frames, or the SHA-256 of its content -> its present path.
     folders : tuple of Path
         Folders to search for the file's name or the last parts of its path.
+    stated_in : str or None
+        The opened folder of the file that states these places and the frames' files, "" if it is not known; None if the
+        user states them. See `FrameSource`.
     """
 
     project: Path | None = None
     files: Mapping[str, FilePlace] = field(default_factory=dict)
     given: Mapping[str, Path] = field(default_factory=dict)
     folders: tuple[Path, ...] = ()
+    stated_in: str | None = None
 
     def beside(self, path: str) -> Path | None:
         """Return the path that a file has if it was moved together with the project."""
@@ -96,17 +102,26 @@ class Places:
         return Path(os.path.normpath(self.project.parent / relative))
 
     def candidates(self, wanted: InputFile) -> Iterator[Path]:
-        """Yield all possible paths of a file, the likeliest first."""
+        """Yield all possible paths of a file that may be opened, the likeliest first."""
         yield from (self.given[key] for key in (wanted.path, wanted.sha256) if key in self.given)
+        for path in self._stated(wanted):
+            with suppress(InputError):
+                yield Path(path if self.stated_in is None else named_in(path, self.stated_in, wanted.sha256))
+        yield from _in(self.folders, wanted)
+
+    def check(self, wanted: InputFile) -> None:
+        """Raise as `named_in` if a file may be at a path that must not be opened unasked."""
+        if self.stated_in is not None:
+            first_allowed(self._stated(wanted), self.stated_in, lambda _: False, wanted.sha256)
+
+    def _stated(self, wanted: InputFile) -> Iterator[str]:
         came_along = self.beside(wanted.path)
         if came_along is not None:
-            yield came_along
+            yield str(came_along)
         if absolute := self.files.get(wanted.path, FilePlace()).absolute:
-            yield Path(absolute)
-        yield Path(wanted.path)
-        steps = [step for step in re.split(r"[\\/]", wanted.path) if step not in {"", ".", ".."}]
-        for folder in (*([] if self.project is None else [self.project.parent]), *self.folders):
-            yield from (folder.joinpath(*steps[-count:]) for count in (1, 2, 3) if count <= len(steps))
+            yield absolute
+        yield wanted.path
+        yield from map(str, _in(() if self.project is None else (self.project.parent,), wanted))
 
     def present(self, wanted: InputFile) -> Path | None:
         """Return the first candidate that is a file (of any content), or a folder if no hash is known; else None."""
@@ -117,6 +132,13 @@ class Places:
             except (OSError, ValueError):
                 continue
         return None
+
+
+def _in(folders: Iterable[Path], wanted: InputFile) -> Iterator[Path]:
+    """Yield the paths of a file in folders, by its name and the last parts of its path."""
+    steps = [step for step in re.split(r"[\\/]", wanted.path) if step not in {"", ".", ".."}]
+    for folder in folders:
+        yield from (folder.joinpath(*steps[-count:]) for count in (1, 2, 3) if count <= len(steps))
 
 
 def source_part(sha256: str, path: str) -> str:
@@ -139,6 +161,8 @@ def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | 
     ------
     MissingSource, ChangedSource
         If it was not found, or only with changed content.
+    NotAllowed
+        If it may be where nothing is opened unasked.
     """
     name = source_part(wanted.sha256, wanted.path)
     if parts is not None and name in parts.names():
@@ -158,8 +182,10 @@ def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | 
         except (InputError, OSError, ValueError):
             continue
         if found.sha256 == wanted.sha256:
+            note_opened(path)
             return found
         changed = changed or found.path
+    (places or Places()).check(wanted)
     if changed is not None:
         raise ChangedSource(
             f"{changed} has changed since the frame was loaded from it. Restore the original file, or give its new "
@@ -223,8 +249,10 @@ def _of_recording(
             other = other or (path, str(error))
             continue
         if (found.stored.rgb_sha256, found.stored.depth_sha256) == (inputs.rgb.sha256, inputs.depth.sha256):
+            note_opened(path)
             return found.frame(intrinsics, name)
         other = other or (path, f"The content of its frame {key} has changed.")
+    places.check(wanted)
     if other is not None:
         raise ChangedSource(
             f"{other[0]} is not the recording that the frame was loaded from. {other[1]} Restore the original, or give "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from .._runtime.files import file_sha256
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
+from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_opened
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION
 from .._runtime.networks.session import device
 from .._runtime.schema import Section
@@ -223,8 +224,9 @@ def replay(
     Raises
     ------
     InputError
-        If there is no such record, an input file, also of a neighbour, is missing or is not the recorded one, or the
-        blocks, the guide, depth by hand or one of the masks cannot be restored.
+        If there is no such record, an input file, also of a neighbour, is missing, is not the recorded one, or lies
+        where nothing is opened unasked (see `ilf.sources.allow_address`), or the blocks, the guide, depth by hand or
+        one of the masks cannot be restored.
     FormatError
         If the record cannot be read.
 
@@ -290,9 +292,11 @@ def _recorded_frame(
             "This run cannot be replayed: its frame was not read from files. Save it to files and run it again."
         )
     paths: tuple[str | os.PathLike[str], str | os.PathLike[str] | None]
-    places = rgb or inputs.rgb.path, depth or inputs.depth.path
-    if any(map(is_address, places)):  # compared when they have been read
-        paths = places if inputs.frame is None else (places[0], None)
+    note_opened(rgb, depth)
+    pairs = (rgb, inputs.rgb), (depth, inputs.depth)
+    if any(is_address(recorded.path if given is None else given) for given, recorded in pairs):
+        places = [named_in(recorded.path, folder) if given is None else given for given, recorded in pairs]
+        paths = (places[0], places[1] if inputs.frame is None else None)  # compared when they have been read
     elif inputs.frame is None:
         paths = (
             _recorded_file(inputs.rgb, "colour file", folder, rgb),
@@ -352,12 +356,17 @@ def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFra
         )
 
     def present(path: str) -> str:
-        others = [str(folder / _file_name(path)) for folder in folders]
-        return next((one for one in (path, *others) if os.path.exists(one)), path)
+        paths = path, *(str(folder / _file_name(path)) for folder in folders)
+        sha256 = hashes.get(path, "")
+        return first_allowed(paths, folders[0], lambda one: is_address(one) or os.path.exists(one), sha256) or path
 
-    source = FrameSource.from_json(Section("neighbour", dict(recorded.source))).with_paths(present)
+    source = FrameSource.from_json(Section("neighbour", dict(recorded.source)), "")
+    hashes = {} if source.depth is None else dict(zip((source.rgb, source.depth), recorded.sha256, strict=False))
     try:
+        source = dataclasses.replace(source.with_paths(present, cameras=True), stated_in=None)
         frame = source.load()
+    except NotAllowed:
+        raise
     except IlfError as error:
         raise InputError(f"The neighbour {recorded.name} of the recorded run cannot be read. {error}") from error
     if frame.inputs is None or (frame.inputs.rgb.sha256, frame.inputs.depth.sha256) != recorded.sha256:
@@ -373,40 +382,60 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
     recorded = None if record.inputs is None else record.inputs.ground_truth
     if recorded is None:
         return frame, ()
+    if is_address(recorded.path):
+        named_in(recorded.path, folder)
     try:
         found = _recorded_file(recorded, "ground-truth file", folder, None)
         return frame.with_ground_truth(load_ground_truth(found, frame.shape, recorded.units), recorded), ()
+    except NotAllowed:
+        raise
     except InputError as error:
         return frame, (f"The run is not evaluated against ground truth, and its curves have no error. {error}",)
 
 
 def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None) -> Path:
     """The file with the recorded content: the given one, at its recorded path, or beside the record."""
-    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _file_name(recorded.path)]
-    for path in candidates:
-        if os.path.isfile(path) and file_sha256(path) == recorded.sha256:
-            return path
+    found = _place_of(
+        recorded, folder, given, lambda path: os.path.isfile(path) and file_sha256(path) == recorded.sha256
+    )
+    if found is not None:
+        return found
+    first = recorded.path if given is None else given
     # a file of that name beside the record may be one of its outputs
-    if os.path.isfile(candidates[0]):
+    if os.path.isfile(first):
         raise InputError(
-            f"{candidates[0]} is not the {what} of the recorded run: its content has changed. Restore it, or give the "
+            f"{first} is not the {what} of the recorded run: its content has changed. Restore it, or give the "
             "original colour and depth file."
         )
     raise InputError(
-        f"{candidates[0]}: there is no such file, but it is the {what} of the recorded run. "
+        f"{first}: there is no such file, but it is the {what} of the recorded run. "
         "Give the new paths of the colour and the depth file."
     )
 
 
 def _recording_of(recorded: InputFile, folder: Path, given: str | os.PathLike[str] | None) -> Path:
     """The recording: the given one, at its recorded path, or beside the record. Its frame is compared later."""
-    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _file_name(recorded.path)]
-    for path in candidates:
-        if os.path.exists(path):
-            return path
-    raise InputError(
-        f"{candidates[0]}: there is no such recording, but it contains the frame of the run. Give its new path."
-    )
+    found = _place_of(recorded, folder, given, os.path.exists, is_whole=False)
+    if found is not None:
+        return found
+    first = recorded.path if given is None else given
+    raise InputError(f"{first}: there is no such recording, but it contains the frame of the run. Give its new path.")
+
+
+def _place_of(
+    recorded: InputFile,
+    folder: Path,
+    given: str | os.PathLike[str] | None,
+    is_wanted: Callable[[str], bool],
+    is_whole: bool = True,
+) -> Path | None:
+    """A file of the run: the given one, at its recorded path, or beside the record; None if it is at none of them.
+    `is_whole`: its recorded hash is that of the whole file."""
+    if given is not None:
+        return Path(given) if is_wanted(os.fspath(given)) else None
+    paths = recorded.path, _file_name(recorded.path)
+    found = first_allowed(paths, folder, is_wanted, recorded.sha256 if is_whole else "")
+    return None if found is None else Path(found)
 
 
 def _file_name(path: str) -> str:

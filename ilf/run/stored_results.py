@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from .._runtime.addresses import Address, is_address
 from .._runtime.files import FileContent, read_file
 from .._runtime.folders import folder_at
+from .._runtime.named_places import named_in
 from ..data.camera import CameraIntrinsics
 from ..errors import FormatError, InputError, cause
 from ..io.cameras import intrinsics_from
@@ -171,8 +172,11 @@ class _FolderResult(StoredResult):
 
     def recorded_colour(self, camera: CameraIntrinsics) -> tuple[NDArray[np.uint8], CameraIntrinsics]:
         inputs = self.record.inputs
-        if inputs is not None and inputs.frame is not None and is_recording(inputs.rgb.path):
-            with opened(inputs.rgb.path) as recording:
+        if inputs is None or inputs.frame is None:
+            return self.rgb, camera
+        path = named_in(inputs.rgb.path, self._folder)
+        if is_recording(path):
+            with opened(path) as recording:
                 cameras = recording.cameras(inputs.frame)
                 colour = cameras.colour
                 if cameras.is_registered and colour is not None and colour.shape != self.depth.shape:

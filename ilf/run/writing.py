@@ -347,10 +347,7 @@ def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path], given: Sequence[
         raise ExportError(f"{path} is an input of this run and would be overwritten. Choose another folder.")
     if frame.inputs is None:
         return
-    files = frame.inputs.rgb, frame.inputs.depth, frame.inputs.ground_truth
-    inputs = [Path(file.path) for file in files if file is not None]
-    if frame.guide is not None and frame.guide.path is not None:
-        inputs.append(Path(frame.guide.path))
+    inputs = list(map(Path, frame.files))
     for path in _same_files(paths, [*inputs, *(path.with_name(META_NAME) for path in inputs)]):
         raise ExportError(f"{path} is the frame's own file and would be overwritten. Choose another folder.")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Self
@@ -14,6 +14,7 @@ import numpy as np
 
 from .._runtime.addresses import absolute, is_address
 from .._runtime.files import read_json
+from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section
 from ..data.camera import CameraIntrinsics
 from ..errors import InputError, warn_of_reading
@@ -36,13 +37,16 @@ RECORD_FILE = "run.json"
 class FrameSource:
     """Location of a frame: a folder with meta.json, a colour file with its depth file, or a frame of a recording.
 
-    `frame` is the key of a frame in a recording; `rgb` is then the recording, and `depth` is None.
+    `frame` is the key of a frame in a recording; `rgb` is then the recording, and `depth` is None. `stated_in` is the
+    opened folder, or the address, of the file that states these paths, "" if it is not known, or None for paths of the
+    user. What a file states is read only where `named_in` allows it.
     """
 
     rgb: str
     depth: str | None = None
     frame: str | None = None
     options: ReadingOptions = AS_STATED
+    stated_in: str | None = field(default=None, compare=False, repr=False)
 
     @classmethod
     def of(cls, inputs: FrameInputs) -> Self:
@@ -60,10 +64,10 @@ class FrameSource:
         return cls(inputs.rgb.path, inputs.depth.path if inputs.frame is None else None, inputs.frame, options)
 
     @classmethod
-    def from_json(cls, data: Section) -> Self:
+    def from_json(cls, data: Section, stated_in: str | None = None) -> Self:
         """The source in an object of a JSON file; raises FormatError for missing or wrong values."""
         depth, frame = (data.get(key, str, NoneType) for key in ("depth", "frame"))
-        return cls(data.get("rgb", str), depth, frame, ReadingOptions.from_json(data))
+        return cls(data.get("rgb", str), depth, frame, ReadingOptions.from_json(data), stated_in)
 
     def to_json(self) -> dict[str, Any]:
         """The source as an object for JSON: the location and the given options."""
@@ -100,10 +104,10 @@ class FrameSource:
         """All given paths: of the colour file, folder or recording, the depth file and the files of the options."""
         return self.rgb, *(() if self.depth is None else (self.depth,)), *self.options.paths.values()
 
-    def with_paths(self, change: Callable[[str], str]) -> Self:
-        """A copy with changed paths."""
-        depth = None if self.depth is None else change(self.depth)
-        return replace(self, rgb=change(self.rgb), depth=depth, options=self.options.with_paths(change))
+    def with_paths(self, change: Callable[[str], str], *, cameras: bool = False) -> Self:
+        """A copy with changed paths; with `cameras`, also those of files with intrinsics."""
+        rgb, depth = change(self.rgb), None if self.depth is None else change(self.depth)
+        return replace(self, rgb=rgb, depth=depth, options=self.options.with_paths(change, cameras=cameras))
 
     def with_options(self, **changes: Any) -> Self:
         """A copy with changed reading options."""
@@ -113,12 +117,31 @@ class FrameSource:
         """A copy with absolute paths; itself if all paths are absolute."""
         return self if all(map(os.path.isabs, self.paths)) else self.with_paths(absolute)
 
+    def allowed(self) -> Self:
+        """The source of paths that may be opened; raises as `named_in`."""
+        if self.stated_in is None:
+            return self
+        base, refused = self.stated_in, list[str]()
+
+        def checked(path: str) -> str:
+            try:
+                return named_in(path, base)
+            except NotAllowed as error:
+                refused.extend(error.places)
+                return path
+
+        found = replace(self.with_paths(checked, cameras=True), stated_in=None)
+        if refused:
+            raise NotAllowed(*refused)
+        return found
+
     def load(self, warn: bool = False) -> RGBDFrame:
-        """Read the frame; raises what `ilf.load_frame` does. Plausibility warnings are in its `notes`; they are issued
-        as `DepthWarning` only with `warn`."""
+        """Read the frame; raises what `ilf.load_frame` and `allowed` do. Plausibility warnings are in its `notes`; they
+        are issued as `DepthWarning` only with `warn`."""
         from .frames import load_frame
 
-        return load_frame(self.rgb, self.depth, frame=self.frame, warn=warn, **vars(self.options))
+        own = self.allowed()
+        return load_frame(own.rgb, own.depth, frame=own.frame, warn=warn, **vars(own.options))
 
     def load_pair(self, warn: bool = False) -> RawPair:
         """Read colour and depth as captured by their two cameras, before registration; for registered images both
@@ -165,33 +188,37 @@ class FrameSource:
         """Read a frame of a recording as stored, and its depth in metres; raises what `ilf.load_frame` does."""
         from .recorded import read_recorded
 
-        return read_recorded(self.rgb, self.frame or "", self.options.depth_encoding, self.options.invalid)
+        own = self.allowed()
+        return read_recorded(own.rgb, own.frame or "", own.options.depth_encoding, own.options.invalid)
 
     def files(self) -> FrameFiles:
         """The frame's files with the options given here or in a meta.json beside them; raises what `frame_folder`
         does."""
         from .frames import files_of
 
-        found = files_of(self.rgb, self.depth, beside=True)
-        return replace(found, options=self.options.or_else(found.options))
+        own = self.allowed()
+        found = files_of(own.rgb, own.depth, beside=True)
+        return replace(found, options=own.options.or_else(found.options))
 
     @contextmanager
     def copied(self) -> Iterator[Self]:
         """Provide the frame of files on this machine: itself, or copies of the files at addresses. Within the block,
         errors name the addresses; raises InputError as `copied_frame`."""
-        if self.frame is not None or not any(map(is_address, self.paths)):
-            yield self
+        own = self.allowed()
+        if own.frame is not None or not any(map(is_address, own.paths)):
+            yield own
             return
         from .remote import copied_frame
 
-        with copied_frame(self.rgb, self.depth, self.options) as (rgb, depth, options):
-            yield replace(self, rgb=rgb, depth=depth, options=options)
+        with copied_frame(own.rgb, own.depth, own.options) as (rgb, depth, options):
+            yield replace(own, rgb=rgb, depth=depth, options=options)
 
     def beside(self) -> str:
         """A sentence that lists what is read from a meta.json beside the two files; "" for nothing."""
         from .frames import META_NAME, meta_beside
 
-        files = meta_beside(self.rgb, self.depth) if self.depth is not None else None
+        own = self.allowed()
+        files = meta_beside(own.rgb, own.depth) if own.depth is not None else None
         if files is None:
             return ""
         added = self.options.or_else(files.options).given.keys() - self.options.given.keys()

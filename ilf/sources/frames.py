@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.addresses import is_address
 from .._runtime.files import FileContent, read_file, read_json, write_bytes
+from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_opened
 from ..data.camera import CameraIntrinsics, checked_transform
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import (
@@ -221,10 +222,14 @@ def load_frame(
         raise ParameterError("A recording contains the depth of its frames: leave the depth file out.")
     report = warn_of_reading if warn else lambda text: None
     paths = os.fspath(rgb), path_text(depth)
-    if not any(map(is_address, filter(None, (*paths, *options.paths.values())))):
-        return _load(*paths, options, name, frame, beside, report)
-    with copied_frame(*paths, options, is_recorded=frame is not None) as copies:
-        return with_addresses(_load(*copies, name, frame, beside, lambda text: report(restored(text))))
+    given = *paths, *options.paths.values(), *options.camera_paths.values()
+    if not any(map(is_address, filter(None, given))):
+        loaded = _load(*paths, options, name, frame, beside, report)
+    else:
+        with copied_frame(*paths, options, is_recorded=frame is not None) as copies:
+            loaded = with_addresses(_load(*copies, name, frame, beside, lambda text: report(restored(text))))
+    note_opened(*given, *loaded.files)
+    return loaded
 
 
 def _load(
@@ -469,12 +474,12 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             raise InputError(f"name must be one line of text, not {name!r:.60}.")
     except (InputError, ParameterError) as error:
         raise FormatError(f"{meta_path}: {error}") from error
-    if named["run"] and not os.path.isfile(root / named["run"]):
+    if named["run"] and not os.path.isfile(named_in(named["run"], root)):
         raise InputError(
             f"{root} contains an interrupted export: its {named['run']} is missing, so its files may not belong "
             "together. Export again."
         )
-    rgb = _named_image(root, named["rgb"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
+    rgb = _named_image(root, named["rgb"], named["run"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
     hint = ""
     if os.path.isfile(root / "gt.png"):
         hint = (
@@ -522,6 +527,8 @@ def meta_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> F
     colour_path, depth_path = Path(rgb).absolute(), Path(depth).absolute()
     try:
         files = frame_folder(colour_path.parent)
+    except NotAllowed:
+        raise
     except InputError:
         return None
     is_theirs = files.has_meta and _is_same(files.rgb, colour_path) and _is_same(files.depth, depth_path)
@@ -541,14 +548,23 @@ def _two_files(rgb: Path, depth: Path) -> FrameFiles:
     return FrameFiles(rgb, depth, name_from_path(rgb))
 
 
-def _named_image(root: Path, named: str | None) -> Path | None:
-    """An image listed in meta.json: at its path, or in the folder under its file name; None if none is listed."""
+def _named_image(root: Path, named: str | None, run: str | None = None) -> Path | None:
+    """An image listed in meta.json: at its path, or in the folder under its file name; None if none is listed. If it is
+    the colour of a run, the run's record states its hash."""
     if not named:
         return None
-    for path in (root / named, root / re.split(r"[\\/]", named)[-1]):
-        if os.path.isfile(path):
-            return path
+    sha256 = _recorded_colour_sha256(root / run) if run and os.path.dirname(named) else ""
+    if path := first_allowed((named, re.split(r"[\\/]", named)[-1]), root, sha256=sha256):
+        return Path(path)
     raise InputError(f"{root / META_NAME} lists {named}, which is missing. Put it beside {META_NAME}, or correct it.")
+
+
+def _recorded_colour_sha256(record: Path) -> str:
+    """The hash of the colour file in a run record; "" if there is none."""
+    try:
+        return str(read_json(record)["inputs"]["rgb"]["sha256"])
+    except (InputError, KeyError, TypeError):
+        return ""
 
 
 def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Path:

@@ -21,6 +21,9 @@ from .file_patterns import alternatives, check_pattern, placeholders
 ENTRY_MARK = "#"
 """Separates the path of a camera file from the name of an entry in it."""
 
+GIVEN = "given"
+"""Name of a layout that the user has written as text."""
+
 LIST_SUFFIX = ".json"
 """Extension of a file that lists images, in place of their pattern."""
 
@@ -172,7 +175,7 @@ def layout_from_text(text: str) -> Layout:
         if not mark or key in values or key == "name":
             raise FormatError(f"{where}: {word!r:.60} is not key=value, or it is given twice.")
         values[key] = tuple(value.split()) if key == "needs" else value
-    return layout_of(values, "given", where)
+    return layout_of(values, GIVEN, where)
 
 
 def layouts_from_file(path: Path) -> list[Layout]:
@@ -192,9 +195,11 @@ def layouts_from_file(path: Path) -> list[Layout]:
         raise FormatError(f"{content} is not valid TOML ({error}). Correct it.") from error
     if "rgb" in data:
         data = {content.path.stem: data}
-    wrong = [name for name, table in data.items() if not isinstance(table, dict)]
+    wrong = [name for name, table in data.items() if not isinstance(table, dict) or name == GIVEN]
     if wrong or not data:
-        raise FormatError(f"{content} must contain a table [NAME] for each layout, with rgb and depth.")
+        raise FormatError(
+            f"{content} must contain a table [NAME] for each layout, with rgb and depth, not named {GIVEN}."
+        )
     return [layout_of(table, name, str(content)) for name, table in data.items()]
 
 

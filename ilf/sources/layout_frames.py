@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -10,13 +11,14 @@ from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 from .._runtime.formatting import counted
+from .._runtime.named_places import named_in
 from ..data.camera import CameraIntrinsics, camera_of, is_preset
 from ..errors import FormatError, InputError
 from ..io.cameras import IntrinsicsSpec, intrinsics_from, read_camera_file
 from ..io.encodings import ray_encoding
 from .file_patterns import FilePattern, Folders, Match, alternatives, filled, placeholders
 from .frame_source import FrameSource
-from .layout import ENTRY_MARK, LIST_SUFFIX, Layout, camera_numbers
+from .layout import ENTRY_MARK, GIVEN, LIST_SUFFIX, Layout, camera_numbers
 from .pairing import Pairs, natural
 from .reading_options import AS_STATED, ReadingOptions
 from .trajectories import Trajectory, as_camera_to_world, image_name, read_trajectory
@@ -75,12 +77,15 @@ class LayoutFrames:
         """
         frames = self._frames()
         poses = self._poses(frames)
-        root = self._folders.root
+        root, patterns = self._folders.root, (self._layout.rgb, self._layout.depth)
+        is_list = any(one.endswith(LIST_SUFFIX) for text in patterns for one in alternatives(text))
+        stated_in = root if is_list else None
         sources = [
             FrameSource(
                 os.path.join(root, frame.rgb),
                 os.path.join(root, frame.depth),
                 options=given.or_else(self._options(frame, pose)),
+                stated_in=stated_in,
             )
             for frame, pose in zip(frames, poses, strict=True)
         ]
@@ -195,9 +200,10 @@ class LayoutFrames:
             self._shared[text, scene] = found
         return self._shared[text, scene]
 
-    @staticmethod
-    def _existing(text: str, folder: str, texts: Mapping[str, str]) -> str | None:
+    def _existing(self, text: str, folder: str, texts: Mapping[str, str]) -> str | None:
         paths = (os.path.join(folder, filled(one, texts)) for one in alternatives(text))
+        if self._layout.name != GIVEN and re.match(r"[\\/]|(.*/)?\.\.(/|$)", text):
+            paths = (named_in(path, self._folders.root) for path in paths)
         return next((path for path in paths if os.path.exists(path)), None)
 
     def _camera(self, text: str, frame: _Frame) -> IntrinsicsSpec | None:

@@ -13,6 +13,7 @@ import numpy as np
 from .._runtime.addresses import Address, is_address
 from .._runtime.files import read_file
 from .._runtime.formatting import counted
+from .._runtime.named_places import note_opened
 from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
 from ..errors import FormatError, InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE, read_cameras
@@ -199,8 +200,21 @@ def list_frames(
     if not max_gap >= 0:
         raise ParameterError(f"The maximum time gap must be 0 s or more, not {max_gap!r:.60}.")
     if is_address(folder):
-        return _at_address(Address(folder), given, max_gap, topics, layout)
-    root = Path(folder).absolute()
+        found = _at_address(Address(folder), given, max_gap, topics, layout)
+    else:
+        found = _listed(Path(folder).absolute(), given, max_gap, topics, layout)
+    note_opened(folder, *given.camera_paths.values())
+    return found
+
+
+def _listed(
+    root: Path,
+    given: ReadingOptions,
+    max_gap: float,
+    topics: Topics | None,
+    layout: str | os.PathLike[str] | None,
+) -> Listing:
+    """The frames of a folder or a recording on this machine."""
     if layout is not None:
         return _by_given_layout(root, given, given_layouts(layout))
     if is_recording(root):
@@ -272,9 +286,15 @@ def _at_address(
             if layout is None and is_recording(root):
                 found = _recorded(address, given, max_gap, topics)
             else:
-                found = list_frames(root, given, max_gap=max_gap, topics=topics, layout=layout)
-                found = replace(found, sources=tuple(source.with_paths(address_of) for source in found.sources))
+                found = _listed(root, given, max_gap, topics, layout)
+                found = replace(found, sources=tuple(_at(address, source) for source in found.sources))
     return replace(found, notes=tuple(map(restored, found.notes)))
+
+
+def _at(address: Address, source: FrameSource) -> FrameSource:
+    """A frame that was listed below copies of the names at an address."""
+    stated_in = None if source.stated_in is None else str(address)
+    return replace(source.with_paths(address_of), stated_in=stated_in)
 
 
 def _times(sources: Sequence[FrameSource]) -> tuple[float, ...]:
@@ -396,7 +416,8 @@ def _by_time(root: Path, content: _Content, given: ReadingOptions, max_gap: floa
         else f"{options.depth_units:g} units per metre"
     )
     sources = (
-        FrameSource(os.path.join(root, rgb), os.path.join(root, depth), options=options) for _, rgb, depth in rows
+        FrameSource(os.path.join(root, rgb), os.path.join(root, depth), options=options, stated_in=str(root))
+        for _, rgb, depth in rows
     )
     times_found = tuple(time for time, _, _ in rows)
     hint = (

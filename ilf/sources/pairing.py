@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import NamedTuple
 
+from .._runtime.named_places import named_in
 from ..data.frame import FrameInputs
 from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
 from .opening import opened
@@ -165,14 +167,14 @@ def paired_by_time(colours: Iterable[str], depths: Iterable[str], max_gap: float
 _SECONDS = re.compile(r"(\d+)\.(\d{1,9})")
 
 
-def stamp_of(inputs: FrameInputs) -> int | None:
+def stamp_of(inputs: FrameInputs, folder: Path | None = None) -> int | None:
     """Return the timestamp of a frame's colour [ns], from its key in a recording, the recording, or its file name; None
-    if unknown.
+    if unknown. `folder` is that of the record that states these inputs.
 
     Raises
     ------
     InputError
-        If the recording has to be read for it and cannot be read.
+        If the recording has to be read for it and cannot be read; and as `named_in`.
     """
     if inputs.frame is None:
         time = time_of(inputs.rgb.path)
@@ -180,6 +182,6 @@ def stamp_of(inputs: FrameInputs) -> int | None:
     found = _SECONDS.fullmatch(inputs.frame.rpartition("/")[2])
     if found is not None:
         return int(found[1]) * 10**9 + int(found[2].ljust(9, "0"))
-    with opened(inputs.rgb.path) as recording:
+    with opened(inputs.rgb.path if folder is None else named_in(inputs.rgb.path, folder)) as recording:
         taken = recording.frame(inputs.frame).time
     return None if taken is None else round(taken * 1e9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from types import NoneType
@@ -11,7 +12,7 @@ from typing import Any, Self, get_args, get_type_hints
 import numpy as np
 
 from .._runtime.schema import Section, converted, plain
-from ..data.camera import INTRINSICS, CameraIntrinsics
+from ..data.camera import INTRINSICS, CameraIntrinsics, is_preset
 from ..io.cameras import IntrinsicsSpec
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
 from ..io.frame_additions import checked_min_confidence
@@ -53,6 +54,7 @@ class ReadingOption:
 
 
 _CAMERAS = "intrinsics", "depth_intrinsics"
+_NUMBERS = re.compile(r"[-+\d.,eE\s]*")
 
 PoseSpec = str | tuple[float, ...]
 """A camera pose: the path of a text file with the rows of its matrix, or the 16 numbers of the matrix, row by row."""
@@ -225,9 +227,20 @@ class ReadingOptions:
             rest.pop("ground_truth_units", None)
         return ReadingOptions(**{**rest, **self.given})
 
-    def with_paths(self, change: Callable[[str], str]) -> Self:
-        """The same options with changed paths."""
-        changed: dict[str, Any] = {name: change(path) for name, path in self.paths.items()}
+    @property
+    def camera_paths(self) -> dict[str, str]:
+        """The files with intrinsics that are given, by the option's name."""
+        return {
+            name: os.fspath(value)
+            for name in _CAMERAS
+            if isinstance(value := getattr(self, name), str | os.PathLike)
+            and not (is_preset(os.fspath(value)) or _NUMBERS.fullmatch(os.fspath(value)))
+        }
+
+    def with_paths(self, change: Callable[[str], str], *, cameras: bool = False) -> Self:
+        """The same options with changed paths; with `cameras`, also those of files with intrinsics."""
+        paths = self.paths | (self.camera_paths if cameras else {})
+        changed: dict[str, Any] = {name: change(path) for name, path in paths.items()}
         return replace(self, **changed)
 
     def to_arguments(self) -> list[str]:

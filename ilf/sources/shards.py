@@ -20,6 +20,7 @@ from .._runtime.addresses import RemoteFiles, is_address
 from .._runtime.files import FileContent, read_file
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
+from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import check_schema, converted
 from ..data.camera import camera_from_numbers, checked_transform
 from ..errors import FormatError, InputError, cause
@@ -306,7 +307,10 @@ class Shards(Recording):
                 f"{self.path} has no colour of {key}, which is from a recording or was registered. {remedy}"
             )
         try:
-            file = _remote_file(row["rgb"]) if is_address(row["rgb"]) else read_file(row["rgb"])
+            place = named_in(row["rgb"], str(self._folder), row["rgb_sha256"])
+            file = _remote_file(place) if is_address(place) else read_file(place)
+        except NotAllowed:
+            raise
         except InputError as error:
             raise InputError(f"{self.path} has no colour of {key}: {error} {remedy}") from error
         if file.sha256 != row["rgb_sha256"]:

@@ -9,6 +9,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QWidget
 
+from ilf._runtime.named_places import note_opened
 from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
 from ilf.drawing.colours import sample
@@ -42,7 +43,9 @@ class GroundTruthSource(NamedTuple):
 
 def frame_with(source: GroundTruthSource) -> RGBDFrame:
     """Return the frame with the ground truth of the file; called in a worker thread."""
-    return with_ground_truth_file(source.frame, source.path, source.units)
+    frame = with_ground_truth_file(source.frame, source.path, source.units)
+    note_opened(source.path)
+    return frame
 
 
 class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.installation import asset_path
+from ilf._runtime.named_places import note_opened
 from ilf.data.results import Completion, compose
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS
@@ -199,6 +200,7 @@ class DocumentsFeature(Feature):
         """Open a frame, or the frames of a folder or a recording; ask first if that would replace the same frame, read
         with other options, and the work on it."""
         source = source.absolute()
+        note_opened(*source.paths)
         if source.depth is None and source.frame is None and contains_frames(source.rgb):
             self.folder_requested.emit(source)
             return

@@ -46,6 +46,7 @@ def read_thumbnail(source: FrameSource, width: int = THUMBNAIL_WIDTH) -> NDArray
     FormatError
         If it cannot be decoded.
     """
+    source = source.allowed()
     if source.frame is not None:
         with opened(source.rgb) as recording:
             return thumbnail_of(recording.colour(source.frame), width)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt
@@ -22,6 +23,7 @@ from ...widgets.basics import last_folder
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
 from ..menus import insert_menu
+from .asking import ask_to_open
 from .closing import Closing
 from .missing import Missing
 from .opening import FolderProjects, Opening
@@ -63,6 +65,7 @@ class ProjectFeature(Feature):
         context.recorder.is_unsaved = lambda: self.present.unsaved
         context.loader.replayed.connect(lambda _: self.present.mark_extraction_saved())
         context.loader.incomplete.connect(self._tell_incomplete)
+        context.loader.not_allowed.connect(partial(ask_to_open, context.window))
         self.opening.opened.connect(self._tell_opened)
         self.opening.opened.connect(self.missing.check)
         self.opening.opened.connect(self.folders.note_opened)

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from ilf._runtime.formatting import counted, grouped
+from ilf._runtime.named_places import note_opened
 from ilf.data.frame import InputFile
 from ilf.project.file import OpenedProject
 from ilf.project.missing_files import MissingFile, find_in_folder, missing_files, relocated
@@ -378,6 +379,7 @@ class Missing(QObject):
 
     def _take_found(self, found: dict[InputFile, Path]) -> None:
         store, dialog = self._context.recorder.store, self.dialog
+        note_opened(*found.values())
         given = {wanted.sha256 or wanted.path: path for wanted, path in found.items()}
         store.places = replace(store.places, given={**store.places.given, **given})
         self._context.recorder.note_project()

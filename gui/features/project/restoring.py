@@ -106,8 +106,9 @@ class Restoring(QObject):
             self._opening.restore_project(left.read.project, places, brought.opened, unsaved, brought.newer)
             context.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
         else:
+            places = context.recorder.store.places
             context.recorder.store.places = replace(
-                context.recorder.store.places, given={**given, **context.recorder.store.places.given}
+                places, given={**given, **places.given}, stated_in=places.stated_in or ""
             )
             new = [entry_of(_with_id(frame, ids[frame.id]), unsaved=True) for frame in plan.frames]
             context.workspace.frames.add_entries(new)

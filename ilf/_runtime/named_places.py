@@ -1,0 +1,254 @@
+"""What a file may name: paths and addresses in files, which the user has not typed.
+
+`named_in` decides about each before anything of it is looked at. It may be opened if it lies in the folder or the store
+that has the file, if the user has opened it before on this machine (`note_opened`), or if he allows it; a file on
+this machine also if the SHA-256 of its content is stated with its name, since it tells the writer nothing then.
+"""
+
+from __future__ import annotations
+
+import os
+import posixpath
+import re
+import shlex
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+from urllib.parse import unquote
+
+import platformdirs
+
+from ..errors import ExportError, InputError
+from .addresses import Address, absolute, is_address
+from .files import MAX_FILE_BYTES, file_sha256, write_bytes
+
+VARIABLE = "ILF_ALLOW_ADDRESS"
+"""Environment variable with what is allowed, a line each; processes that this one starts have it, too."""
+
+_SHARE = re.compile(r"[\\/]{2}")
+_FILES = "/*"
+"""End of the entry of a folder of which only the files are meant."""
+
+_MAX_ENTRIES = 10_000
+_CODE = "utf-8", "surrogateescape"
+
+_unwritten: set[str] = set()
+"""What was opened and could not be written to the list."""
+
+
+class NotAllowed(InputError):
+    """A file names places that are not opened unasked.
+
+    Attributes
+    ----------
+    places : tuple of str
+        Paths and addresses.
+    """
+
+    def __init__(self, *places: str) -> None:
+        self.places = tuple(dict.fromkeys(places))
+        options = " ".join(f"--allow-address {shlex.quote(one)}" for one in dict.fromkeys(map(_prefix, self.places)))
+        super().__init__(
+            f"A file names {' and '.join(self.places)} outside its own folder or store, which was never opened here. "
+            f"If you trust it, allow it by {options} (in Python: ilf.sources.allow_address)."
+        )
+
+    def __reduce__(self) -> tuple[type[NotAllowed], tuple[str, ...]]:
+        return NotAllowed, self.places
+
+    @property
+    def may_exist(self) -> bool:
+        """Whether there may be something at one of the places."""
+        return any(_is_far(one) or os.path.lexists(one) for one in self.places)
+
+
+def _prefix(place: str) -> str:
+    """The folder of a place, or the address of its server."""
+    return place if is_address(place) and place.count("/") == 2 else os.path.dirname(place)
+
+
+def named_in(path: str, base: str | os.PathLike[str] | None, sha256: str = "") -> str:
+    """A path or an address that a file names, if it may be opened.
+
+    Parameters
+    ----------
+    path : str
+        A relative path belongs to `base`.
+    base : path-like or None
+        Folder or address that the user has opened and that has the file; None if there is none.
+    sha256 : str
+        SHA-256 of its content, if the file states it.
+
+    Returns
+    -------
+    str
+        The absolute path, or the address.
+
+    Raises
+    ------
+    NotAllowed
+        If it lies elsewhere, and was neither opened by the user before nor allowed.
+    InputError
+        If it is an address that is never opened, see `Address`.
+    """
+    root = "" if base is None else os.fspath(base)
+    if is_address(path):
+        place: str = Address(path)
+        inside = is_address(root) and Address(root).store == Address(path).store
+    else:
+        place = path if _SHARE.match(path) else os.path.abspath(path if is_address(root) else os.path.join(root, path))
+        inside = bool(root) and not is_address(root) and _is_below(_key(place), {_key(root)})
+    key = _key(place)
+    if (
+        inside
+        or _is_below(key, map(_key, os.environ.get(VARIABLE, "").splitlines()))
+        or _was_opened(key)
+        or (sha256 and not _is_far(place) and _has_content(place, sha256))
+    ):
+        return place
+    raise NotAllowed(place)
+
+
+def _has_content(path: str, sha256: str) -> bool:
+    return os.path.isfile(path) and os.path.getsize(path) <= MAX_FILE_BYTES and file_sha256(path) == sha256
+
+
+def _is_far(place: str) -> bool:
+    """Whether a place is at an address or a network share, at which nothing is looked at unasked."""
+    return is_address(place) or _SHARE.match(place) is not None
+
+
+def first_allowed(
+    paths: Iterable[str],
+    base: str | os.PathLike[str] | None,
+    is_wanted: Callable[[str], bool] = os.path.isfile,
+    sha256: str = "",
+) -> str | None:
+    """The first of the possible places of a file that is there and may be opened; None if it is at none of them.
+
+    Raises
+    ------
+    NotAllowed
+        If it may be at one that is not opened unasked.
+    InputError
+        As `named_in`.
+    """
+    refused: NotAllowed | None = None
+    for path in paths:
+        try:
+            place = named_in(path, base, sha256)
+        except NotAllowed as error:
+            refused = refused or (error if error.may_exist else None)
+        else:
+            if is_wanted(place):
+                return place
+    if refused is not None:
+        raise refused
+    return None
+
+
+@contextmanager
+def allow_address(*prefixes: str | os.PathLike[str]) -> Iterator[None]:
+    """Within the block, open what files name at and below these paths and addresses.
+
+    Projects, run records, shards and lists of frames name files. Those outside the folder or the store of such a file
+    are opened only if you have opened them before, or allow them.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> with ilf.sources.allow_address("s3://bucket/rgb", "/data"):
+    ...     pass
+    """
+    before = os.environ.get(VARIABLE)
+    os.environ[VARIABLE] = "\n".join(filter(None, (before, *(absolute(os.fspath(prefix)) for prefix in prefixes))))
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(VARIABLE, None)
+        else:
+            os.environ[VARIABLE] = before
+
+
+def note_opened(*paths: str | os.PathLike[str] | None) -> None:
+    """Remember what the user has opened: a folder or a recording with all in it, a file with the files beside it."""
+    new = dict.fromkeys(entry for path in paths if path is not None for entry in _entries(os.fspath(path)))
+    missing = [entry for entry in new if entry not in _known() and not _was_opened(entry.removesuffix(_FILES))]
+    if not missing:
+        return
+    try:
+        file = _list_file()
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if len(_known()) > 2 * _MAX_ENTRIES:
+            write_bytes(file, "".join(f"{entry}\n" for entry in _lines(file)[-_MAX_ENTRIES:]).encode(*_CODE))
+        with open(file, "ab") as stream:
+            stream.write("".join(f"{entry}\n" for entry in missing).encode(*_CODE))
+    except (OSError, ExportError):  # remembered as long as this process runs
+        _unwritten.update(missing)
+
+
+def _entries(path: str) -> Iterable[str]:
+    if is_address(path):
+        address = _key(path)
+        return [address, posixpath.dirname(address) + _FILES] if posixpath.splitext(address)[1] else [address]
+    real = _key(os.path.abspath(path))
+    folder = os.path.dirname(real)
+    is_whole = os.path.isdir(real) or folder in {os.path.dirname(folder), _key(Path.home())}
+    return [real] if is_whole else [folder + _FILES]
+
+
+def _key(path: str | os.PathLike[str]) -> str:
+    """A place as places are compared: without links, dots and escaped letters; nothing at a network share is looked
+    at."""
+    text = os.fspath(path)
+    if is_address(text):
+        address = Address(text)
+        rest = address.partition("://")[2]
+        host, slash, name = rest.partition("/")
+        return f"{address.protocol}://{host.lower()}{posixpath.normpath(slash + unquote(name)) if name else ''}"
+    if _SHARE.match(text):
+        return posixpath.normpath(text.replace("\\", "/")).casefold()
+    try:
+        return os.path.realpath(text)
+    except (OSError, ValueError):  # no file can have that name
+        return os.path.normpath(text)
+
+
+def _is_below(key: str, places: Iterable[str]) -> bool:
+    """Whether a place is one of others or below."""
+    known = places if isinstance(places, set | frozenset) else set(places)
+    while key and key not in known:
+        above = posixpath.dirname(key) if is_address(key) or _SHARE.match(key) else os.path.dirname(key)
+        key = above if above != key and not (_SHARE.match(key) and above == "/") else ""
+    return bool(key)
+
+
+def _was_opened(key: str) -> bool:
+    known = _known()
+    return _is_below(key, known) or os.path.dirname(key) + _FILES in known
+
+
+def _list_file() -> Path:
+    return platformdirs.user_state_path("ilf-studio", appauthor=False) / "opened.txt"
+
+
+def _known() -> frozenset[str] | set[str]:
+    """The entries of what was opened."""
+    file = _list_file()
+    try:
+        status = file.stat()
+        known = _read(file, status.st_mtime_ns, status.st_size)
+    except OSError:
+        return _unwritten
+    return known | _unwritten if _unwritten else known
+
+
+@lru_cache(1)
+def _read(file: Path, time: int, size: int) -> frozenset[str]:
+    return frozenset(_lines(file))
+
+
+def _lines(file: Path) -> list[str]:
+    return file.read_bytes().decode(*_CODE).splitlines()

@@ -1,0 +1,73 @@
+"""A stranger's project in the real window: what it names elsewhere is opened only after a question that shows it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QMessageBox
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+from ilf.project.file import save_project
+from ilf.project.project import Project, ProjectFrame
+from ilf.sources.frame_source import FrameSource
+
+from ..ilf.batch_frames import write_frames
+from .conftest import WAIT_MS
+
+pytest.importorskip("fsspec")
+pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
+
+
+@pytest.fixture
+def web(tmp_path: Path) -> Iterator[tuple[str, list[str]]]:
+    """The address of a folder with a frame on a web server, and the paths that were asked for."""
+    asked = list[str]()
+    log: Callable[..., None] = lambda handler, *_: asked.append(handler.path)  # noqa: E731
+    quiet = type("Quiet", (SimpleHTTPRequestHandler,), {"log_message": log})
+    root = write_frames(tmp_path / "web", 1)
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(quiet, directory=str(root))) as serving:
+        threading.Thread(target=serving.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{serving.server_port}", asked
+        serving.shutdown()
+
+
+def question(window: MainWindow, qtbot: QtBot) -> QMessageBox:
+    found: list[QMessageBox] = []
+
+    def is_there() -> bool:
+        found[:] = [box for box in window.findChildren(QMessageBox) if box.isVisible()]
+        return bool(found)
+
+    qtbot.waitUntil(is_there, timeout=WAIT_MS)
+    return found[0]
+
+
+def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, web: tuple[str, list[str]]
+):
+    address, asked = web
+    source = FrameSource(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
+    (tmp_path / "mail").mkdir()
+    path = tmp_path / "mail" / "stranger.ilf"
+    save_project(path, Project((ProjectFrame("a1", "desk", source),), "a1"))
+    with qtbot.waitSignal(window.project.opening.opened, timeout=WAIT_MS):
+        window.documents.open_paths([path])
+    box = question(window, qtbot)
+    assert f"{address}/rgb/0000.png" in box.text()
+    assert box.defaultButton() is box.button(QMessageBox.StandardButton.No)
+    box.defaultButton().click()
+    qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy, timeout=WAIT_MS)
+    assert not asked
+    assert not window.workspace.has_session
+    window.loader.open_entry(window.workspace.frames.entries[0])
+    box = question(window, qtbot)
+    assert f"{address}/depth/0000.png" in box.text()
+    box.button(QMessageBox.StandardButton.Yes).click()
+    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
+    assert asked

@@ -1,0 +1,418 @@
+"""Files of strangers: what they name is neither asked for on the network nor read elsewhere, unless it is allowed."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf._runtime.named_places import NotAllowed, named_in, note_opened
+from ilf.cli import main
+from ilf.data.frame import InputFile, RGBDFrame
+from ilf.errors import InputError, without_credentials
+from ilf.io.frame_additions import with_ground_truth_file
+from ilf.project.file import open_project, save_project
+from ilf.project.frame_state import FrameState
+from ilf.project.journal import Journal
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.project.project_json import encode_project
+from ilf.project.recovery import find_recoverable_work
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
+
+from .batch_frames import work_in_this_process, write_frames
+
+fsspec = pytest.importorskip("fsspec")
+pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
+
+QUICK = ["--quiet", "--max-iterations", "3", "--no-correction", "--blocks-detector", "canny"]
+
+
+@pytest.fixture(autouse=True)
+def nothing_opened_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, list[str]]]:
+    """The address of a folder with a frame on a web server, and the paths that were asked for."""
+    root, asked = tmp_path_factory.mktemp("web"), list[str]()
+    write_frames(root / "in", 1)
+    log: Callable[..., None] = lambda handler, *_: asked.append(handler.path)  # noqa: E731
+    quiet = type("Quiet", (SimpleHTTPRequestHandler,), {"log_message": log})
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(quiet, directory=str(root))) as serving:
+        threading.Thread(target=serving.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{serving.server_port}/in", asked
+        serving.shutdown()
+
+
+@pytest.fixture
+def web(server: tuple[str, list[str]]) -> tuple[str, list[str]]:
+    server[1].clear()
+    return server
+
+
+def edited(path: Path, change: Callable[[Any], None]) -> None:
+    data = json.loads(path.read_text())
+    change(data)
+    path.write_text(json.dumps(data))
+
+
+def project(folder: Path, source: FrameSource) -> Path:
+    save_project(folder / "stranger.ilf", Project((ProjectFrame("a1", "desk", source),)))
+    return folder / "stranger.ilf"
+
+
+def project_with_work(folder: Path, frame: RGBDFrame, place: str) -> Path:
+    """A project whose stored frame names a place."""
+    assert frame.inputs is not None
+    inputs = replace(frame.inputs, **{kind: InputFile(f"{place}/{kind}/0000.png", "0") for kind in ("rgb", "depth")})
+    state = FrameState("a1", replace(frame, inputs=inputs), np.ones(frame.shape, np.int32))
+    path, listed = folder / "stranger.ilf", ProjectFrame("a1", "desk", None, FrameSummary(Stage.RUN), True)
+    save_project(path, Project((listed,)), [state])
+    return path
+
+
+def run_record(folder: Path, frame: RGBDFrame) -> Path:
+    ilf.complete(frame, max_iterations=3, correction=False, detector="canny").save(folder / "run")
+    return folder / "run" / "run.json"
+
+
+# A door makes a file that names a place, opens it by the command line, and returns the exit status.
+
+
+def export(path: Path) -> int:
+    return main(["project", "export", str(path), "--complete", "--out", str(path.parent / "out")])
+
+
+def by_project(folder: Path, frame: RGBDFrame, place: str) -> int:
+    return export(project(folder, FrameSource(f"{place}/rgb/0000.png", f"{place}/depth/0000.png")))
+
+
+def by_option(name: str, folder: Path, frame: RGBDFrame, place: str) -> int:
+    assert frame.inputs is not None
+    options = ReadingOptions(**{name: f"{place}/{name}.npy"})
+    source = FrameSource(frame.inputs.rgb.path, frame.inputs.depth.path, options=options)
+    return export(project(folder, source))
+
+
+def by_stored_frame(folder: Path, frame: RGBDFrame, place: str) -> int:
+    return main(["report", str(project_with_work(folder, frame, place)), "--out", str(folder / "out.html")])
+
+
+def by_record(command: str, key: str, folder: Path, frame: RGBDFrame, place: str) -> int:
+    path = run_record(folder, frame)
+    named = {"path": f"{place}/truth.npy", "sha256": "0", "units": 1.0}
+    edited(path, lambda data: data["inputs"].update({key: named}))
+    again = ["report", str(path), "--out", str(folder / "out.html")]
+    return main(again if command == "report" else ["complete", "--replay", str(path), "--out", str(folder / "out")])
+
+
+def by_neighbour(folder: Path, frame: RGBDFrame, place: str) -> int:
+    path = run_record(folder, frame)
+    source = {"rgb": f"{place}/rgb/0000.png", "depth": f"{place}/depth/0000.png", "frame": None}
+    neighbour = {"name": "next", "motion": np.eye(4).tolist(), "sha256": ["0", "0"], "source": source}
+    edited(path, lambda data: data.update(neighbours=[neighbour]))
+    return main(["complete", "--replay", str(path), "--out", str(folder / "out")])
+
+
+def by_recording_of_a_result(folder: Path, frame: RGBDFrame, place: str) -> int:
+    path = run_record(folder, frame)
+    edited(path, lambda data: data["inputs"].update(frame="1", rgb={"path": f"{place}/a.bag", "sha256": "0"}))
+    return main(["rosbag", str(path.parent), "--out", str(folder / "out")])
+
+
+def by_meta(key: str, folder: Path, frame: RGBDFrame, place: str) -> int:
+    assert frame.inputs is not None
+    for name, file in (("rgb.png", frame.inputs.rgb), ("depth.png", frame.inputs.depth)):
+        shutil.copy(file.path, folder / name)
+    (folder / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000, key: f"{place}/{key}.npy"}))
+    return main(["complete", str(folder), "--out", str(folder / "out"), *QUICK])
+
+
+def by_list(folder: Path, frame: RGBDFrame, place: str) -> int:
+    (folder / "associations.txt").write_text(f"0 {place}/rgb/0000.png 0 {place}/depth/0000.png")
+    return main(["complete", str(folder), "--frame", "0000", "--out", str(folder / "out"), *QUICK])
+
+
+def by_transforms(folder: Path, frame: RGBDFrame, place: str) -> int:
+    listed = {"file_path": f"{place}/rgb/0000.png", "depth_file_path": f"{place}/depth/0000.png"}
+    data = {"frames": [{**listed, "transform_matrix": np.eye(4).tolist()}], "fl_x": 30.0, "w": 32, "h": 24}
+    (folder / "transforms.json").write_text(json.dumps(data))
+    return main(["complete", str(folder), "--frame", "0000", "--out", str(folder / "out"), *QUICK])
+
+
+def by_layout(folder: Path, frame: RGBDFrame, place: str) -> int:
+    write_frames(folder, 1)
+    (folder / "layout.toml").write_text(f'rgb = "rgb/*.png"\ndepth = "depth/*.png"\nK = "{place}/K.txt"\n')
+    return main(["info", str(folder), "--layout", str(folder / "layout.toml")])
+
+
+def by_shards(folder: Path, frame: RGBDFrame, place: str) -> int:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    pyarrow = pytest.importorskip("pyarrow")
+    shards = folder / "shards"
+    assert main(["batch", str(write_frames(folder / "in", 1)), "--shards", str(shards), *QUICK]) == 0
+    (table,) = shards.glob("*.parquet")
+    found = parquet.read_table(table)
+    at = found.schema.get_field_index("rgb")
+    named = pyarrow.array([f"{place}/rgb/0000.png"], found.schema.field("rgb").type)
+    parquet.write_table(found.set_column(at, found.schema.field("rgb"), named), table)
+    return main(["complete", str(shards), "--frame", "0000", "--out", str(folder / "out"), *QUICK])
+
+
+def by_frozen_list(folder: Path, frame: RGBDFrame, place: str) -> int:
+    pytest.importorskip("pyarrow")
+    shards = folder / "shards"
+    command = ["batch", str(write_frames(folder / "in", 1)), "--shards", str(shards), *QUICK]
+    assert main(command) == 0
+    (table,) = shards.glob("*.parquet")
+    table.unlink()
+    lines = shards / "frames.jsonl"
+    text = lines.read_text().replace(str(folder / "in"), place)
+    edited(shards / "shards.json", lambda data: data.update(list_bytes=len(text.encode())))
+    lines.write_text(text)
+    return main(command)
+
+
+DOORS = {
+    "project": by_project,
+    "project: guide": partial(by_option, "guide"),
+    "project: ground truth": partial(by_option, "ground_truth"),
+    "project: intrinsics": partial(by_option, "intrinsics"),
+    "project: report": by_stored_frame,
+    "record: replay": partial(by_record, "replay", "rgb"),
+    "record: report": partial(by_record, "report", "depth"),
+    "record: ground truth": partial(by_record, "replay", "ground_truth"),
+    "record: neighbour": by_neighbour,
+    "record: recording": by_recording_of_a_result,
+    "meta.json: colour": partial(by_meta, "rgb"),
+    "meta.json: ground truth": partial(by_meta, "gt"),
+    "meta.json: guide": partial(by_meta, "guide"),
+    "list of frames": by_list,
+    "transforms.json": by_transforms,
+    "shards": by_shards,
+    "frozen list": by_frozen_list,
+}
+
+
+@pytest.fixture
+def frame(tmp_path: Path) -> RGBDFrame:
+    """The frame in the stranger's folder."""
+    root = write_frames(tmp_path / "stranger" / "own", 1)
+    return ilf.load_frame(root / "rgb/0000.png", root / "depth/0000.png", intrinsics="30,30,16,12")
+
+
+@pytest.fixture
+def stranger(tmp_path: Path, frame: RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of a stranger's files, in which nothing was opened before."""
+    work_in_this_process(monkeypatch)
+    return tmp_path / "stranger"
+
+
+LISTS = {"list of frames", "transforms.json"}
+"""Their paths are below the folder of the list: what looks like an address is none."""
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_an_address_in_a_file_is_not_asked_for(door: str, stranger: Path, frame: RGBDFrame, web, capsys):
+    address, asked = web
+    assert DOORS[door](stranger, frame, address) == 1
+    shown = capsys.readouterr()
+    shown = shown.err + shown.out
+    assert not asked
+    assert door in LISTS or (address in shown and "--allow-address http://127.0.0.1" in shown), shown
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_a_chain_in_a_file_runs_nothing(door: str, stranger: Path, frame: RGBDFrame, web, capsys):
+    address, asked = web
+    assert DOORS[door](stranger, frame, f"reference://x::{address}") == 1
+    assert not asked
+
+
+@pytest.mark.parametrize("door", [*DOORS, "layout"])
+def test_a_path_that_leads_elsewhere_is_not_read(door: str, tmp_path: Path, stranger: Path, frame: RGBDFrame, capsys):
+    elsewhere = write_frames(tmp_path / "elsewhere", 2)
+    for kind in ("rgb", "depth"):  # other content than the files of the same names
+        (elsewhere / kind / "0001.png").rename(elsewhere / kind / "0000.png")
+    for name in ("guide.npy", "ground_truth.npy", "gt.npy", "truth.npy", "rgb.npy", "intrinsics.npy", "a.bag", "K.txt"):
+        (elsewhere / name).write_bytes(b"0")
+    assert {**DOORS, "layout": by_layout}[door](stranger, frame, str(elsewhere)) == 1
+    shown = capsys.readouterr()
+    shown = shown.err + shown.out
+    assert str(elsewhere) in shown
+    assert "--allow-address" in shown
+
+
+def test_links_and_ways_up_lead_out_of_a_folder_and_plain_names_do_not(tmp_path: Path, stranger: Path):
+    secret = tmp_path / "secret.npy"
+    np.save(secret, np.ones((24, 32)))
+    (stranger / "link.npy").symlink_to(secret)
+    for name in ("link.npy", "../secret.npy", "own/../../secret.npy", str(secret)):
+        with pytest.raises(NotAllowed, match=r"secret\.npy|link\.npy"):
+            named_in(name, stranger)
+    assert named_in("own/rgb/0000.png", stranger) == str(stranger / "own/rgb/0000.png")
+
+
+FORMS = [
+    *("http://{}", "HTTP://{}", "Http://me:pw@{}", " http://{}", "\thttp://{}", "http://{}/%2e%2e/x"),
+    *("reference://x::http://{}", "zip::http://{}", "simplecache::http://{}", "zip://a.png::simplecache::http://{}"),
+    *("ftp://{}", "ssh://{}", "sftp://{}", "github://a:b@{}", "file://{}/x", "file:///etc/passwd", "data://{}"),
+    *("//{}/share/x.png", "\\\\{}\\share\\x.png", "//?/UNC/{}/share", "s3://{}", "http://[::1", "http://{}:no/x"),
+]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_no_form_of_an_address_passes(form: str, stranger: Path, web, capsys):
+    address, asked = web
+    place = form.format(address.removeprefix("http://"))
+    for base in (stranger, "", None, "https://elsewhere/in"):
+        with pytest.raises(InputError):
+            named_in(place, base)
+    assert export(project(stranger, FrameSource(place, place))) == 1
+    assert not asked
+    assert "Traceback" not in capsys.readouterr().err
+
+
+TYPED = [
+    "reference://x::{}",
+    "zip::{}",
+    "simplecache::{}",
+    "http://[::1",
+    "ftp://{}",
+    "what://x",
+    " {}",
+    "http://a:b/c",
+]
+
+
+@pytest.mark.parametrize("form", TYPED)
+def test_typed_chains_other_protocols_and_malformed_addresses_are_one_sentence(form: str, tmp_path: Path, web, capsys):
+    address = form.format(web[0])
+    out = ["--out", str(tmp_path / "out")]
+    for command in (["info", address], ["complete", address, address, *out], ["batch", address, *out]):
+        assert main(command) == 1
+        shown = capsys.readouterr().err
+        assert shown.startswith("ilf: error: ")
+        assert shown.count("\n") == 1
+        assert address.strip() in shown
+    assert not web[1]
+
+
+def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(stranger: Path, web, capsys):
+    address, asked = web
+    path = project(stranger, FrameSource(f"{address}/rgb/0000.png", f"{address}/depth/0000.png"))
+    assert main(["project", "info", str(path)]) == 0
+    assert "--allow-address" in capsys.readouterr().out
+    opening = ["project", "export", str(path), "--complete", "--out", str(stranger / "out")]
+    assert main(opening) == 1
+    assert main([*opening, "--allow-address", "https://127.0.0.1", "--allow-address", f"{address[:-1]}"]) == 1
+    assert not asked
+    assert main([*opening, "--allow-address", address]) == 0
+    assert asked
+    with open_project(path) as opened, ilf.sources.allow_address(address):
+        assert opened.state("a1").state.frame.shape == (24, 32)
+
+
+def test_a_strangers_journal_does_not_call_home_and_ones_own_opens(
+    tmp_path: Path, frame: RGBDFrame, web, monkeypatch: pytest.MonkeyPatch
+):
+    address, asked = web
+    source = FrameSource(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
+    journal = Journal(tmp_path / "autosave" / "left.journal")
+    journal.commit({"project.json": encode_project(Project((ProjectFrame("a1", "desk", source),)))})
+    journal.close()
+    (left,) = find_recoverable_work(tmp_path / "autosave")
+    (found,) = left.frames or left.read.project.frames
+    with pytest.raises(NotAllowed):
+        found.source.load()
+    assert not asked
+    source.load()  # by the user
+    assert found.source.load().shape == (24, 32)
+    left.release()
+
+
+def test_what_the_user_has_opened_is_his_wherever_it_lies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys):
+    frames, project_file = write_frames(tmp_path / "data" / "in", 2), tmp_path / "work" / "mine.ilf"
+    project_file.parent.mkdir()
+    assert main(["project", "new", str(project_file), str(frames)]) == 0
+    again = ["project", "export", str(project_file), "--complete", "--out", str(tmp_path / "out")]
+    assert main(again) == 0
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "elsewhere"))  # somebody else
+    assert main(again) == 1
+    assert str(frames) in capsys.readouterr().err
+    shutil.move(project_file, frames.parent / "mine.ilf")
+    assert export(frames.parent / "mine.ilf") == 0
+
+
+def test_a_file_with_its_hash_is_read_and_no_other(tmp_path: Path, frame: RGBDFrame, monkeypatch: pytest.MonkeyPatch):
+    truth = tmp_path / "elsewhere" / "truth.npy"
+    truth.parent.mkdir()
+    np.save(truth, frame.depth)
+    path = run_record(tmp_path, with_ground_truth_file(frame, truth))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "another"))
+    assert ilf.replay(path).run.frame.ground_truth is not None
+    np.save(truth, frame.depth + 1)
+    with pytest.raises(NotAllowed):
+        ilf.replay(path)
+
+
+def test_a_list_at_an_address_leads_to_no_other_store(tmp_path: Path):
+    store = fsspec.filesystem("memory")
+    store.store.clear()
+    for name in ("owned", "others"):
+        store.put(str(write_frames(tmp_path / name, 1)), f"/{name}/in", recursive=True)
+    up = "../../others/in"
+    store.pipe("/owned/in/associations.txt", f"0 {up}/rgb/0000.png 0 {up}/depth/0000.png".encode())
+    with pytest.raises(NotAllowed, match="memory://others"):
+        ilf.open_source("memory://owned/in")[0]
+
+
+def test_places_are_compared_by_their_parts():
+    note_opened("https://host/data/in", "s3://bucket/a/rgb.png")
+    for place in ("https://host/data/in/rgb/0.png", "HTTPS://HOST/data/in", "s3://bucket/a/depth.png"):
+        assert named_in(place, None).lower() == place.lower()
+    for place in ("https://host.evil/data/in", "https://host/data/in2", "https://host/data/in/../x", "s3://bucket/b/c"):
+        with pytest.raises(NotAllowed):
+            named_in(place, None)
+    assert named_in("hf://datasets/a/b/x", "hf://datasets/a/b@main/y".replace("@main", ""))
+    with pytest.raises(NotAllowed):
+        named_in("hf://datasets/a/other/x", "hf://datasets/a/b/y")
+    assert os.environ.get("ILF_ALLOW_ADDRESS") is None
+
+
+SECRETS = [
+    *("https://me:{}@host/a", "HTTPS://me:{}@host/a", "https:/me:{}@host/a", "/home/https:/me:{}@host/a.png"),
+    *("https://{}:x@host/a", "https://me:x@{}@host/a", "zip://a::https://me:{}@host/a", "//me:{}@host/share"),
+    *(
+        "https://host/a?token={}",
+        "https://host/a#{}",
+        "s3://bucket/a?X-Amz-Signature={}",
+        "https%3A%2F%2Fme%3A{}%40host",
+    ),
+    *("GET /a?X-Amz-Signature={}&b=1", "access_token={}", "https:/host/a?sig={}", "https%3A%2F%2Fme%3A{}%40host"),
+]
+
+
+@pytest.mark.parametrize("form", SECRETS)
+@pytest.mark.parametrize("secret", ["hunter2", "wJalr/UtnFEMI+K7", "pa:ss"])
+def test_passwords_are_hidden_in_every_form(form: str, secret: str, tmp_path: Path, capsys):
+    text = form.format(secret)
+    assert secret not in without_credentials(f"403 for {text}, no")
+    assert secret not in str(InputError(f"{text}: no"))
+    for command in (["info", text], ["complete", "--replay", text], ["project", "info", text], ["report", text]):
+        assert main(command) != 0
+        shown = capsys.readouterr()
+        assert secret not in shown.err + shown.out
