@@ -49,7 +49,7 @@ def kind_of(path: Path) -> type[Recording] | None:
     """The kind of recording at a path, by file names alone; None if there is none."""
     try:
         built_in = next((kind for kind in KINDS if kind.fits(path)), None)
-    except (OSError, ValueError):  # no file can have that name
+    except (OSError, ValueError, InputError):  # no file can have that name, or it cannot be looked at
         return None
     return built_in or source_plugins().kind_of(path)
 
