@@ -231,7 +231,8 @@ class RemoteFiles:
         return content
 
     def read_all(self, names: Sequence[str], wanted: Sequence[str] = ()) -> list[bytes | None]:
-        """The contents of files of up to 1 GiB in all, read at the same time; None for those of `wanted` that do not exist.
+        """The contents of files of up to 1 GiB in all, read at the same time; None for those of `wanted` that do not
+        exist.
 
         Raises
         ------

@@ -8,6 +8,7 @@ import io
 import json
 import os
 import stat
+import zipfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -206,6 +207,23 @@ def file_sha256(path: str | os.PathLike[str]) -> str:
             return hashlib.file_digest(stream, "sha256").hexdigest()  # type: ignore[arg-type]
         except OSError as error:
             raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
+
+
+def zip_member(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, at_most: int) -> bytes:
+    """Read a file of a zip, of which no more is unpacked than its entry states.
+
+    Raises
+    ------
+    ValueError
+        If it is larger than `at_most` bytes, or compressed by what unpacks everything at once; and other exceptions of
+        `zipfile`.
+    """
+    if entry.file_size > at_most:
+        raise ValueError(f"{entry.filename} is too large ({entry.file_size} bytes)")
+    if entry.compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
+        raise ValueError(f"{entry.filename} is compressed by another method than deflate")
+    with archive.open(entry) as stream:
+        return stream.read(entry.file_size + 1)
 
 
 # Atomic writing: a file is written completely or not at all.

@@ -17,7 +17,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from .._runtime.files import ensure_folder, write_bytes
+from .._runtime.files import ensure_folder, open_file, parse_json, write_bytes
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.processes import run_in_processes
@@ -39,6 +39,8 @@ from .workers import CRASHED, SHARED_FOLDER, Outcomes, check_wanted, run_on_clus
 
 _PARTS = "parts"
 """Folder of the parts of unfinished shards."""
+
+_LONGEST_ROW = 2**20
 
 ListFrames = Callable[[], Sequence[BatchFrame]]
 """A function at the top level of a module that lists all frames of a batch."""
@@ -380,9 +382,9 @@ def _parts(task: ShardTask, name: str) -> frozenset[int]:
 def _status(path: Path) -> str:
     """Return the status of the frame in a part, whose files are not read."""
     try:
-        with open(path, "rb") as file:
-            return str(Part.of(file.readline()).row["status"])
-    except (OSError, ValueError, KeyError) as error:
+        with open_file(path) as file:
+            return str(Part.of(file.readline(_LONGEST_ROW)).row["status"])
+    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise FormatError(f"{path} is damaged ({cause(error)}). Delete it and run the batch again.") from error
 
 
@@ -416,9 +418,10 @@ def _freeze(target: str, facts: dict[str, Any], request: dict[str, Any], list_fr
 
 def frame_of_line(line: bytes) -> BatchFrame:
     """Return the frame in a line of the frozen list."""
-    data = json.loads(line)
-    key = data["key"]
-    return BatchFrame(key, FrameSource.from_json(Section(LIST_FILE, data)), data["time"], sample_name(key))
+    data = parse_json(line, LIST_FILE)
+    stated = Section(LIST_FILE, data if isinstance(data, dict) else {})
+    key = stated.get("key", str)
+    return BatchFrame(key, FrameSource.from_json(stated), stated.get("time", float, None), sample_name(key))
 
 
 def _check_list(folder: Folder, shards: ShardSet) -> None:

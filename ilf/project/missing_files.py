@@ -11,7 +11,9 @@ from pathlib import Path
 
 import platformdirs
 
+from .._runtime.files import file_sha256
 from ..data.frame import InputFile
+from ..errors import InputError
 from ..sources.frame_source import FrameSource
 from .archive import Parts
 from .encoding import frame_part
@@ -202,9 +204,8 @@ def _is_same(path: Path, sha256: str, since: float | None) -> bool:
 def _digest(path: Path) -> str:
     """Return the SHA-256 of a file; "" if it cannot be read."""
     try:
-        with open(path, "rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError:
+        return file_sha256(path)
+    except InputError:
         return ""
 
 

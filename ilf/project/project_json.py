@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
+from .._runtime.files import parse_json
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.schema import Section, check_schema, plain, strict_json
@@ -107,7 +107,7 @@ def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
         If there is neither a project nor a frame, or the project has another schema.
     """
     try:
-        data = json.loads(parts.read(PROJECT))
+        data = parse_json(parts.read(PROJECT), "Its list of frames")
         if not isinstance(data, dict) or data.get("program") != PROGRAM:
             raise FormatError("It was written by another program.")
     except UNREADABLE as error:
