@@ -6,7 +6,7 @@ import os
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from .._runtime.addresses import Address, is_address
@@ -96,7 +96,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     with _access:
         if found.is_file() and found.stat().st_size == 0:
             raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
-        yield _kept((os.getpid(), str(found), kind.state(found)), lambda: kind(found))
+        with source_plugins().using(kind) if kind not in KINDS else nullcontext():
+            yield _kept((os.getpid(), str(found), kind.state(found)), lambda: kind(found))
 
 
 def _kept(name: tuple[int, str, tuple[int, ...]], open_it: Callable[[], Recording]) -> Recording:
