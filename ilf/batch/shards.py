@@ -222,8 +222,11 @@ class ShardBatch:
         return self.task.part(self.shards.name(index), 0).parent
 
     def _record_crash(self, item: ShardFrame) -> FrameOutcome:
+        path = self.task.part(item.shard, item.number)
+        if (row := read_row(path)) is not None:
+            return outcome_of(row)
         outcome, part = failed_part(item.frame, CRASHED)
-        write_part(self.task.part(item.shard, item.number), part)
+        write_part(path, part)
         return outcome
 
     def _reopen(self, index: int) -> None:
