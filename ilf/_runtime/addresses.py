@@ -5,11 +5,12 @@ Credentials never come from an address, only from the driver's own configuration
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, TypeGuard
 from urllib.parse import urlsplit
@@ -18,7 +19,7 @@ import platformdirs
 
 from ..errors import CREDENTIALS, ExportError, FormatError, IlfError, InputError, one_line, without_credentials
 from .cancellation import check_cancelled
-from .files import MAX_FILE_BYTES, atomic_path
+from .files import MAX_FILE_BYTES, LimitedReader, atomic_path
 from .installation import optional
 
 _ADDRESS = re.compile(r"\s*(?:[A-Za-z][A-Za-z0-9+.-]*::)*[A-Za-z][A-Za-z0-9+.-]+://")
@@ -31,6 +32,8 @@ _BLOCK = 2**22
 """Size of the pieces in which large files are read [bytes]."""
 
 _LONGEST_CAUSE = 200
+
+_WEB = "http", "https"
 
 
 def is_address(path: object) -> TypeGuard[str]:
@@ -112,6 +115,10 @@ class Address(str):
         return type(self)(f"{self}/{name}") if name else self
 
 
+class Unreachable(Exception):
+    """A failure of the network as its cause; unlike an OSError, fsspec does not take it for an empty folder."""
+
+
 class RemoteFiles:
     """The files at and below an address.
 
@@ -143,12 +150,16 @@ class RemoteFiles:
     def _open_driver(self) -> tuple[Any, str]:
         core = optional("fsspec.core", "remote", f"{self.address.protocol}://")
         try:  # not by url_to_fs, which takes chains
+            if self.address.protocol in _WEB:
+                from .web import WebFiles
+
+                return WebFiles(), str(self.address)
             driver = core.get_filesystem_class(self.address.protocol)
             given = driver._get_kwargs_from_urls(str(self.address))
             files = driver(**{**given, "use_listings_cache": False})
             root = driver._strip_protocol(str(self.address))
         except ImportError as error:
-            package = getattr(error.__cause__, "name", None) or str(error)
+            package = getattr(error.__cause__ or error, "name", None) or str(error)
             raise InputError(
                 f"{self.address.protocol}:// needs the package {package}, which is not installed. Install it: "
                 f"pip install {package}."
@@ -197,12 +208,14 @@ class RemoteFiles:
             if name is not None:
                 return {name: _state(self._driver.info(self._path(name)))}
             found = self._driver.find(self._path(""), detail=True)
-        return {name: _state(found[self._path(name)]) for name in self._below(found)}
+            return {name: _state(found[self._path(name)]) for name in self._below(found)}
 
     def _below(self, paths: Iterable[str]) -> list[str]:
         start = len(self._path("")) + 1
         names = [name for path in paths if _is_plain(name := path[start:])]
         if not names:
+            with suppress(FileNotFoundError):  # drivers take some failures for an empty folder
+                self._driver.info(self._path(""))
             raise InputError(f"{self.address}: there is no such folder or file. Check the address.")
         return names
 
@@ -226,37 +239,44 @@ class RemoteFiles:
         return content
 
     def read_all(self, names: Sequence[str], wanted: Sequence[str] = ()) -> list[bytes | None]:
-        """The contents of files of up to 1 GiB, read at the same time; None for those of `wanted` that do not exist.
+        """The contents of files of up to 1 GiB in all, read at the same time; None for those of `wanted` that do not
+        exist.
 
         Raises
         ------
         InputError
             If one of `names` does not exist, or any cannot be read.
         FormatError
-            If one is larger.
+            If they are larger.
         """
         paths = [self._path(name) for name in (*names, *wanted)]
+        share = MAX_FILE_BYTES // max(len(paths), 1)
         with self._reported(self.address):
-            found = self._driver.cat_ranges(
-                paths, [0] * len(paths), [MAX_FILE_BYTES + 1] * len(paths), on_error="return"
-            )
+            found = self._driver.cat_ranges(paths, [0] * len(paths), [share + 1] * len(paths), on_error="return")
         contents: list[bytes | None] = []
+        left = MAX_FILE_BYTES
         for number, (name, content) in enumerate(zip((*names, *wanted), found, strict=True)):
             if number >= len(names) and isinstance(content, FileNotFoundError | PermissionError):
                 contents.append(None)  # some stores deny what does not exist
                 continue
             with self._reported(self.address / name):
                 if isinstance(content, BaseException):
-                    if self._driver.info(self._path(name))["size"] != 0:
+                    is_final = isinstance(content, FileNotFoundError | PermissionError | TimeoutError)
+                    if is_final or self._driver.info(self._path(name))["size"] != 0:
                         raise content
                     content = b""  # stores have no pieces of an empty file
-            if len(content) > MAX_FILE_BYTES:
+                if share < len(content) <= left:  # there is more of it
+                    content = self._driver.cat_file(self._path(name), 0, left + 1)
+            left -= len(content)
+            if left < 0:
                 raise FormatError(f"{self.address / name} has more than 1 GiB. Is this the right file?")
             contents.append(content)
         return contents
 
     def read_ranges(self, names: Sequence[str], starts: Sequence[int], ends: Sequence[int]) -> list[bytes]:
-        """Pieces of files from start to before end, read at the same time."""
+        """Pieces of files from start to before end, read at the same time; raises FormatError beyond 1 GiB in all."""
+        if sum(ends) - sum(starts) > MAX_FILE_BYTES:
+            raise FormatError(f"{self.address}: more than 1 GiB is to be read at a time. Is this the right file?")
         with self._reported(self.address):
             found: list[bytes] = self._driver.cat_ranges(
                 [self._path(name) for name in names], list(starts), list(ends), on_error="return"
@@ -264,16 +284,15 @@ class RemoteFiles:
             for error in found:
                 if isinstance(error, BaseException):
                     raise error
-        return [  # some servers send whole files
-            data[start:end] if len(data) > end - start else data
-            for data, start, end in zip(found, starts, ends, strict=True)
-        ]
+        return found
 
     def open(self, name: str) -> BinaryIO:
-        """Open a file for reading in sequence."""
+        """Open a file for reading in sequence. If it has another size than stated, or more than 1 GiB where none is
+        stated, reading it raises InputError."""
         with self._reported(self.address / name):
+            size = self._driver.info(self._path(name))["size"]
             raw = self._driver.open(self._path(name), "rb", block_size=_BLOCK)
-            return io.BufferedReader(_Reported(self, self.address / name, raw), _BLOCK)
+            return LimitedReader(_Reported(self, self.address / name, raw, size), _BLOCK)
 
     def download(self, name: str, target: Path) -> None:
         """Copy a file of any size; raises as `read`, ExportError, or Cancelled."""
@@ -308,37 +327,60 @@ class RemoteFiles:
         except (IlfError, MemoryError):
             raise
         except Exception as error:  # drivers raise errors of many packages
-            reason = without_credentials(one_line(str(error) or type(error).__name__))[:_LONGEST_CAUSE].rstrip(".")
-            if writing:
-                raise ExportError(
-                    f"Could not write {address} ({reason}). Check the credentials, the network and the space there, "
-                    "and run the same command again."
-                ) from None
-            if isinstance(error, FileNotFoundError):
-                raise InputError(f"{address}: there is no such file or folder. Check the address.") from None
-            if isinstance(error, PermissionError):
-                raise InputError(
-                    f"{address}: access is denied ({reason}). Check the address, and the credentials in the driver's "
-                    "settings."
-                ) from None
-            raise InputError(
-                f"{address}: cannot be read ({reason}). Check the address, the credentials and the network, and try "
-                "again."
-            ) from None
+            raise self._described(address, error, writing) from None
+
+    def _described(self, address: str, error: BaseException, writing: bool) -> IlfError:
+        """The error to raise for an error of the driver."""
+        if isinstance(error, Unreachable):
+            error = error.__cause__ or error
+        status = getattr(error, "status", None)
+        text = str(error) or type(error).__name__ if status is None else f"status {status}"
+        reason = without_credentials(one_line(text))[:_LONGEST_CAUSE].rstrip(".")
+        if writing:
+            return ExportError(
+                f"Could not write {address} ({reason}). Check the credentials, the network and the space there, "
+                "and run the same command again."
+            )
+        if isinstance(error, FileNotFoundError):
+            return InputError(f"{address}: there is no such file or folder. Check the address.")
+        if isinstance(error, PermissionError) or status in {401, 403}:
+            return InputError(
+                f"{address}: access is denied ({reason}). Check the address, and the credentials in the driver's "
+                "settings."
+            )
+        if getattr(error, "errno", None) == errno.ECONNREFUSED:
+            return InputError(
+                f"{address}: the server refuses the connection. Check the address, and that the server runs."
+            )
+        if isinstance(error, TimeoutError):
+            return InputError(
+                f"{address}: the server does not answer, or too slowly. Check the network, and try again."
+            )
+        return InputError(
+            f"{address}: cannot be read ({reason}). Check the address, the credentials and the network, and try again."
+        )
 
 
 class _Reported(io.RawIOBase):
-    """A stream of a driver whose errors are reported as those of `RemoteFiles`."""
+    """A stream of a driver whose errors are reported as those of `RemoteFiles`, as are too few bytes or too many."""
 
-    def __init__(self, files: RemoteFiles, address: str, stream: BinaryIO) -> None:
-        self._files, self._address, self._stream = files, address, stream
+    def __init__(self, files: RemoteFiles, address: str, stream: BinaryIO, size: int | None) -> None:
+        self.name = address
+        self._files, self._stream, self._size, self._read = files, stream, size, 0
 
     def readable(self) -> bool:
         return True
 
     def readinto(self, buffer: Any) -> int:
-        with self._files._reported(self._address):
+        check_cancelled()
+        with self._files._reported(self.name):
             data = self._stream.read(len(buffer))
+        self._read += len(data)
+        if self._size is None:
+            if self._read > MAX_FILE_BYTES:
+                raise FormatError(f"{self.name}: the server states no size and sends more than 1 GiB.")
+        elif self._read > self._size or (not data and self._read < self._size):
+            raise InputError(f"{self.name}: the server sends {self._read} bytes instead of {self._size}. Try again.")
         buffer[: len(data)] = data
         return len(data)
 
@@ -347,7 +389,7 @@ class _Reported(io.RawIOBase):
         super().close()
 
 
-_STATES = ("size", "ETag", "etag", "md5Hash", "mtime", "LastModified", "last_modified", "created")
+_STATES = ("size", "ETag", "etag", "md5Hash", "mtime", "LastModified", "last_modified", "Last-Modified", "created")
 
 
 def _state(info: Mapping[str, Any]) -> str:

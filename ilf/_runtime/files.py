@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import io
 import json
 import os
+import stat
+import zipfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -24,6 +27,8 @@ if TYPE_CHECKING:
 MAX_FILE_BYTES = 2**30
 """Larger files cannot be frames of a supported size."""
 
+_PIECE = 2**22
+"""Number of bytes that are read before the limits are looked at again."""
 
 _before_reading: ContextVar[Callable[[Path], None] | None] = ContextVar("_before_reading", default=None)
 
@@ -46,26 +51,70 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
     InputError
         If it is not.
     """
+    with open_file(path) as file:
+        _plausible_size(file)
+        return Path(file.name)
+
+
+def _plausible_size(file: LimitedReader) -> int:
+    """Size of a file [bytes]; raises FormatError if it is empty or implausibly large."""
+    size = os.fstat(file.fileno()).st_size
+    if size == 0:
+        raise FormatError(f"{file.name} is empty (0 bytes). Copy or export it again.")
+    if size > MAX_FILE_BYTES:
+        raise FormatError(f"{file.name} has {size / 2**30:.1f} GiB; at most 1 GiB is read. Is this the right file?")
+    return size
+
+
+def open_file(path: str | os.PathLike[str]) -> LimitedReader:
+    """Open a regular file for reading. What cannot be a stranger's file is refused: a pipe, which would be waited for,
+    and a device, which may have no end.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it cannot be read.
+    """
     try:
         found = Path(path).absolute()
         if prepare := _before_reading.get():
             prepare(found)
-        if not found.exists():
-            raise InputError(f"{found}: there is no such file. Check the name.")
         if found.is_dir():
             raise InputError(f"{found} is a folder, not a file. Give the path of a file in it.")
-        if not found.is_file():
-            raise InputError(f"{found} is a device or a pipe, not a file. Copy its content into a file first.")
-        size = found.stat().st_size
+        file = LimitedReader(io.FileIO(found, opener=_opened_without_waiting))
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise InputError(f"{os.path.abspath(path)}: there is no such file. Check the name.") from error
     except (OSError, ValueError) as error:
         raise InputError(
             f"{path!s:.200}: cannot be read ({cause(error)}). Check the name and its permissions."
         ) from error
-    if size == 0:
-        raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
-    if size > MAX_FILE_BYTES:
-        raise FormatError(f"{found} has {size / 2**30:.1f} GiB; at most 1 GiB is read. Is this the right file?")
-    return found
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise InputError(f"{found} is a device or a pipe, not a file. Copy its content into a file first.")
+    return file
+
+
+def _opened_without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # there are no pipes in Windows' folders
+
+
+class LimitedReader(io.BufferedReader):
+    """A stream of any length, of which at most `MAX_FILE_BYTES` are read at a time; more is a FormatError."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        wanted = MAX_FILE_BYTES + 1 if size is None or size < 0 else size
+        if wanted > MAX_FILE_BYTES and size == wanted:
+            raise self._too_large()
+        parts, left = [], wanted
+        while left and (part := self.read1(min(left, _PIECE))):
+            parts.append(part)
+            left -= len(part)
+        if wanted > MAX_FILE_BYTES and not left:
+            raise self._too_large()
+        return b"".join(parts)
+
+    def _too_large(self) -> FormatError:
+        return FormatError(f"{self.name} has more than {MAX_FILE_BYTES / 2**30:.3g} GiB. Is this the right file?")
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +156,12 @@ def read_file(source: FileSource) -> FileContent:
         return source
     import numpy as np  # not before: `ilf --version` and `ilf --help` import this file
 
-    found = existing_file(source)
-    try:
-        return FileContent(found, np.fromfile(found, np.uint8))
-    except OSError as error:
-        raise InputError(f"{found}: cannot be read ({cause(error)}). Check its permissions.") from error
+    with open_file(source) as file:
+        size = _plausible_size(file)
+        try:
+            return FileContent(Path(file.name), np.fromfile(file, np.uint8, size))
+        except OSError as error:
+            raise InputError(f"{file.name}: cannot be read ({cause(error)}). Check its permissions.") from error
 
 
 def read_json(source: FileSource) -> Any:
@@ -125,19 +175,55 @@ def read_json(source: FileSource) -> Any:
         If it is not JSON.
     """
     content = read_file(source)
+    return parse_json(content.data.tobytes(), content)
+
+
+def parse_json(content: str | bytes, name: object, remedy: str = "Correct or re-export it.") -> Any:
+    """Parse JSON, whatever a stranger has written into it.
+
+    Parameters
+    ----------
+    content : str or bytes
+    name : object
+        What contains it, for messages.
+    remedy : str
+        What to do if it is damaged; a sentence.
+
+    Raises
+    ------
+    FormatError
+        If it is not JSON, or is nested too deeply.
+    """
     try:
-        return json.loads(content.data.tobytes())
+        return json.loads(content)
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{content} is not valid JSON ({error}). Correct or re-export it.") from error
+        raise FormatError(f"{name} is not valid JSON ({error!s:.120}). {remedy}") from error
 
 
 def file_sha256(path: str | os.PathLike[str]) -> str:
     """Return the SHA-256 of a file's content, of any size; raise InputError if it cannot be read."""
-    try:
-        with open(path, "rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
+    with open_file(path) as stream:
+        try:
+            return hashlib.file_digest(stream, "sha256").hexdigest()  # type: ignore[arg-type]
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
+
+
+def zip_member(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, at_most: int) -> bytes:
+    """Read a file of a zip, of which no more is unpacked than its entry states.
+
+    Raises
+    ------
+    ValueError
+        If it is larger than `at_most` bytes, or compressed by what unpacks everything at once; and other exceptions of
+        `zipfile`.
+    """
+    if entry.file_size > at_most:
+        raise ValueError(f"{entry.filename} is too large ({entry.file_size} bytes)")
+    if entry.compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
+        raise ValueError(f"{entry.filename} is compressed by another method than deflate")
+    with archive.open(entry) as stream:
+        return stream.read(entry.file_size + 1)
 
 
 # Atomic writing: a file is written completely or not at all.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import stat
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -14,7 +15,7 @@ from typing import BinaryIO
 from ..errors import ExportError, InputError, cause
 from .addresses import RemoteFiles, cache_folder, is_address
 from .cancellation import check_cancelled
-from .files import atomic_path, ensure_folder
+from .files import atomic_path, ensure_folder, open_file
 
 
 class Folder(ABC):
@@ -38,7 +39,7 @@ class Folder(ABC):
 
     @abstractmethod
     def exists(self, name: str) -> bool:
-        """Whether there is such a file."""
+        """Whether there is such a file; raises InputError if that cannot be known."""
 
     @abstractmethod
     def size(self, name: str) -> int:
@@ -99,14 +100,22 @@ class LocalFolder(Folder):
 
     def sizes(self) -> dict[str, int]:
         found = {}
-        with suppress(FileNotFoundError), os.scandir(self._path) as entries:
-            for entry in entries:
-                with suppress(FileNotFoundError):  # a temporary file that another process has just moved
-                    found[entry.name] = entry.stat().st_size
+        try:
+            with suppress(FileNotFoundError), os.scandir(self._path) as entries:
+                for entry in entries:
+                    with suppress(FileNotFoundError):  # a temporary file that another process has just moved
+                        found[entry.name] = entry.stat().st_size
+        except OSError as error:
+            raise self._unreadable("", error) from error
         return found
 
     def exists(self, name: str) -> bool:
-        return os.path.isfile(self._path / name)
+        try:
+            return not stat.S_ISDIR(os.stat(self._path / name).st_mode)
+        except (FileNotFoundError, NotADirectoryError):
+            return False
+        except OSError as error:
+            raise self._unreadable(name, error) from error
 
     def size(self, name: str) -> int:
         try:
@@ -115,10 +124,7 @@ class LocalFolder(Folder):
             raise self._unreadable(name, error) from error
 
     def open(self, name: str) -> BinaryIO:
-        try:
-            return open(self._path / name, "rb")
-        except OSError as error:
-            raise self._unreadable(name, error) from error
+        return open_file(self._path / name)
 
     def read_range(self, name: str, start: int, size: int) -> bytes:
         with self.open(name) as file:

@@ -3,27 +3,57 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from functools import cache
 from importlib import metadata
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 from typing import Any
 
-from ..errors import IlfError, InputError
+from ..errors import IlfError, InputError, one_line
 
 SOURCES, EXPORTERS, GUIDES = "ilf.sources", "ilf.exporters", "ilf.guides"
 """Groups of entry points."""
+
+FAILURES = (Exception, SystemExit)
+"""What a plugin may raise: its end of the program is a failure as any other."""
 
 
 @cache
 def entry_points(group: str) -> tuple[EntryPoint, ...]:
     """The entry points of a group in all installed packages, in the order of the packages' names; none is loaded."""
-    return tuple(sorted(metadata.entry_points(group=group), key=package_of))
+    return tuple(sorted((entry for own in _lists()[0] for entry in own.select(group=group)), key=package_of))
+
+
+def damaged_lists() -> tuple[str, ...]:
+    """A sentence for each installed package whose list of entry points cannot be read, so that it is left out."""
+    return _lists()[1]
+
+
+@cache
+def _lists() -> tuple[list[Any], tuple[str, ...]]:
+    """The lists of entry points of all packages, and sentences about those that cannot be read."""
+    with suppress(Exception):  # a damaged list of one package
+        return [metadata.entry_points()], ()
+    found: dict[str, EntryPoints] = {}
+    damaged: dict[str, str] = {}
+    for package in metadata.distributions():
+        name = str(package.name)
+        if name in found or name in damaged:
+            continue  # it hides those behind it
+        try:
+            found[name] = package.entry_points
+        except Exception as error:
+            damaged[name] = (
+                f"The package {name} has a damaged entry_points.txt ({one_line(str(error)):.80}), so that its plugins "
+                f"are left out. Reinstall it: pip install --force-reinstall {name}."
+            )
+    return list(found.values()), tuple(damaged.values())
 
 
 def package_of(entry: EntryPoint) -> str:
     """Name of the installed package that an entry point belongs to."""
-    return "ilf-studio" if entry.dist is None else entry.dist.name
+    return "ilf-studio" if entry.dist is None else str(entry.dist.name)
 
 
 def entry_of_file(path: str | os.PathLike[str], entries: tuple[EntryPoint, ...]) -> EntryPoint | None:
@@ -32,11 +62,13 @@ def entry_of_file(path: str | os.PathLike[str], entries: tuple[EntryPoint, ...])
     Raises
     ------
     InputError
-        If two packages offer the same one.
+        If two packages offer the same one, or none does and the list of a package cannot be read.
     """
     name = Path(path).name.lower()
     fitting = [entry for entry in entries if name.endswith(f".{entry.name.lower()}")]
     if not fitting:
+        if damaged := damaged_lists():
+            raise InputError(f"{path}: no plugin for it is found. {' '.join(damaged)}")
         return None
     chosen = max(fitting, key=lambda entry: len(entry.name))
     rivals = [package_of(entry) for entry in fitting if entry.name.lower() == chosen.name.lower()]
@@ -66,11 +98,11 @@ def call(entry: EntryPoint, function: Any, *arguments: object) -> Any:
         return function(*arguments)
     except IlfError:
         raise
-    except Exception as error:
+    except FAILURES as error:
         raise InputError(failure(entry, error)) from error
 
 
-def failure(entry: EntryPoint, error: Exception) -> str:
+def failure(entry: EntryPoint, error: BaseException) -> str:
     """Describe the error of a plugin, as a sentence that names its package."""
     package = package_of(entry)
     return (

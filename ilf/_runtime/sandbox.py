@@ -14,6 +14,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from ..errors import FormatError, IlfError, InputError, cause
+from .cancellation import run_aside
 from .children import child_command
 from .processes import exit_with_parent
 
@@ -27,7 +28,12 @@ _REMEDY = "Copy or export it again."
 
 
 def run_in_sandbox(
-    function: Callable[..., Any], *arguments: Any, file: str, seconds: float = SECONDS, memory: int = MEMORY
+    function: Callable[..., Any],
+    *arguments: Any,
+    file: str,
+    seconds: float = SECONDS,
+    memory: int = MEMORY,
+    doing: str = "reading it",
 ) -> Any:
     """Call a function in a separate process, which it may crash, exhaust or block, and return its result.
 
@@ -43,6 +49,8 @@ def run_in_sandbox(
         Time limit [s].
     memory : int
         Memory limit [bytes]. Only on platforms that support it: not on Windows and macOS.
+    doing : str
+        What the function does with the file, for messages.
 
     Raises
     ------
@@ -52,6 +60,8 @@ def run_in_sandbox(
         If the function raises any other exception, crashes, or exceeds a limit.
     InputError
         If no process can be started.
+    Cancelled
+        If the work was cancelled; the process has ended then.
 
     Examples
     --------
@@ -62,7 +72,7 @@ def run_in_sandbox(
         status, out = run_in_child(pickle.dumps((function, arguments, seconds, memory)), seconds)
         kind, *found = json.loads(out) if status == 0 else ("",)
     except subprocess.TimeoutExpired:
-        raise FormatError(f"{file} is damaged: reading it takes longer than {seconds:g} s. {_REMEDY}") from None
+        raise FormatError(f"{file} is damaged: {doing} takes longer than {seconds:g} s. {_REMEDY}") from None
     except OSError as error:
         raise InputError(f"{file} cannot be checked: no process can be started ({cause(error)}). Try again.") from error
     except ValueError:  # a library has ended the process with status 0
@@ -70,12 +80,12 @@ def run_in_sandbox(
     if kind == _VALUE:
         return found[0]
     if kind == _MEMORY:
-        raise FormatError(f"{file} is damaged: reading it needs more than {memory / 2**30:g} GiB. {_REMEDY}")
+        raise FormatError(f"{file} is damaged: {doing} needs more than {memory / 2**30:g} GiB. {_REMEDY}")
     if kind == _BROKEN:
-        raise FormatError(f"{file} is damaged: reading it fails ({found[0]!s:.200}). {_REMEDY}")
+        raise FormatError(f"{file} is damaged: {doing} fails ({found[0]!s:.200}). {_REMEDY}")
     if kind == _ERROR:
         raise _own_errors().get(found[0], FormatError)(found[1])
-    raise FormatError(f"{file} is damaged: reading it crashes ({_cause(status)}). {_REMEDY}")
+    raise FormatError(f"{file} is damaged: {doing} crashes ({_cause(status)}). {_REMEDY}")
 
 
 def run_in_child(work: bytes, seconds: float) -> tuple[int, bytes]:
@@ -102,7 +112,7 @@ def run_in_child(work: bytes, seconds: float) -> tuple[int, bytes]:
                     left = memoryview(len(work).to_bytes(_LENGTH) + work)
                     while left:
                         left = left[held.write(left) :]
-                out, _ = child.communicate(timeout=seconds)
+                out, _ = run_aside(lambda: child.communicate(timeout=seconds), child.kill)
             except BaseException:
                 child.kill()
                 raise
@@ -132,7 +142,8 @@ def set_process_limits(seconds: float, memory: int) -> None:
         return
     import resource
 
-    limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: int(seconds) + 1, resource.RLIMIT_AS: memory + _in_use()}
+    processor_time = int(seconds * (os.cpu_count() or 1)) + 1
+    limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: processor_time, resource.RLIMIT_AS: memory + _in_use()}
     for limit, wanted in limits.items():
         maximum = resource.getrlimit(limit)[1]
         allowed = wanted if maximum == resource.RLIM_INFINITY else min(wanted, maximum)

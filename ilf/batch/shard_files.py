@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 from .._runtime.cancellation import check_cancelled
+from .._runtime.files import open_file, parse_json
 from .._runtime.folders import Folder
 from .._runtime.installation import optional
 from ..errors import FormatError, IlfError
@@ -66,7 +67,8 @@ def write_shard(folder: Folder, name: str, sha256: str, parts: Sequence[Path]) -
     def contents() -> Iterator[bytes]:
         offset = 0
         for path in parts:
-            part = Part.of(path.read_bytes())
+            with open_file(path) as file:
+                part = Part.of(file.read())
             place = {"shard": f"{name}.tar", "offset": offset, "size": len(part.data)} if part.data else {}
             rows.append({key: _text(value) for key, value in {**part.row, **place}.items()})
             offset += len(part.data)
@@ -169,7 +171,7 @@ def _problems(folder: Folder, shards: ShardSet, finished: Iterable[int]) -> Iter
     if folder.sha256(LIST_FILE) != shards.list_sha256:
         raise FormatError(f"{folder}/{LIST_FILE} is damaged: its frames are not those of the batch.")
     for index in finished:
-        keys = [_text(json.loads(line)["key"]) for line in shards.lines(folder, index)]
+        keys = [_text(parse_json(line, LIST_FILE)["key"]) for line in shards.lines(folder, index)]
         try:
             _check_shard(folder, shards.name(index), shards.sha256, keys)
         except IlfError as error:
@@ -179,9 +181,24 @@ def _problems(folder: Folder, shards: ShardSet, finished: Iterable[int]) -> Iter
 def _check_shard(folder: Folder, name: str, sha256: str, keys: list[str]) -> None:
     """Raise FormatError or InputError unless a tar and a table belong to the settings, the list and each other."""
     table, remedy = ShardTable.of(folder, f"{name}.parquet"), _REMEDY.format(name=name)
-    if table.sha256 != sha256 or table.read("key")["key"].to_pylist() != keys:
+    rows = table.read("key", "offset", "size", "sha256").to_pylist()
+    if table.sha256 != sha256 or [row["key"] for row in rows] != keys:
         raise FormatError(f"{folder}/{name}.parquet does not have the frames of the list. {remedy}")
-    if folder.sha256(f"{name}.tar") != table.tar_sha256:
+    digest, place = hashlib.sha256(), 0
+    with folder.open(f"{name}.tar") as tar:
+        for row in rows:
+            if row["offset"] is None:  # it has failed
+                continue
+            data = tar.read(row["size"] or 0)
+            if row["offset"] != place or hashlib.sha256(data).hexdigest() != row["sha256"]:
+                raise FormatError(
+                    f"{folder}/{name}.tar is damaged: {row['key']} is not where its table says, or has another "
+                    f"content. {remedy}"
+                )
+            place += len(data)
+            digest.update(data)
+        digest.update(tar.read(len(END) + 1))
+    if digest.hexdigest() != table.tar_sha256:
         raise FormatError(f"{folder}/{name}.tar is damaged: its content is not that of its table. {remedy}")
 
 

@@ -17,12 +17,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import write_bytes
+from .._runtime.files import ensure_folder, open_file, write_bytes
 from .._runtime.schema import plain
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..data.frame import RGBDFrame
 from ..data.results import Completion
-from ..errors import Cancelled, InputError
+from ..errors import Cancelled, ExportError, FormatError, InputError, cause
 from ..io.depth import encode_depth, encode_expected_error
 from ..io.images import encode_image
 from ..io.labels import encode_labels, with_more_invalid
@@ -106,13 +106,18 @@ def sample_name(key: str) -> str:
 
 
 def complete_part(task: ShardTask, item: ShardFrame, threads: int | None = None) -> FrameOutcome:
-    """Complete a frame and write its part. Errors of the frame itself become its outcome.
+    """Complete a frame and write its part, unless another process has. Errors of the frame itself become its outcome.
 
     Raises
     ------
     ExportError
         If the part cannot be written.
+    FormatError
+        If the part that another process has written is damaged.
     """
+    path = task.part(item.shard, item.number)
+    if (row := read_row(path)) is not None:
+        return outcome_of(row)
     if threads is not None:
         cv2.setNumThreads(threads)
     started = time.perf_counter()
@@ -123,8 +128,36 @@ def complete_part(task: ShardTask, item: ShardFrame, threads: int | None = None)
     except Exception as error:
         outcome, part = failed_part(item.frame, failure_text(error))
     part.row["seconds"] = round(time.perf_counter() - started, 3)
-    write_bytes(task.part(item.shard, item.number), part.content())
+    write_part(path, part)
     return outcome
+
+
+def write_part(path: Path, part: Part) -> None:
+    """Write a part; its folder is made anew if another process has finished the shard and removed it meanwhile."""
+    for attempt in (1, 2):
+        try:
+            write_bytes(ensure_folder(path.parent) / path.name, part.content())
+        except ExportError:
+            if attempt == 2 or path.parent.exists():
+                raise
+        else:
+            return
+
+
+_LONGEST_ROW = 2**20
+
+
+def read_row(path: Path) -> dict[str, Any] | None:
+    """Return the row of a part, whose files are not read, or None if there is no such part; raises FormatError if it is
+    damaged."""
+    try:
+        with open_file(path) as file:
+            row = Part.of(file.readline(_LONGEST_ROW)).row
+            return {**row, "status": str(row["status"])}
+    except (OSError, ValueError, LookupError, TypeError, RecursionError, InputError) as error:
+        if not path.exists():
+            return None
+        raise FormatError(f"{path} is damaged ({cause(error)}). Delete it and run the batch again.") from error
 
 
 def failed_part(frame: BatchFrame, message: str) -> tuple[FrameOutcome, Part]:
@@ -190,7 +223,8 @@ def _figures(outcome: FrameOutcome) -> dict[str, Any]:
 
 def outcome_of(row: Mapping[str, Any]) -> FrameOutcome:
     """Return the outcome in a row of a table."""
-    values = {field.name: row[column_name(field.name)] for field in dataclasses.fields(FrameOutcome)}
+    columns = {field.name: column_name(field.name) for field in dataclasses.fields(FrameOutcome)}
+    values = {name: row[column] for name, column in columns.items() if column in row}
     return FrameOutcome(**values | {"status": FrameStatus(values["status"])})
 
 

@@ -18,14 +18,14 @@ from pathlib import Path
 from typing import Any
 
 from .._runtime.addresses import is_address
-from .._runtime.files import ensure_folder, write_bytes
+from .._runtime.files import ensure_folder, parse_json
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.processes import run_in_processes
 from .._runtime.schema import Section
 from .._runtime.temporary_files import remove_empty
 from .._runtime.threads import available_cores
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError
 from ..run.record import PROGRAM
 from ..sources.frame_source import FrameSource
 from ..sources.shards import LIST_FILE, SCHEMA, SHARDS_FILE, ShardSet, ShardTable, read_shard_set, table_ends
@@ -34,7 +34,17 @@ from .frame_record import FrameOutcome, FrameStatus
 from .frames import BatchFrame
 from .settings import SETTINGS_FILE, BatchSettings, differences, sha256_of
 from .shard_files import sample_of, write_shard
-from .shard_task import Part, ShardFrame, ShardTask, complete_part, failed_part, outcome_of, sample_name
+from .shard_task import (
+    Part,
+    ShardFrame,
+    ShardTask,
+    complete_part,
+    failed_part,
+    outcome_of,
+    read_row,
+    sample_name,
+    write_part,
+)
 from .task import OTHER_MACHINE
 from .workers import CRASHED, SHARED_FOLDER, Outcomes, check_wanted, run_on_cluster, threads_of_worker
 
@@ -123,14 +133,17 @@ class ShardBatch:
     def _by_frame(self, indices: Iterable[int], jobs: int = 1) -> Outcomes:
         """Complete shards in processes of this machine, frame by frame."""
         open_frames: dict[int, int] = {}
+        elsewhere: list[int] = []
         work = partial(complete_part, self.task, threads=max(available_cores() // jobs, 1))
-        for item, done in run_in_processes(work, self._frames(indices, open_frames), jobs=jobs):
+        for item, done in run_in_processes(work, self._frames(indices, open_frames, elsewhere), jobs=jobs):
             yield self._record_crash(item) if done is None else done
             index = item.number // self.shards.per_shard
             open_frames[index] -= 1
             if not open_frames[index]:
                 del open_frames[index]
                 self._write(index)
+        for index in elsewhere:
+            yield from self._written(index)
 
     def _by_shard(self, cluster: str) -> Outcomes:
         """Complete shards on a cluster; those that it gives up, in processes of this machine."""
@@ -161,59 +174,88 @@ class ShardBatch:
         in progress then is completed last, so that the others are done if it crashes again."""
         if self.retry_failed or not self.folder.exists(self.shards.table(index)):
             begun = self._part_folder(index).exists()
-            frames = list(self._frames([index], {}))
+            frames = sorted(self._frames([index], {}, []), key=lambda item: item.number)
             for item in frames[1:] + frames[:1] if begun else frames:
                 check_wanted()
                 complete_part(self.task, item, threads)
         self._write(index)
 
-    def _frames(self, indices: Iterable[int], open_frames: dict[int, int]) -> Iterator[ShardFrame]:
-        """Yield the frames that have no part yet, and count them by shard; shards that have all parts are written."""
+    def _frames(
+        self, indices: Iterable[int], open_frames: dict[int, int], elsewhere: list[int]
+    ) -> Iterator[ShardFrame]:
+        """Yield the frames that have no part yet, and count them by shard. Shards that no process has begun come first;
+        in the others, which another one may be at, the last frame does. Shards that have all parts are written; those
+        that another process has finished are added to `elsewhere`."""
+        begun = []
         for index in indices:
-            numbers, name = self.shards.numbers(index), self.shards.name(index)
-            if self.retry_failed:
-                self._reopen(index)
-            ensure_folder(self._part_folder(index))
-            there = _parts(self.task, name)
-            left = [number for number in numbers if number not in there]
-            if not left:
-                self._write(index)
-                continue
-            open_frames[index] = len(left)
-            lines = self.shards.lines(self.folder, index)
-            for number in left:
-                yield ShardFrame(name, number, frame_of_line(lines[number - numbers.start], self.shards.request))
+            try:
+                self._part_folder(index).mkdir(parents=True)
+            except FileExistsError:
+                begun.append(index)
+            else:
+                yield from self._frames_of(index, open_frames, elsewhere)
+        for index in begun:
+            if not self._part_folder(index).exists() and self.folder.exists(self.shards.table(index)):
+                elsewhere.append(index)
+            else:
+                yield from reversed([*self._frames_of(index, open_frames, elsewhere)])
+
+    def _frames_of(self, index: int, open_frames: dict[int, int], elsewhere: list[int]) -> Iterator[ShardFrame]:
+        numbers, name = self.shards.numbers(index), self.shards.name(index)
+        if self.retry_failed:
+            self._reopen(index)
+        elif self.folder.exists(self.shards.table(index)):
+            self._remove_parts(index)
+            elsewhere.append(index)
+            return
+        ensure_folder(self._part_folder(index))
+        there = _parts(self.task, name)
+        left = [number for number in numbers if number not in there or number in self.to_do.get(index, ())]
+        if not left:
+            self._write(index)
+            return
+        open_frames[index] = len(left)
+        lines = self.shards.lines(self.folder, index)
+        for number in left:
+            yield ShardFrame(name, number, frame_of_line(lines[number - numbers.start], self.shards.request))
 
     def _part_folder(self, index: int) -> Path:
         return self.task.part(self.shards.name(index), 0).parent
 
     def _record_crash(self, item: ShardFrame) -> FrameOutcome:
+        path = self.task.part(item.shard, item.number)
+        if (row := read_row(path)) is not None:
+            return outcome_of(row)
         outcome, part = failed_part(item.frame, CRASHED)
-        write_bytes(self.task.part(item.shard, item.number), part.content())
+        write_part(path, part)
         return outcome
 
     def _reopen(self, index: int) -> None:
         """Turn a finished shard into the parts of its completed frames, or remove the parts of failed ones."""
         name, table = self.shards.name(index), self.shards.table(index)
-        if not self.folder.exists(table):
-            for number in _parts(self.task, name):
-                part = self.task.part(name, number)
-                if _status(part) != FrameStatus.COMPLETED:
-                    part.unlink()
-            return
-        shutil.rmtree(self._part_folder(index), ignore_errors=True)
-        ensure_folder(self._part_folder(index))
-        for number, (row, data) in zip(self.shards.numbers(index), sample_of(self.folder, name), strict=True):
-            if row["status"] == FrameStatus.COMPLETED:
-                write_bytes(self.task.part(name, number), Part(row, data).content())
-        self.folder.remove(table)
+        if self.folder.exists(table):
+            for number, (row, data) in zip(self.shards.numbers(index), sample_of(self.folder, name), strict=True):
+                if row["status"] == FrameStatus.COMPLETED:
+                    write_part(self.task.part(name, number), Part(row, data))
+            self.folder.remove(table)
+        for number in _parts(self.task, name):
+            path = self.task.part(name, number)
+            if (row := read_row(path)) is not None and row["status"] != FrameStatus.COMPLETED:
+                path.unlink(missing_ok=True)
 
     def _write(self, index: int) -> None:
         """Write a shard from its parts, unless another process has, and remove them."""
         name = self.shards.name(index)
         if not self.folder.exists(self.shards.table(index)):
             files = [self.task.part(name, number) for number in self.shards.numbers(index)]
-            write_shard(self.folder, name, self.task.sha256, files)
+            try:
+                write_shard(self.folder, name, self.task.sha256, files)
+            except InputError:  # a part is missing: another process has just written the shard, and removed them
+                if not self.folder.exists(self.shards.table(index)):
+                    raise
+        self._remove_parts(index)
+
+    def _remove_parts(self, index: int) -> None:
         shutil.rmtree(self._part_folder(index), ignore_errors=True)
 
 
@@ -293,7 +335,8 @@ def open_shards(
         if failed:
             there = dict(zip(numbers, ShardTable.of(target, table).read("status")["status"].to_pylist(), strict=True))
         else:
-            there = {number: _status(task.part(name, number)) for number in _parts(task, name)}
+            rows = {number: read_row(task.part(name, number)) for number in _parts(task, name)}
+            there = {number: row["status"] for number, row in rows.items() if row is not None}
         done = {number for number, status in there.items() if not (retry_failed and status == FrameStatus.FAILED)}
         completed = sum(there[number] == FrameStatus.COMPLETED for number in done)
         counts.before += completed
@@ -378,15 +421,6 @@ def _parts(task: ShardTask, name: str) -> frozenset[int]:
         return frozenset()
 
 
-def _status(path: Path) -> str:
-    """Return the status of the frame in a part, whose files are not read."""
-    try:
-        with open(path, "rb") as file:
-            return str(Part.of(file.readline()).row["status"])
-    except (OSError, ValueError, KeyError) as error:
-        raise FormatError(f"{path} is damaged ({cause(error)}). Delete it and run the batch again.") from error
-
-
 # The frozen list: a line of JSON for each frame.
 
 
@@ -428,14 +462,17 @@ def frame_of_line(line: bytes, request: Mapping[str, Any]) -> BatchFrame:
     ------
     NotAllowed
         If it names others, and they are not allowed.
+    FormatError
+        If it is damaged.
     """
-    data = json.loads(line)
-    key, source = data["key"], FrameSource.from_json(Section(LIST_FILE, data), "")
+    data = parse_json(line, LIST_FILE)
+    stated = Section(LIST_FILE, data if isinstance(data, dict) else {})
+    key, source = stated.get("key", str), FrameSource.from_json(stated, "")
     given = tuple(map(_as_folder, (*request.get("sources", ()), *map(str, request.get("reading", {}).values()))))
     paths = *source.paths, *source.options.camera_paths.values()
     if any("/../" in path or not _as_folder(path).startswith(given) for path in paths):
         source = source.allowed()
-    return BatchFrame(key, replace(source, stated_in=None), data["time"], sample_name(key))
+    return BatchFrame(key, replace(source, stated_in=None), stated.get("time", float, None), sample_name(key))
 
 
 def _as_folder(path: str) -> str:

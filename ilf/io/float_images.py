@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import lzma
 import math
 import re
 import tokenize
@@ -16,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import MAX_FILE_BYTES, FileContent
+from .._runtime.files import MAX_FILE_BYTES, FileContent, zip_member
 from .._runtime.installation import optional
 from .._runtime.silence import silenced
 from ..errors import FormatError
@@ -78,10 +77,8 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
                     f"{file} has {len(members)} arrays ({', '.join(sorted(members))!s:.80}), but none is named "
                     f"{', '.join(names)}. Save the one to use as {names[0]}."
                 )
-            if members[name].file_size > MAX_FILE_BYTES:
-                raise FormatError(f"{file}: {name} is larger than 1 GiB. Is this the right file?")
-            data = np.frombuffer(archive.read(members[name]), np.uint8)
-    except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error, lzma.LZMAError) as error:
+            data = np.frombuffer(zip_member(archive, members[name], MAX_FILE_BYTES), np.uint8)
+    except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error) as error:
         raise FormatError(f"{file}: this NPZ cannot be read ({error!s:.120}). Save it again.") from error
     return read_npy(FileContent(file.path, data))
 

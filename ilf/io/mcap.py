@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from .._runtime.cancellation import check_cancelled
+from .._runtime.files import open_file
 from ..errors import ExportError, cause
 
 if TYPE_CHECKING:
@@ -143,7 +144,7 @@ def whole_size(path: Path) -> int | None:
     """Return the size [bytes] of a file's whole records, if its end is missing; None if it has an end, or is no MCAP
     file. Raises OSError."""
     size = path.stat().st_size
-    with path.open("rb") as file:
+    with open_file(path) as file:
         if file.read(len(_MAGIC)) != _MAGIC:
             return None
         file.seek(max(size - len(_FOOTER_AND_MAGIC), 0))
@@ -197,7 +198,7 @@ class _Ended(io.RawIOBase):
     """The first bytes of a file, followed by the end of an MCAP file."""
 
     def __init__(self, path: Path, whole: int) -> None:
-        self._file = path.open("rb", buffering=0)
+        self._file = open_file(path)
         self._whole, self._place = whole, 0
 
     def readable(self) -> bool:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Protocol, Self
 
-from .._runtime.files import atomic_path
+from .._runtime.files import atomic_path, open_file
 from .._runtime.formatting import counted
 from ..errors import FormatError, InputError, cause
 
@@ -139,13 +139,8 @@ class Archive:
                 self._open()
 
     def _open(self) -> None:
-        try:
-            if not self.path.is_file():
-                raise InputError(f"{self.path}: there is no such file. Check the name.")
-            self._stream = stream = open(self.path, "rb")  # noqa: SIM115 - kept open
-            self._identity = _identity(os.fstat(stream.fileno()))
-        except (OSError, ValueError) as error:
-            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
+        self._stream = stream = open_file(self.path)
+        self._identity = _identity(os.fstat(stream.fileno()))
         self._members, self.problems = _read_directory(stream), ()
         if _FIRST not in self._members:
             self._members = _scan_members(stream)

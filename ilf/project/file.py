@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
+from .._runtime.files import parse_json
 from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError
@@ -398,7 +398,7 @@ def _check_replaceable(path: str | os.PathLike[str]) -> None:
         raise ExportError(f"{path} is write-protected. Save under another name.")
     try:
         with Archive(path) as there:
-            data = dict(json.loads(there.read(PROJECT)))
+            data = dict(parse_json(there.read(PROJECT), path))
     except UNREADABLE:
         return
     try:

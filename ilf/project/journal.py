@@ -20,7 +20,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import MAX_FILE_BYTES, remedy
+from .._runtime.files import MAX_FILE_BYTES, parse_json, remedy
 from .._runtime.installation import __version__
 from .._runtime.schema import check_schema, converted
 from .._runtime.temporary_files import private_file
@@ -204,7 +204,7 @@ class JournalHeader:
     @classmethod
     def from_json(cls, text: str) -> Self:
         """Decode the JSON of `to_json`; raises FormatError, ValueError or TypeError for anything else."""
-        values = json.loads(text)
+        values = parse_json(text, "The journal's note")
         return cls(**values | vars(converted(values, cls, "journal's note")))  # refuses unknown names
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import platformdirs
 
+from .._runtime.files import file_sha256
 from ..data.frame import InputFile
 from ..errors import InputError
 from ..sources.frame_source import FrameSource
@@ -212,9 +213,8 @@ def _is_same(path: Path, sha256: str, since: float | None) -> bool:
 def _digest(path: Path) -> str:
     """Return the SHA-256 of a file; "" if it cannot be read."""
     try:
-        with open(path, "rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError:
+        return file_sha256(path)
+    except InputError:
         return ""
 
 

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from .._runtime.files import FileContent
+from .._runtime.files import FileContent, zip_member
 from ..data.frame import read_only
 from ..errors import FormatError
 from ..io.images import encode_image, image_header, read_colour
@@ -215,11 +215,8 @@ class Npz:
         """Read a file of at most `at_most` bytes."""
         try:
             entry = self._zip.getinfo(name)
-            if entry.file_size > min(at_most, MAX_UNPACKED + _MAX_HEADER_BYTES, self._left):
-                raise ValueError(f"{name} is too large")
-            self._left -= entry.file_size
-            with self._zip.open(entry) as stream:
-                content = stream.read(entry.file_size + 1)
+            content = zip_member(self._zip, entry, min(at_most, MAX_UNPACKED + _MAX_HEADER_BYTES, self._left))
+            self._left -= len(content)
         except _NPY_ERRORS as error:
             raise self._damaged(error) from error
         return content

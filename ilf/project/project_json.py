@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from collections.abc import Mapping
@@ -11,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from .._runtime.files import parse_json
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.named_places import NotAllowed, named_in
@@ -112,7 +112,7 @@ def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str = "
         If there is neither a project nor a frame, or the project has another schema.
     """
     try:
-        data = json.loads(parts.read(PROJECT))
+        data = parse_json(parts.read(PROJECT), "Its list of frames")
         if not isinstance(data, dict) or data.get("program") != PROGRAM:
             raise FormatError("It was written by another program.")
     except UNREADABLE as error:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import platformdirs
 
+from .._runtime.files import parse_json
 from .._runtime.temporary_files import restrict_to_owner
 from ..errors import IlfError, InputError
 from .archive import Parts
@@ -195,4 +196,4 @@ def _first(stores: Collection[Parts], name: str) -> bytes:
 
 
 def _renamed(content: bytes, frame_id: str) -> bytes:
-    return json.dumps(json.loads(content) | {"id": frame_id}).encode()
+    return json.dumps(parse_json(content, "The frame's part") | {"id": frame_id}).encode()

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from .._runtime.files import parse_json
 from .._runtime.schema import Section, check_schema
 from ..data.camera import CameraIntrinsics
 from ..data.frame import InputFile, RGBDFrame
@@ -36,10 +36,7 @@ def read_frame_part(frame_id: str, parts: Parts) -> Section:
 
 def parsed_frame_part(content: bytes) -> Section:
     """Parse the bytes of the part with a frame's state; raises FormatError if it is damaged."""
-    try:
-        data = json.loads(content)
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"The frame's part is not JSON ({error}).") from error
+    data = parse_json(content, "The frame's part")
     if not isinstance(data, dict):
         raise FormatError("The frame's part is not a JSON object.")
     check_schema(data, SCHEMA, "frame's part")

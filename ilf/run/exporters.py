@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Protocol
 
 from .._runtime.files import atomic_path, ensure_folder
-from .._runtime.plugins import EXPORTERS, call, entry_of_file, entry_points, load
+from .._runtime.plugins import EXPORTERS, call, entry_of_file, entry_points, load, package_of
 from ..data.results import Completion
-from ..errors import ParameterError
+from ..errors import ExportError, ParameterError
 
 _BUILT_IN = (EntryPoint("rrd", "ilf.run.rerun_file:RerunFile", EXPORTERS),)
 
@@ -47,7 +48,7 @@ class Export:
             raise ParameterError(f"{path}: there is no export with this extension. Known: {known}.")
         self.path = Path(path)
         self._entry = entry
-        self._exporter: Exporter = call(entry, load(entry))
+        self._write: Callable[[Path, Completion], None] = call(entry, lambda: load(entry)().write)
 
     def write(self, completion: Completion) -> None:
         """Write the file.
@@ -61,4 +62,9 @@ class Export:
         """
         ensure_folder(self.path.parent)
         with atomic_path(self.path) as temporary:
-            call(self._entry, self._exporter.write, temporary, completion)
+            call(self._entry, self._write, temporary, completion)
+            if not (temporary.exists() and temporary.stat().st_size):
+                raise ExportError(
+                    f"{self.path} is not written: the plugin {self._entry.name} of the package "
+                    f"{package_of(self._entry)} has written nothing. Update the package."
+                )

@@ -239,7 +239,8 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     folders = Folders(str(root))
     if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
         return found
-    pairs, notes = _side_by_side(root, content, max_gap)
+    pairs, reasons = _side_by_side(root, content, max_gap)
+    notes = [*reasons]
     sources, what = [_of_pair(rgb, depth, given, pairs) for rgb, depth in pairs], "colour and depth files in pairs"
     if not sources:
         inside = [os.path.join(root, name) for name in sorted(content.folders, key=natural)]
@@ -254,7 +255,7 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
                 f"{counted(empty, 'folder')} left out: there is no matching colour and depth file, or more than one."
             )
     if not sources:
-        told = f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}"
+        told = " ".join((f"{root} contains no frames.", *reasons, nearest_layout(folders), SUPPORTED_FOLDER_LAYOUTS))
         raise InputError(source_plugins().with_notes(told))
     sources, left_out = _without_results(sources)
     return Listing(tuple(sources), (*notes, *left_out), _times(sources), layout=what)
@@ -439,13 +440,13 @@ def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[t
         at = os.path.join(root, rgb), os.path.join(root, depth)
         colours, depths = (_content(folder).files for folder in at)
         pairs = paired(colours, depths)
-        if not pairs.pairs:
-            pairs, match_condition = paired_by_time(colours, depths, max_gap), f"within {max_gap:g} s"
+        if not pairs.pairs and (by_time := paired_by_time(colours, depths, max_gap)).pairs:
+            pairs, match_condition = by_time, f"within {max_gap:g} s"
     else:
         at = str(root), str(root)
         pairs = paired(*split_by_kind(content.files))._replace(unmatched_colours=0)  # they may be other images
     paths = [(os.path.join(at[0], one), os.path.join(at[1], other)) for one, other in pairs.pairs]
-    return (paths, _unmatched_notes(pairs, match_condition)) if paths else ([], [])
+    return paths, _unmatched_notes(pairs if paths else Pairs([], 0, 0, pairs.ambiguous), match_condition)
 
 
 def _frame_in(folder: str, given: ReadingOptions) -> list[FrameSource]:
@@ -475,8 +476,15 @@ def _of_pair(rgb: str, depth: str, given: ReadingOptions, pairs: Sequence[tuple[
 
 def _unmatched_notes(pairs: Pairs, match_condition: str) -> list[str]:
     counts = (("colour", "depth", pairs.unmatched_colours), ("depth", "colour", pairs.unmatched_depths))
-    return [
+    notes = [
         f"{counted(count, f'{what} file')} left out: there is no {other} file {match_condition}."
         for what, other, count in counts
         if count
     ]
+    if pairs.ambiguous:
+        count, (first, *_, last) = counted(len(pairs.ambiguous), "file"), pairs.ambiguous * 2
+        notes.append(
+            f"{count} left out, from {first} to {last}: names that differ only in punctuation, case or zeros fit "
+            "several files. Rename them."
+        )
+    return notes

@@ -191,7 +191,7 @@ def _matlab_split(path: Path) -> list[int]:
 
 def _listed(path: Path) -> list[int]:
     try:
-        return [int(word) for word in path.read_text(encoding="utf-8").split()]
+        return [int(word) for word in read_file(path).data.tobytes().decode("utf-8").split()]
     except ValueError as error:
         raise FormatError(f"{path} must contain one whole number per line: frame numbers from 1.") from error
 

@@ -6,7 +6,7 @@ import os
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from .._runtime.addresses import Address, is_address
@@ -49,7 +49,7 @@ def kind_of(path: Path) -> type[Recording] | None:
     """The kind of recording at a path, by file names alone; None if there is none."""
     try:
         built_in = next((kind for kind in KINDS if kind.fits(path)), None)
-    except (OSError, ValueError):  # no file can have that name
+    except (OSError, ValueError, InputError):  # no file can have that name, or it cannot be looked at
         return None
     return built_in or source_plugins().kind_of(path)
 
@@ -96,7 +96,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     with _access:
         if found.is_file() and found.stat().st_size == 0:
             raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
-        yield _kept((os.getpid(), str(found), kind.state(found)), lambda: kind(found))
+        with source_plugins().using(kind) if kind not in KINDS else nullcontext():
+            yield _kept((os.getpid(), str(found), kind.state(found)), lambda: kind(found))
 
 
 def _kept(name: tuple[int, str, tuple[int, ...]], open_it: Callable[[], Recording]) -> Recording:

@@ -14,8 +14,8 @@ from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
 from .opening import opened
 from .times import associated
 
-_COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])")
-_DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])")
+_COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])", re.IGNORECASE)
+_DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])", re.IGNORECASE)
 _NUMBER = re.compile(r"\d+")
 
 KeyFunction = Callable[[str], str | None]
@@ -23,11 +23,13 @@ KeyFunction = Callable[[str], str | None]
 
 
 class Pairs(NamedTuple):
-    """Names of matching colour and depth files, in natural order, and the numbers of files without a match."""
+    """Names of matching colour and depth files, in natural order, the numbers of files without a match, and the names
+    of files with several."""
 
     pairs: list[tuple[str, str]]
     unmatched_colours: int
     unmatched_depths: int
+    ambiguous: tuple[str, ...] = ()
 
 
 def natural(name: str) -> str:
@@ -68,21 +70,34 @@ def depth_files(names: Iterable[str]) -> list[str]:
 def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     """Match names of colour files with names of depth files.
 
-    Two names match if they are equal except for the words that mark colour and depth, and for leading zeros of numbers
-    if that gives more pairs. If none match, the last number in the names is compared, where it is unique; these matches
-    count only if they include more than half of the files of the smaller set, since a few may occur by chance. Files of
-    other formats are left out.
+    Two names match if they are equal except for the words that mark colour and depth; of the others, if they are equal
+    except for punctuation and case, and then except for leading zeros of numbers. If none match, the last number in the
+    names is compared, where it is unique; these matches count only if they include more than half of the files of the
+    smaller set, since a few may occur by chance. Files of other formats are left out.
     """
     colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
     depth_names = depth_files(depths)
-    pairs = max(
-        (_matched(colour_names, depth_names, key_of) for key_of in (_stem_without_kind, _stem_without_zeros)), key=len
-    )
+    pairs: list[tuple[str, str]] = []
+    for key_of in (_whole_stem, _stem_without_kind, _stem_without_zeros):
+        pairs += _matched(*_left(colour_names, depth_names, pairs), key_of)
     if not pairs:
         pairs = _matched(colour_names, depth_names, _last_number)
         if 2 * len(pairs) <= min(len(colour_names), len(depth_names)):
             pairs = []
-    return Pairs(pairs, len(colour_names) - len(pairs), len(depth_names) - len(pairs))
+    colours_left, depths_left = _left(colour_names, depth_names, pairs)
+    several = {*map(_stem_without_zeros, colours_left)} & {*map(_stem_without_zeros, depths_left)}
+    ambiguous = sorted({name for name in colours_left + depths_left if _stem_without_zeros(name) in several})
+    unmatched = (sum(name not in ambiguous for name in names) for names in (colours_left, depths_left))
+    return Pairs(sorted(pairs, key=lambda pair: natural(pair[0])), *unmatched, tuple(ambiguous))
+
+
+def _left(
+    colours: Iterable[str], depths: Iterable[str], pairs: Iterable[tuple[str, str]]
+) -> tuple[list[str], list[str]]:
+    """The names that are in no pair."""
+    paired_colours, paired_depths = {colour for colour, _ in pairs}, {depth for _, depth in pairs}
+    colours_left = [name for name in colours if name not in paired_colours]
+    return colours_left, [name for name in depths if name not in paired_depths]
 
 
 def _matched(colours: Iterable[str], depths: Iterable[str], key_of: KeyFunction) -> list[tuple[str, str]]:
@@ -100,6 +115,11 @@ def _unique_by_key(names: Iterable[str], key_of: KeyFunction) -> dict[str, str]:
         if key is not None:
             found.setdefault(key, []).append(name)
     return {key: same[0] for key, same in found.items() if len(same) == 1}
+
+
+def _whole_stem(name: str) -> str:
+    """A name without its extension and the words that mark colour and depth, with its punctuation and case."""
+    return _DEPTH_WORD.sub("", _COLOUR_WORD.sub("", os.path.splitext(name)[0]))
 
 
 def _stem_without_kind(name: str) -> str | None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
-from .._runtime.plugins import SOURCES, entry_points, failure
+from .._runtime.plugins import FAILURES, SOURCES, damaged_lists, entry_points, failure
+from ..errors import IlfError, InputError
 from .layout import Layout
 from .recording import Recording
 
@@ -23,12 +26,12 @@ class SourcePlugins:
 
     def __init__(self) -> None:
         self.layouts: list[Layout] = []
-        self.notes: list[str] = []
+        self.notes: list[str] = [*damaged_lists()]
         self._kinds: dict[type[Recording], EntryPoint] = {}
         for entry in entry_points(SOURCES):
             try:
                 self._add(entry)
-            except Exception as error:
+            except FAILURES as error:
                 self.notes.append(failure(entry, error))
 
     @property
@@ -45,10 +48,23 @@ class SourcePlugins:
             except (OSError, ValueError):
                 # no file can have that name
                 continue
-            except Exception as error:
+            except FAILURES as error:
                 del self._kinds[kind]
                 self.notes.append(failure(entry, error))
         return None
+
+    @contextmanager
+    def using(self, kind: type[Recording]) -> Iterator[None]:
+        """Within the block, turn what a plugin's kind of recording raises into InputError; the message names the
+        package."""
+        try:
+            yield
+        except IlfError:
+            raise
+        except FAILURES as error:
+            if (entry := self._kinds.get(kind)) is None:
+                raise
+            raise InputError(failure(entry, error)) from error
 
     def with_notes(self, message: str) -> str:
         """A message, followed by the notes."""
@@ -59,6 +75,8 @@ class SourcePlugins:
         if isinstance(found, Layout):
             self.layouts.append(found)
         elif isinstance(found, type) and issubclass(found, Recording):
+            if missing := ", ".join(sorted(found.__abstractmethods__)):
+                raise TypeError(f"{entry.value} is abstract: it has no {missing}")
             self._kinds[found] = entry
         else:
             raise TypeError(f"{entry.value} is neither a subclass of Recording nor a Layout")

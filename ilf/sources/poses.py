@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.files import read_file
 from ..data.frame import RGBDFrame
+from ..errors import InputError
 from .times import MAX_TIME_GAP_S
 
 Matrix = NDArray[np.float64]
@@ -102,9 +104,9 @@ def _trajectory(path: Path, changed: int) -> Matrix:
 def _numbers(path: Path) -> Matrix:
     """The numbers of a text file, a row per line; empty if it contains anything else."""
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
         rows = np.array([line.split() for line in lines if line.strip() and not line.startswith("#")], float)
-    except (OSError, ValueError):
+    except (InputError, ValueError):
         rows = np.empty(0)
     return rows if rows.ndim == 2 else np.empty((0, 0))
 

@@ -79,8 +79,9 @@ class RawPairs(Recording):
         if (path / "meta.json").is_file() or not file.is_file():
             return False
         try:
-            return file.stat().st_size <= _MAX_CALIBRATION_BYTES and f'"{_MOTION}"'.encode() in file.read_bytes()
-        except OSError:  # opening it raises the precise error
+            is_small = file.stat().st_size <= _MAX_CALIBRATION_BYTES
+            return is_small and f'"{_MOTION}"'.encode() in read_file(file).data.tobytes()
+        except (OSError, InputError):  # opening it raises the precise error
             return True
 
     @classmethod

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import struct
 import zipfile
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import FileContent
+from .._runtime.files import FileContent, open_file, parse_json, zip_member
 from .._runtime.formatting import as_float
 from .._runtime.installation import optional
 from ..data.camera import CameraIntrinsics, fitted
@@ -97,9 +96,11 @@ class Record3D(Recording):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
+        self._file = open_file(path)
         try:
-            self._zip = zipfile.ZipFile(path)
+            self._zip = zipfile.ZipFile(self._file)
         except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
+            self._file.close()
             raise FormatError(
                 f"{path} is not a complete recording of Record3D ({cause(error):.80}). Export it again."
             ) from error
@@ -112,11 +113,12 @@ class Record3D(Recording):
             self._metadata = self._read_metadata()
             self._depth_size = self._size("dw", "dh")
         except BaseException:
-            self._zip.close()
+            self.close()
             raise
 
     def close(self) -> None:
         self._zip.close()
+        self._file.close()
 
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         times = [self._frame_entry("frameTimestamps", key) for key in self._keys]
@@ -201,24 +203,14 @@ class Record3D(Recording):
     def _read_metadata(self) -> dict[str, Any]:
         if _METADATA not in self._names:
             raise FormatError(f"{self.path} has no {_METADATA} of Record3D. Export it again.")
-        try:
-            metadata = json.loads(self._member(_METADATA))
-        except (ValueError, RecursionError) as error:
-            raise FormatError(
-                f"{self._member_path(_METADATA)} is not valid JSON ({cause(error):.80}). Export it again."
-            ) from error
+        metadata = parse_json(self._member(_METADATA), self._member_path(_METADATA), "Export it again.")
         if not isinstance(metadata, dict):
             raise FormatError(f"{self._member_path(_METADATA)} must contain a JSON object. Export the recording again.")
         return metadata
 
     def _member(self, name: str) -> bytes:
-        entry = self._zip.getinfo(name)
-        if entry.file_size > _MAX_MEMBER_BYTES:
-            raise FormatError(
-                f"{self._member_path(name)} has {entry.file_size / 2**20:.0f} MiB: too large for a frame."
-            )
         try:
-            return self._zip.read(entry)
+            return zip_member(self._zip, self._zip.getinfo(name), _MAX_MEMBER_BYTES)
         except (zipfile.BadZipFile, zlib.error, OSError, RuntimeError, EOFError, ValueError) as error:
             raise FormatError(
                 f"{self._member_path(name)} is damaged ({cause(error):.80}). Export the recording again."

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.files import open_file
 from .._runtime.installation import optional
 from ..errors import FormatError, IlfError, InputError, cause
 from ..io.images import image_header
@@ -221,6 +222,9 @@ class RosBag(Recording):
             raise InputError(
                 f"{path} has no {METADATA}: the recording was not closed properly. Run: ros2 bag reindex {path}"
             )
+        for file in path.iterdir() if path.is_dir() else ():
+            if not file.is_dir():
+                open_file(file).close()  # its reader would wait for a pipe
         with self._reading():
             known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
             # recordings from before ROS 2 Iron do not contain their message definitions

@@ -11,9 +11,9 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import FileContent
+from .._runtime.files import FileContent, open_file
 from ..data.camera import CameraIntrinsics
-from ..errors import FormatError, InputError, cause
+from ..errors import FormatError, InputError
 from ..io.images import check_pixel_count, read_colour
 from .poses import checked_pose
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
@@ -22,6 +22,7 @@ from .times import MAX_TIME_GAP_S
 
 _VERSION = 4
 _MAX_NAME_LENGTH = 1000
+_MAX_FRAMES = 1_000_000
 _MATRIX, _HEADER, _FRAME = struct.Struct("<16f"), struct.Struct("<2i4IfQ"), struct.Struct("<16f4Q")
 _JPEG_OR_PNG = 1, 2
 _PLAIN, _ZLIB = 0, 1
@@ -46,10 +47,7 @@ class ScanNet(Recording):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        try:
-            self._file = open(path, "rb")  # noqa: SIM115 - it stays open until `close`
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
+        self._file = open_file(path)
         try:
             self._count = self._read_header()
             self._frames = self._read_positions()
@@ -141,6 +139,8 @@ class ScanNet(Recording):
             *pose, time, _, colour_bytes, depth_bytes = _FRAME.unpack(head)
             start = at + _FRAME.size
             at = start + colour_bytes + depth_bytes
+            if len(places) == _MAX_FRAMES:
+                raise FormatError(f"{self.path} has more than {_MAX_FRAMES} frames. Is this the right file?")
             if at > end:
                 raise self._truncated(f"frame {len(places)} of {self._count}")
             places.append(_FramePosition(start, colour_bytes, depth_bytes, tuple(pose), time))

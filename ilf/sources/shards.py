@@ -7,7 +7,7 @@ import io
 import json
 import os
 import tarfile
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.addresses import RemoteFiles, is_address
-from .._runtime.files import FileContent, read_file
+from .._runtime.files import FileContent, parse_json, read_file
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
+from .._runtime.memory import memory_limit
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import check_schema, converted
 from ..data.camera import camera_from_numbers, checked_transform
@@ -127,10 +128,7 @@ def read_shard_set(folder: Folder) -> ShardSet:
     path = f"{folder}/{SHARDS_FILE}"
     if not folder.exists(SHARDS_FILE):
         raise InputError(f"{folder} contains no shards: it has no {SHARDS_FILE}. Check the name.")
-    try:
-        data = json.loads(folder.read(SHARDS_FILE))
-    except ValueError as error:
-        raise FormatError(f"{path} is not valid JSON ({error}). Choose another folder.") from error
+    data = parse_json(folder.read(SHARDS_FILE), path, "Choose another folder.")
     if not isinstance(data, dict):
         raise FormatError(f"{path} was not written by this program. Choose another folder.")
     check_schema(data, SCHEMA, f"file {path}")
@@ -142,6 +140,17 @@ def read_shard_set(folder: Folder) -> ShardSet:
 
 _TYPES = {"time_s": "double", "offset": "int64", "size": "int64"}
 """Types of the columns that are read here; the others are text."""
+
+_TEXT = "BYTE_ARRAY"
+_STORED = {_TEXT, "INT64", "DOUBLE"}
+_PACKED = {"SNAPPY", "UNCOMPRESSED"}
+"""Types and compression of the columns as written; others could become a thousand times larger when they are read."""
+
+_MAX_TABLE_BYTES = 2**28
+"""Maximum size of what is read of a table, which has a row for each frame of a shard."""
+
+_CELL_BYTES = 16
+"""Minimum size of a value in memory."""
 
 
 class ShardTable:
@@ -167,11 +176,15 @@ class ShardTable:
         pyarrow = optional("pyarrow", "shards", "Reading shards")
         parquet = optional("pyarrow.parquet", "shards", "Reading shards")
         try:
-            self._file = parquet.ParquetFile(pyarrow.BufferReader(content))
+            found = parquet.read_metadata(pyarrow.BufferReader(content))
+            self._stored = {found.schema.column(place).path: place for place in range(found.num_columns)}
+            texts = [name for name in self._stored if found.schema.column(self._stored[name]).physical_type == _TEXT]
+            # each text once, with its places
+            self._file = parquet.ParquetFile(pyarrow.BufferReader(content), metadata=found, read_dictionary=texts)
             facts = json.loads(self._file.schema_arrow.metadata[b"ilf"])
             self.sha256, self.tar_sha256 = str(facts["sha256"]), str(facts["tar_sha256"])
             self.rows, self.failed = int(self._file.metadata.num_rows), int(facts["failed"])
-        except (pyarrow.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
+        except (pyarrow.ArrowException, OSError, KeyError, TypeError, ValueError, RecursionError) as error:
             raise self._damaged(error) from error
 
     @classmethod
@@ -180,10 +193,19 @@ class ShardTable:
         return cls(folder.read(name), f"{folder}/{name}")
 
     def read(self, *columns: str) -> Any:
-        """Read some columns, or all, as a table of pyarrow; raises FormatError if it is damaged."""
+        """Read some columns, or all, as a table of pyarrow; raises FormatError if it is damaged, or implausibly
+        large."""
         pyarrow = optional("pyarrow", "shards", "Reading shards")
+        wanted, groups, size = columns or tuple(self._stored), [], 0
         try:
-            found = self._file.read(list(columns) or None, use_threads=False)
+            self._check_stored(wanted)
+            for number in range(self._file.num_row_groups):
+                group = self._file.read_row_group(number, list(wanted), use_threads=False)
+                size += sum(map(_size_in_memory, group.columns))
+                if size > _MAX_TABLE_BYTES:
+                    raise ValueError("its texts are too long")
+                groups.append(group.cast(pyarrow.schema([_plain(field) for field in group.schema])))
+            found = pyarrow.concat_tables(groups)
             wrong = [name for name in columns if str(found.schema.field(name).type) != _TYPES.get(name, "string")]
             if wrong:
                 raise ValueError(f"its column {wrong[0]} has another type")
@@ -191,10 +213,39 @@ class ShardTable:
             raise self._damaged(error) from error
         return found
 
+    def _check_stored(self, columns: Sequence[str]) -> None:
+        """Raise ValueError if columns are not as this program writes them, or are large by the table's own account."""
+        facts = self._file.metadata
+        size = facts.num_rows * len(columns) * _CELL_BYTES
+        for name in columns:
+            schema = facts.schema.column(self._stored[name])
+            if schema.physical_type not in _STORED or schema.max_repetition_level:
+                raise ValueError(f"its column {name} has another type")
+            for number in range(facts.num_row_groups):
+                column = facts.row_group(number).column(self._stored[name])
+                if column.compression not in _PACKED:
+                    raise ValueError(f"its column {name} is compressed in another way")
+                size += column.total_uncompressed_size
+        if size > _MAX_TABLE_BYTES:
+            raise ValueError("it is too large")
+
     def _damaged(self, error: Exception) -> FormatError:
         return FormatError(
             f"{self._path} is damaged ({cause(error):.80}). Delete it and run the batch again, which writes it anew."
         )
+
+
+def _plain(field: Any) -> Any:
+    """A field with its texts in their places."""
+    return field.with_type(field.type.value_type) if hasattr(field.type, "value_type") else field
+
+
+def _size_in_memory(column: Any) -> int:
+    """Size of a column [bytes] with its texts in their places."""
+    compute = optional("pyarrow.compute", "shards", "Reading shards")
+    texts = [chunk for chunk in column.chunks if hasattr(chunk, "dictionary")]
+    lengths = (compute.sum(compute.binary_length(chunk.dictionary).take(chunk.indices)).as_py() for chunk in texts)
+    return int(column.nbytes) + sum(length or 0 for length in lengths)
 
 
 _END = 2**16
@@ -219,11 +270,15 @@ def table_ends(folder: Folder, sizes: dict[str, int]) -> Iterator[tuple[str, Sha
 
 
 def members_of(data: bytes, path: str) -> dict[str, bytes]:
-    """Return the files of a frame in a tar, by the endings of their names; raises FormatError if they are damaged."""
+    """Return the files of a frame in a tar, by the endings of their names; raises FormatError if they are damaged, or
+    are not plain files: a sparse one of a few bytes can be a terabyte."""
     try:
         with tarfile.open(fileobj=io.BytesIO(data + END), mode="r:") as files:
-            return {info.name.partition(".")[2]: files.extractfile(info).read() for info in files}  # type: ignore[union-attr]
-    except (tarfile.TarError, AttributeError) as error:
+            members = list(files)
+            if wrong := [info.name for info in members if info.type != tarfile.REGTYPE or info.issparse()]:
+                raise tarfile.TarError(f"{wrong[0]} is not a plain file")
+            return {info.name.partition(".")[2]: files.extractfile(info).read() for info in members}  # type: ignore[union-attr]
+    except tarfile.TarError as error:
         raise FormatError(f"{path} is damaged ({cause(error):.80}). Check it by `ilf batch --verify`.") from error
 
 
@@ -256,6 +311,8 @@ class Shards(Recording):
             table = ShardTable.of(self._folder, f"{name}.parquet")
             found = table.read("key", "time_s", "status", "offset", "size", "sha256", "rgb", "rgb_sha256")
             tables.append(found.filter(compute.equal(found["status"], "completed")))
+            if sum(one.nbytes for one in tables) > memory_limit():
+                raise FormatError(f"{path}: its tables need more memory than is allowed. Raise ILF_MEMORY (GB).")
         self._names, self._starts = names, list(np.cumsum([0, *map(len, tables)])[:-1])
         self._table = pyarrow.concat_tables(tables) if tables else None
         self._places = {} if self._table is None else {key: i for i, key in enumerate(self._table["key"].to_pylist())}
@@ -365,10 +422,8 @@ class Shards(Recording):
         return file
 
     def _facts(self, key: str) -> dict[str, Any]:
-        try:
-            facts = json.loads(self._required(key, FACTS).data.tobytes())
-        except ValueError as error:
-            raise self._wrong(key, error) from error
+        file = self._required(key, FACTS)
+        facts = parse_json(file.data.tobytes(), file, "Check the shards by `ilf batch --verify`.")
         return facts if isinstance(facts, dict) else {}
 
     def _path_of(self, key: str, name: str) -> Path:

@@ -40,6 +40,7 @@ def site(tmp_path, monkeypatch):
 def forget() -> None:
     importlib.invalidate_caches()
     plugins.entry_points.cache_clear()
+    plugins._lists.cache_clear()
     source_plugins.cache_clear()
 
 
@@ -191,6 +192,7 @@ def test_plugins_that_fail_when_they_are_used(site, tmp_path, frame):
 from ilf.sources.recording import Recording
 NUMBER = 7
 class Odd(Recording):
+    index = frame = cameras = None
     @classmethod
     def fits(cls, path):
         raise RuntimeError("no idea")
@@ -213,6 +215,61 @@ def predict(path, rgb):
     with pytest.raises(InputError, match="broken-package failed: RuntimeError: no ink"):
         ilf.complete(frame, **QUICK).export(tmp_path / "x.odd")
     assert (tmp_path / "x.odd").read_text() == "before"
+
+
+def test_a_plugin_that_ends_the_program_or_lacks_a_method_is_named(site, tmp_path, frame, capsys):
+    install_example(site, "source")
+    entries = {
+        "ilf.sources": {"a": "broken_package:Abstract", "e": "broken_package:Ending"},
+        "ilf.exporters": {"odd": "broken_package:Ending", "none": "broken_package:Silent"},
+    }
+    source = """
+import sys
+from ilf.sources.recording import Recording
+class Abstract(Recording):
+    suffixes = (".odd",)
+class Silent:
+    def write(self, path, completion): pass
+class Ending(Abstract):
+    index = frame = cameras = write = lambda *_: sys.exit(7)
+    def __init__(self, path=None): sys.exit(7)
+"""
+    install(site, "broken-package", entries, source)
+    (tmp_path / "x.odd").write_text("x")
+    assert main(["info", str(tmp_path / "x.odd")]) == 1
+    assert "broken-package failed: SystemExit: 7" in (told := capsys.readouterr().err)
+    assert told.count("\n") == 1
+    source = ilf.open_source(tmp_path / "in")
+    assert any("Abstract is abstract: it has no cameras, frame, index" in note for note in source.notes)
+    assert ".rgbd" in recording_suffixes()
+    completion = ilf.complete(frame, **QUICK)
+    with pytest.raises(InputError, match="broken-package failed: SystemExit: 7"):
+        completion.export(tmp_path / "y.odd")
+    with pytest.raises(ExportError, match="broken-package has written nothing"):
+        completion.export(tmp_path / "y.none")
+    assert not list(tmp_path.glob("y.*"))
+
+
+@pytest.mark.parametrize("content", [b"[ilf.sources]\nno equals sign\n", b"[ilf.sources]\na = \xff\n"])
+def test_a_damaged_list_of_one_package_leaves_the_others(site, tmp_path, frame, capsys, content):
+    install_example(site, "source")
+    install(site, "broken-package", {}, "")
+    (site / "broken_package-1.0.dist-info" / "entry_points.txt").write_bytes(content)
+    forget()
+    assert ".rgbd" in recording_suffixes()
+    (told,) = ilf.open_source(tmp_path / "in").notes
+    assert "broken-package has a damaged entry_points.txt" in told
+    (tmp_path / "x.odd").write_text("x")
+    files = [str(tmp_path / "in" / name) for name in ("rgb.png", "depth.png")]
+    for command in (
+        ["batch", str(tmp_path / "x.odd"), "--out", str(tmp_path / "out")],
+        ["complete", *files, "--export", str(tmp_path / "y.odd"), "--out", str(tmp_path / "out")],
+        ["models", "remove", "unknown"],
+    ):
+        capsys.readouterr()
+        assert main(command) == 1
+        assert "broken-package has a damaged entry_points.txt" in (told := capsys.readouterr().err)
+        assert told.count("\n") == 1
 
 
 def test_two_packages_with_the_same_format_are_both_named(site, tmp_path, frame):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from functools import cache
-from importlib.metadata import entry_points
 from importlib.resources import files
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import platformdirs
 
 from ...errors import ExportError, InputError, cause
 from ..installation import asset_path
+from ..plugins import call, damaged_lists, entry_points
 
 BUNDLED = "edges"
 """The bundled contour network."""
@@ -52,7 +52,7 @@ def model_names() -> tuple[str, ...]:
 @cache
 def installed_models() -> dict[str, str]:
     """Return the networks of installed packages: name -> package."""
-    return {one.name: one.value for one in entry_points(group=_PACKAGES) if _NAME.fullmatch(one.name)}
+    return {one.name: one.value for one in entry_points(_PACKAGES) if _NAME.fullmatch(one.name)}
 
 
 def model_path(name: str) -> Path:
@@ -74,12 +74,13 @@ def model_path(name: str) -> Path:
     if name not in names:
         raise InputError(
             f"There is no edge network {name!r} on this computer, only {', '.join(names)}. "
-            "Choose one of these, or import it: ilf models import FILE --name NAME."
+            + " ".join(("Choose one of these, or import it: ilf models import FILE --name NAME.", *damaged_lists()))
         )
     own = _own_path(name)
     if own.is_file() or name not in installed_models():
         return own
-    return Path(str(files(installed_models()[name]).joinpath(f"{name}{_SUFFIX}")))
+    entry = next(one for one in entry_points(_PACKAGES) if one.name == name)
+    return Path(str(call(entry, files, entry.value).joinpath(f"{name}{_SUFFIX}")))
 
 
 def new_model_path(name: str, replace: bool = False) -> Path:

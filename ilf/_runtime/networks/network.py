@@ -7,18 +7,18 @@ import json
 import os
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from threading import Lock
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError, InputError
-from ..files import read_file
+from ..files import read_file, read_json
 from ..installation import asset_path
 from ..sandbox import run_in_sandbox
 from ..temporary_files import CREATOR_PATTERN, creator_has_ended, removed_on_exit, unique_tag
@@ -36,6 +36,9 @@ _RUNNING = ".look"
 """Suffix of the files there that exist while a network runs."""
 
 _MAX_RUN_S = 3600.0
+
+TRIAL_S = 30.0
+"""Time limit of a trial [s]."""
 
 Shapes = dict[str, tuple[int, ...]]
 """Shapes of a network's inputs, by name."""
@@ -96,9 +99,9 @@ def crashed_runs(sha256: str, kind: str) -> list[tuple[Path, Shapes]]:
     found = []
     for path in sorted((models_folder() / _TESTED).glob(f"*{_RUNNING}")):
         match = named.fullmatch(path.name)
-        with suppress(OSError, ValueError):  # removed meanwhile, or truncated: the network had not started
+        with suppress(OSError, ValueError, InputError):  # removed meanwhile, or truncated: the network had not started
             if match is not None and (creator_has_ended(match) or time.time() - path.stat().st_mtime > _MAX_RUN_S):
-                found.append((path, json.loads(path.read_text(encoding="ascii"))))
+                found.append((path, read_json(path)))
     return found
 
 
@@ -196,11 +199,11 @@ class OnnxNetwork:
         cls._check_content(content, path)
         sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
         if not is_tested(sha256, kind):
-            run_in_sandbox(cls._load_once, content, path, file=path.name)
+            cls._in_sandbox(cls._load_once, content, path)
             mark_tested(sha256, kind)
         for mark, shapes in crashed_runs(sha256, kind):
             try:
-                run_in_sandbox(cls._run_again, content, path, shapes, file=path.name)
+                cls._in_sandbox(cls._run_again, content, path, shapes)
             except FormatError as error:
                 height, width = next(iter(shapes.values()))[-2:]
                 raise FormatError(
@@ -209,6 +212,11 @@ class OnnxNetwork:
                 ) from error
             mark.unlink(missing_ok=True)
         return cls(content, path)
+
+    @staticmethod
+    def _in_sandbox(trial: Callable[..., None], content: NDArray[np.uint8], path: Path, *more: Any) -> None:
+        """Run a trial in a process that it may crash, for `TRIAL_S` at most."""
+        run_in_sandbox(trial, content, path, *more, file=path.name, seconds=TRIAL_S, doing="running it")
 
     @classmethod
     def _unreadable(cls, path: Path) -> FormatError:

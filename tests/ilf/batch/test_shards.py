@@ -265,6 +265,36 @@ def test_other_settings_and_frames_are_noticed(source, tmp_path, in_this_process
     assert tars(out) == before
 
 
+PROCESS = """
+import sys, time
+import ilf.batch.shard_task as task, ilf.batch.shards as shards
+from ilf.cli import main
+real = task._completed
+def noted(*how):
+    with open(sys.argv[1], "a") as log:
+        log.write(how[1].key + "\\n")
+    time.sleep(0.1)
+    return real(*how)
+task._completed = noted
+shards.run_in_processes = lambda work, items, jobs=1: ((item, work(item)) for item in items)
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+def test_two_batches_share_the_work(tmp_path, in_this_process):
+    source, out, log = write_frames(tmp_path / "in", 18), tmp_path / "out", tmp_path / "log"
+    assert main(command(source, tmp_path / "alone", "--per-shard", "3")) == 0
+    words = [sys.executable, "-c", PROCESS, str(log), *command(source, out, "--per-shard", "3")]
+    processes = [subprocess.Popen(words) for _ in range(2)]
+    assert [process.wait() for process in processes] == [0, 0]
+    done = log.read_text().split()
+    assert len(set(done)) == 18
+    assert len(done) <= 18 + 4, "one at most where they meet, in each of the last shards"
+    assert tars(out) == tars(tmp_path / "alone")
+    assert main(["batch", "--shards", str(out), "--verify"]) == 0
+    assert not (out / "parts").exists()
+
+
 def test_damage_is_found(source, tmp_path, in_this_process, capsys):
     out = tmp_path / "out"
     assert main(command(source, out)) == 0
@@ -301,6 +331,14 @@ def test_damage_is_found(source, tmp_path, in_this_process, capsys):
         parquet.write_table(table.set_column(at, table.schema.field(at), places), path)
         with pytest.raises(InputError, match=f"{path.stem}.tar"):
             ilf.open_source(out)[0]
+    for name in ("offset", "size", "sha256"):
+        column = table.schema.get_field_index(name)
+        values = table[name].to_pylist()
+        changed = pyarrow.array([values[1], values[0], *values[2:]], table.schema.field(name).type)
+        parquet.write_table(table.set_column(column, table.schema.field(name), changed), path)
+        if changed != table[name].combine_chunks():
+            assert main(verify) == 1
+            assert "is not where its table says" in capsys.readouterr().err
     path.write_bytes(content)
     shards = json.loads((out / "shards.json").read_text())
     for wrong in ([], {**shards, "frames": "5"}, {**shards, "schema": 2}, {**shards, "per_shard": 0}):

@@ -112,7 +112,7 @@ def test_weights_in_other_files_are_refused_wherever_they_are_named(external: by
 
 def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried = []
-    monkeypatch.setattr(onnx_network, "run_in_sandbox", lambda function, *arguments, file: tried.append(file))
+    monkeypatch.setattr(onnx_network, "run_in_sandbox", lambda function, *arguments, file, **_: tried.append(file))
     for line in asset_path("models/SHA256SUMS").read_text().splitlines():
         sha256, name = line.split()
         assert hashlib.sha256(asset_path(f"models/{name}").read_bytes()).hexdigest() == sha256, f"SHA256SUMS: {name}"

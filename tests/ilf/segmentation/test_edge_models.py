@@ -50,7 +50,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def networks_are_tried_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a process for each; test_trial.py has them."""
 
-    def at_once(function: Callable[..., object], *arguments: object, file: str) -> object:
+    def at_once(function: Callable[..., object], *arguments: object, **_: object) -> object:
         return function(*arguments)
 
     monkeypatch.setattr("ilf._runtime.networks.network.run_in_sandbox", at_once)

@@ -74,6 +74,25 @@ def test_numbers_are_matched_with_and_without_zeros_before_them(tmp_path):
     assert _named(tmp_path) == [(f"rgb/{n}.png", f"depth/{n:03d}.png") for n in (1, 20, 300)]
 
 
+def test_names_that_differ_in_punctuation_or_case_only_are_pairs(tmp_path):
+    names = ["a_b", "a;b", "a b", "A_b", "01", "1"]
+    _touch(tmp_path, *(f"{folder}/{name}.png" for name in names for folder in ("rgb", "depth")))
+    listing = list_frames(tmp_path)
+    assert {Path(source.rgb).name for source in listing.sources} == {f"{name}.png" for name in names}
+    assert all(Path(source.rgb).name == Path(source.depth).name for source in listing.sources)
+    assert not listing.notes
+
+
+def test_names_that_fit_several_files_are_named(tmp_path):
+    _touch(tmp_path, "rgb/a_b.png", "rgb/a;b.png", "depth/a-b.png")
+    with pytest.raises(InputError, match=r"3 files left out, from a-b\.png to a_b\.png: .*punctuation"):
+        list_frames(tmp_path)
+    _touch(tmp_path, "rgb/1.png", "rgb/2.png", "depth/1.png")
+    told = " ".join(list_frames(tmp_path).notes)
+    assert "1 colour file left out: there is no depth file of that name." in told
+    assert "3 files left out, from a-b.png to a_b.png" in told
+
+
 def test_numbers_that_agree_by_chance_are_no_pairs(tmp_path):
     _touch(tmp_path, *(f"rgb/1305.{n}.png" for n in (175304, 211214)), *(f"depth/1306.{n}.png" for n in (175304, 9)))
     with pytest.raises(InputError, match="contains no frames"):

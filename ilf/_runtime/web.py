@@ -1,0 +1,120 @@
+"""The driver of http:// and https://: fsspec's, with limits of time and size, and with true reasons of failures."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import time
+from typing import Any
+
+import aiohttp
+from fsspec.asyn import sync, sync_wrapper
+from fsspec.implementations.http import HTTPFileSystem, HTTPStreamFile
+
+from .addresses import Unreachable
+
+CONNECT_S, SILENCE_S = 10.0, 30.0
+"""Time limits of a connection, and of waiting for more bytes [s]."""
+
+MIN_BYTES_PER_S = 100
+"""Minimum average rate of what comes, from `SILENCE_S` on."""
+
+_MAX_PAGE_BYTES = 2**26
+"""Maximum size of a page of links."""
+
+_RANGE = re.compile(r"bytes=(\d+)-(\d+)")
+
+
+class _Pace:
+    """Raises TimeoutError when less has come than `MIN_BYTES_PER_S`, from `SILENCE_S` of waiting on."""
+
+    def __init__(self) -> None:
+        self._waited, self._bytes = 0.0, 0
+
+    def check(self, waited: float, count: int) -> None:
+        """Take into account that `count` bytes have come after `waited` seconds."""
+        self._waited, self._bytes = self._waited + waited, self._bytes + count
+        if self._waited > SILENCE_S and self._bytes < MIN_BYTES_PER_S * self._waited:
+            raise TimeoutError(f"only {self._bytes} bytes in {self._waited:.3g} s")
+
+
+class _Response(aiohttp.ClientResponse):
+    """An answer whose head comes within `SILENCE_S`, and of whose body no more is read than was asked for."""
+
+    async def start(self, connection: Any) -> aiohttp.ClientResponse:
+        async with asyncio.timeout(SILENCE_S):
+            return await super().start(connection)
+
+    async def read(self) -> bytes:
+        if self._body is None:
+            asked = _RANGE.fullmatch(self.request_info.headers.get("Range", ""))
+            first, last = (0, _MAX_PAGE_BYTES) if asked is None else map(int, asked.groups())
+            skipped = 0 if self.status == 206 else first  # some servers send whole files
+            self._body = await self._read_piece(skipped, last + 1 - first)
+            if asked is None and len(self._body) > _MAX_PAGE_BYTES:
+                raise OSError(f"it is a page of more than {_MAX_PAGE_BYTES / 2**20:g} MiB")
+        return self._body
+
+    async def _read_piece(self, start: int, size: int) -> bytes:
+        parts, left, pace = [], size, _Pace()
+        while left > 0:
+            started = time.perf_counter()
+            if not (part := await self.content.readany()):
+                break
+            pace.check(time.perf_counter() - started, len(part))
+            part, start = part[start : start + left], max(start - len(part), 0)
+            parts.append(part)
+            left -= len(part)
+        if not self.content.at_eof():
+            self.close()
+        return b"".join(parts)
+
+
+class _Stream(HTTPStreamFile):
+    """A file that is read in sequence, by one request."""
+
+    def __init__(self, *how: Any, **more: Any) -> None:
+        super().__init__(*how, **more)
+        self._pace = _Pace()
+
+    async def _read(self, num: int = -1) -> bytes:
+        started = time.perf_counter()
+        data: bytes = await super()._read(num)
+        self._pace.check(time.perf_counter() - started, len(data))
+        return data
+
+    read = sync_wrapper(_read)
+
+
+class WebFiles(HTTPFileSystem):
+    """The driver."""
+
+    def __init__(self) -> None:
+        timeout = aiohttp.ClientTimeout(total=None, sock_connect=CONNECT_S, sock_read=SILENCE_S)
+        session = {"timeout": timeout, "response_class": _Response, "headers": {"Accept-Encoding": "identity"}}
+        super().__init__(use_listings_cache=False, client_kwargs=session)
+
+    async def _ls_real(self, url: str, detail: bool = True, **kwargs: Any) -> Any:
+        try:
+            return await super()._ls_real(url, detail, **kwargs)
+        except FileNotFoundError:
+            raise
+        except OSError as error:
+            raise Unreachable(url) from error
+
+    async def _info(self, url: str, **_: Any) -> dict[str, Any]:
+        """The size, None if it is not stated, and what changes with the content; fsspec's takes any failure for a
+        missing file."""
+        session = await self.set_session()
+        for method in ("HEAD", "GET"):
+            async with session.request(method, self.encode_url(url), allow_redirects=True) as answer:
+                size = None if "Content-Encoding" in answer.headers else answer.headers.get("Content-Length")
+                if method == "HEAD" and (size is None or answer.status >= 400):
+                    continue  # some servers do not answer it as they answer GET
+                self._raise_not_found_for_status(answer, url)
+                states = {name: answer.headers.get(name) for name in ("ETag", "Last-Modified")}
+                return {"name": url, "type": "file", "size": None if size is None else int(size), **states}
+        raise AssertionError
+
+    def _open(self, path: str, *_: Any, **__: Any) -> _Stream:
+        return _Stream(self, path, loop=self.loop, session=sync(self.loop, self.set_session))
