@@ -92,8 +92,9 @@ class Section(NamedTuple):
             found |= fact.entries
         if self.kind == "run":
             found["blocks"] = [outcome_record(outcome) for outcome in self.outcomes]
-        problems = [fact.text for fact in self.facts if fact.name == "problem"]
-        return {**found, "plausibility_warnings": self.plausibility_warnings, "problems": problems}
+        told = {name: [fact.text for fact in self.facts if fact.name == name] for name in ("note", "problem")}
+        warnings = self.plausibility_warnings
+        return {**found, "plausibility_warnings": warnings, "notes": told["note"], "problems": told["problem"]}
 
 
 # Facts of a run record.
@@ -198,12 +199,14 @@ def source_facts(source: Source) -> list[Fact]:
 
 
 def plausibility_facts(source: Source) -> list[Fact]:
-    """List plausibility warnings and errors on reading the first, the middle and the last frame."""
+    """List plausibility warnings, notes and errors on reading the first, the middle and the last frame."""
     known: set[str] = set()
     facts = []
     for key in dict.fromkeys(source.keys[at] for at in (0, len(source) // 2, -1)):
         try:
-            found = [("warning", text) for text in source.frame_source(key).load().plausibility_warnings]
+            frame = source.frame_source(key).load()
+            found = [("warning", text) for text in frame.plausibility_warnings]
+            found += [("note", text) for text in frame.notes if text not in frame.plausibility_warnings]
         except IlfError as error:
             found = [("problem", str(error))]
         facts += [Fact(name, f"{key}: {text}") for name, text in found if unique_warnings([text], known)]
@@ -229,8 +232,8 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.epilog = (
         "The JSON document contains an object for the shards, the source, the frame and the run, if present. All have "
-        "doubts (plausibility warnings) and problems (lists of sentences). shards: path, shards, finished, per_shard, "
-        "frames, completed, failed, keep, settings (hash). source: path, frames, layout, keys, start_s, "
+        "doubts (plausibility warnings), notes and problems (lists of sentences). shards: path, shards, finished, "
+        "per_shard, frames, completed, failed, keep, settings (hash). source: path, frames, layout, keys, start_s, "
         "end_s, colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, "
         "depth_width, depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, "
         "intrinsics, ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, "
@@ -388,6 +391,7 @@ def _source_frame(source: FrameSource, arguments: argparse.Namespace) -> Section
         *_depth_facts(source.rgb, depth, frame.intrinsics),
         Fact("registered", _registered_text(frame), shares),
         *sure,
+        *(Fact("note", text) for text in frame.notes if text not in depth.notes),
     ]
     return Section("frame", facts)
 

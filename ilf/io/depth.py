@@ -80,13 +80,16 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
         If it is damaged or contains something other than depth, such as a rendered depth image.
     """
     content = read_file(path)
-    values = without_channel(DEPTH_READERS.get(content.path.suffix.lower(), read_image)(content))
+    return checked_depth_values(
+        without_channel(DEPTH_READERS.get(content.path.suffix.lower(), read_image)(content)), path
+    )
+
+
+def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:
+    """Return an image unchanged if it can be depth, as described in `read_depth_values`; otherwise raise FormatError
+    with the name of its file or recording."""
     if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
-        channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
-        raise FormatError(
-            f"{path}: this is an 8-bit image{channels}, not depth: export the raw 16-bit or float depth with one "
-            "channel. If it is the colour image, the two files were swapped."
-        )
+        raise eight_bit_error(path, values.shape[2] if values.ndim == 3 else 1)
     if values.ndim != 2 or values.size == 0:
         raise FormatError(
             f"{path}: depth must have one value per pixel, shape (H, W), but this has shape {values.shape}. "
@@ -95,6 +98,15 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
     if values.dtype.kind not in "iuf":
         raise FormatError(f"{path}: depth must be real numbers, not {values.dtype}. Save it as float32 metres.")
     return values
+
+
+def eight_bit_error(path: object, channels: int = 1) -> FormatError:
+    """The error to raise for an image of 8 bits in place of depth."""
+    what = "an 8-bit image" if channels == 1 else f"an 8-bit image, {channels} channels"
+    return FormatError(
+        f"{path}: this is {what}, not depth: export the raw 16-bit or float depth with one channel. If it is the "
+        "colour image, the two were swapped."
+    )
 
 
 def default_depth_units(values: NDArray[Any]) -> float:

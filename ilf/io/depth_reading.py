@@ -17,7 +17,7 @@ from .._runtime.files import FileContent
 from .._runtime.formatting import counted
 from ..data.frame import MEDIAN_DEPTH_RANGE, scale_warning
 from ..errors import FormatError
-from .depth import UINT16_MAX, read_depth_values
+from .depth import UINT16_MAX, checked_depth_values, read_depth_values
 from .encodings import ENCODINGS, DepthEncoding, EncodingSpec, beyond_sensor_range, chosen_encoding, is_name
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
 
@@ -464,7 +464,12 @@ def interpret_depth(
     invalid: float | None = None,
 ) -> DepthReading:
     """Interpret the values (H, W) of a depth image from `path`, as `read_depth` does."""
-    encoding = chosen_encoding(values, path, given, stated, invalid)
+    encoding = chosen_encoding(checked_depth_values(values, path), path, given, stated, invalid)
+    if given is None and encoding.units == 1 and _are_8_bits_as_float(values):
+        raise FormatError(
+            f"{path}: its values are whole numbers from 0 to 255, as of an 8-bit image that was stored as float, not "
+            "depth in metres: export the raw depth, or give the encoding or units of these values."
+        )
     try:
         metres, left_out = decoded(values, encoding)
     except FormatError as error:
@@ -473,6 +478,14 @@ def interpret_depth(
     of_scene = spec is None and path.suffix.lower() == COLMAP_SUFFIX
     doubt = _SCENE if of_scene else None
     return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, path, doubt)
+
+
+def _are_8_bits_as_float(values: NDArray[Any]) -> bool:
+    """Whether floats are whole numbers up to 255, and too many different ones for a scene in metres."""
+    known = values[np.isfinite(values)] if values.dtype.kind == "f" else values[:0]
+    if not known.size or (known[:: known.size // 1000 + 1] % 1).any() or (known % 1).any():
+        return False
+    return bool(known.min() >= 0 and known.max() <= 255 and np.unique(known).size >= _FEWEST_VALUES)
 
 
 def decoded(values: NDArray[Any], encoding: DepthEncoding) -> tuple[NDArray[np.float32], str]:

@@ -21,7 +21,7 @@ from ..io.images import image_header, read_colour
 from .poses import checked_pose
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
 from .registration import Camera
-from .times import MAX_TIME_GAP_S, associated
+from .times import MAX_TIME_GAP_S, associated, gap_text
 
 _DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.traj"
 _COLOURS = "lowres_wide", "vga_wide", "wide"
@@ -58,10 +58,7 @@ class ARKitScenes(Recording):
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         pairs = associated(self._colours, self._depths, max_gap)
         if not pairs:
-            raise InputError(
-                f"{self.path}: no colour image lies within {max_gap:g} s of a depth image. Check that both are of one "
-                "sequence."
-            )
+            raise InputError(f"{self.path}: {gap_text(self._colours, self._depths, max_gap)}")
         keys = tuple(Path(depth).stem for _, depth in pairs)
         unmatched = len(self._depths) - len(pairs)
         notes = (f"{counted(unmatched, 'depth image')} left out: no colour within {max_gap:g} s.",) if unmatched else ()

@@ -18,6 +18,7 @@ from .._runtime.installation import optional
 from .._runtime.schema import Section
 from ..data.camera import CameraIntrinsics
 from ..errors import FormatError, InputError, cause
+from ..io.depth import eight_bit_error
 from ..io.images import check_pixel_count, read_colour
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, StampedPairs, Topics, sha256_of
 from .registration import Camera
@@ -128,6 +129,8 @@ class AzureKinect(Recording):
             self._container = self._av.open(str(path))
         try:
             self._colour, self._depth = self._needed_track(_COLOUR_TRACK), self._needed_track(_DEPTH_TRACK)
+            if _has_8_bits(self._depth.codec_context):
+                raise eight_bit_error(path)
         except FormatError:
             self.close()
             raise
@@ -139,6 +142,9 @@ class AzureKinect(Recording):
 
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         return self._pairs().index(max_gap, self.path)
+
+    def lack(self, key: str) -> str:
+        return self._pairs().lack(key)
 
     def frame(self, key: str) -> RecordedFrame:
         colour_stamp, depth_stamp = self._stamps(key)
@@ -260,6 +266,12 @@ class AzureKinect(Recording):
             raise FormatError(
                 f"{self.path}: this recording is truncated, damaged or not supported ({error!s:.120})."
             ) from error
+
+
+def _has_8_bits(codec: Any) -> bool:
+    """Whether a track has pixels of 8 bits; raw ones of 16 bits may be of any format of that size."""
+    is_raw, pixels = codec.name == "rawvideo", codec.format
+    return pixels is not None and (pixels.name == "gray" if is_raw else pixels.components[0].bits <= 8)
 
 
 def _stamp(packet: Any) -> int:

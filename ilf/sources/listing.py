@@ -24,12 +24,20 @@ from .layout import Layout
 from .layout_frames import LayoutFrames
 from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
 from .opening import forget, is_recording, opened, recording_suffixes
-from .pairing import Pairs, natural, paired, paired_by_time, split_by_kind, time_of
+from .pairing import Pairs, natural, paired, paired_by_time, shared_text, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
 from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
 from .remote import address_of, names_at, restored
-from .times import ASSOCIATION_FILES, MAX_TIME_GAP_S, TUM_UNITS, associated, read_associations, read_time_list
+from .times import (
+    ASSOCIATION_FILES,
+    MAX_TIME_GAP_S,
+    TUM_UNITS,
+    associated,
+    gap_text,
+    read_associations,
+    read_time_list,
+)
 
 # Data sets whose files state how each frame is read: BOP, SUN RGB-D.
 
@@ -239,8 +247,7 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     folders = Folders(str(root))
     if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
         return found
-    pairs, reasons = _side_by_side(root, content, max_gap)
-    notes = [*reasons]
+    pairs, notes, why_none = _side_by_side(root, content, max_gap)
     sources, what = [_of_pair(rgb, depth, given, pairs) for rgb, depth in pairs], "colour and depth files in pairs"
     if not sources:
         inside = [os.path.join(root, name) for name in sorted(content.folders, key=natural)]
@@ -255,7 +262,9 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
                 f"{counted(empty, 'folder')} left out: there is no matching colour and depth file, or more than one."
             )
     if not sources:
-        told = " ".join((f"{root} contains no frames.", *reasons, nearest_layout(folders), SUPPORTED_FOLDER_LAYOUTS))
+        told = f"{root} contains no frames: {why_none}"
+        if not why_none:
+            told = f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}"
         raise InputError(source_plugins().with_notes(told))
     sources, left_out = _without_results(sources)
     return Listing(tuple(sources), (*notes, *left_out), _times(sources), layout=what)
@@ -400,10 +409,7 @@ def _by_time(root: Path, content: _Content, given: ReadingOptions, max_gap: floa
         colours, depths = read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt")
         pairs = associated(colours, depths, max_gap)
         if not pairs:
-            raise FormatError(
-                f"{root}: no file in rgb.txt lies within {max_gap:g} s of one in depth.txt. Check that both are of one "
-                "recording."
-            )
+            raise FormatError(f"{root}, rgb.txt and depth.txt: {gap_text(colours, depths, max_gap)}")
         unmatched = Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs))
         notes += _unmatched_notes(unmatched, f"within {max_gap:g} s")
         times = {name: time for time, name in colours}
@@ -432,21 +438,25 @@ def _by_time(root: Path, content: _Content, given: ReadingOptions, max_gap: floa
     )
 
 
-def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str]]:
-    """Pairs of paths in two folders or in one, and notes."""
+def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str], str]:
+    """Pairs of paths in two folders or in one, and notes; or why there are none, as the rest of a sentence."""
     rgb, depth = content.folder(_COLOUR_FOLDERS), content.folder(_DEPTH_FOLDERS)
-    match_condition = "of that name"
     if rgb is not None and depth is not None:
         at = os.path.join(root, rgb), os.path.join(root, depth)
-        colours, depths = (_content(folder).files for folder in at)
-        pairs = paired(colours, depths)
-        if not pairs.pairs and (by_time := paired_by_time(colours, depths, max_gap)).pairs:
-            pairs, match_condition = by_time, f"within {max_gap:g} s"
+        colours, depths = ([*_content(folder).files] for folder in at)
     else:
         at = str(root), str(root)
-        pairs = paired(*split_by_kind(content.files))._replace(unmatched_colours=0)  # they may be other images
+        colours, depths = split_by_kind(content.files)
+    pairs, match_condition = paired(colours, depths), "of that name"
+    if not (pairs.pairs or pairs.shared):
+        pairs, match_condition = paired_by_time(colours, depths, max_gap), f"within {max_gap:g} s"
+    if not pairs.pairs:
+        is_meant = (colours and depths) or (at[0] != at[1] and (colours or depths))
+        return [], [], why_unpaired(colours, depths, max_gap) if is_meant else ""
+    if at[0] == at[1]:
+        pairs = pairs._replace(unmatched_colours=0)  # they may be other images
     paths = [(os.path.join(at[0], one), os.path.join(at[1], other)) for one, other in pairs.pairs]
-    return paths, _unmatched_notes(pairs if paths else Pairs([], 0, 0, pairs.ambiguous), match_condition)
+    return paths, _unmatched_notes(pairs, match_condition), ""
 
 
 def _frame_in(folder: str, given: ReadingOptions) -> list[FrameSource]:
@@ -476,15 +486,11 @@ def _of_pair(rgb: str, depth: str, given: ReadingOptions, pairs: Sequence[tuple[
 
 def _unmatched_notes(pairs: Pairs, match_condition: str) -> list[str]:
     counts = (("colour", "depth", pairs.unmatched_colours), ("depth", "colour", pairs.unmatched_depths))
-    notes = [
-        f"{counted(count, f'{what} file')} left out: there is no {other} file {match_condition}."
-        for what, other, count in counts
-        if count
+    return [
+        *(
+            f"{counted(count, f'{what} file')} left out: there is no {other} file {match_condition}."
+            for what, other, count in counts
+            if count
+        ),
+        *([f"Left out: {shared_text(pairs.shared)}."] if pairs.shared else []),
     ]
-    if pairs.ambiguous:
-        count, (first, *_, last) = counted(len(pairs.ambiguous), "file"), pairs.ambiguous * 2
-        notes.append(
-            f"{count} left out, from {first} to {last}: names that differ only in punctuation, case or zeros fit "
-            "several files. Rename them."
-        )
-    return notes

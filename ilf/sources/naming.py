@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
+
+from ..errors import InputError
 
 _PLAIN_NAMES = frozenset({"rgb", "color", "colour", "image"})
 """File names that do not identify the frame."""
@@ -28,3 +31,12 @@ def recorded_frame_name(path: Path, key: str) -> str:
     ('desk 12.033000000', 'shards f0 rgb')
     """
     return " ".join([path.stem, *filter(None, key.split("/"))])
+
+
+def by_stem(files: Iterable[Path]) -> dict[str, Path]:
+    """Files by their names without extension, sorted; raises InputError if two have the same."""
+    found: dict[str, Path] = {}
+    for file in sorted(files):
+        if (other := found.setdefault(file.stem, file)) is not file:
+            raise InputError(f"{other} and {file.name} have the same name: leave one of them out.")
+    return found

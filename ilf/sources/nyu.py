@@ -22,7 +22,7 @@ from ..io.hdf5 import dataset, open_hdf5, rows
 from ..io.images import check_pixel_count, read_colour
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
 from .registration import Camera
-from .times import MAX_TIME_GAP_S, associated
+from .times import MAX_TIME_GAP_S, associated, gap_text
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
 #
@@ -295,10 +295,7 @@ class NyuRawFolder(Recording):
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         pairs = self._paired(max_gap)
         if not pairs:
-            raise InputError(
-                f"{self.path}: none of {counted(len(self._colours), 'colour file')} (r-TIME-NUMBER.ppm) lies within "
-                f"{max_gap:g} s of a depth file. Allow a larger gap (--max-gap)."
-            )
+            raise InputError(f"{self.path}: {gap_text(self._colours, self._depths, max_gap)}")
         notes = [
             f"{counted(unmatched, f'{what} file')} left out: there is no {other} file within {max_gap:g} s."
             for what, other, files in (("colour", "depth", self._colours), ("depth", "colour", self._depths))

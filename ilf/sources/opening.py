@@ -15,6 +15,7 @@ from ..errors import FormatError, InputError
 from .arkit_scenes import ARKitScenes
 from .azure_kinect import AzureKinect
 from .nyu import NyuLabelledFrames, NyuRawFolder
+from .packed import unpacking_command
 from .plugins import source_plugins
 from .raw_pairs import RawPairs
 from .record3d import Record3D
@@ -55,14 +56,20 @@ def kind_of(path: Path) -> type[Recording] | None:
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Whether there is a recording at a path, or at an address that is a file or has shards, by file names alone."""
+    """Whether there is a recording at a path, or at an address that is a file or has shards, by file names alone. A
+    compressed recording counts, although `opened` refuses it."""
     if is_address(path):
         return _is_recording_file(Address(path)) or is_shards(path)
-    return kind_of(Path(path)) is not None
+    return kind_of(Path(path)) is not None or (_is_compressed(path) and os.path.isfile(path))
 
 
 def _is_recording_file(address: Address) -> bool:
-    return address.suffix.lower() in recording_suffixes()
+    return address.suffix.lower() in recording_suffixes() or _is_compressed(address)
+
+
+def _is_compressed(path: str | os.PathLike[str]) -> bool:
+    """Whether the name of a file is that of a recording that was compressed as a whole."""
+    return bool(unpacking_command(os.fspath(path))) and Path(Path(path).stem).suffix.lower() in recording_suffixes()
 
 
 def recording_suffixes() -> tuple[str, ...]:
@@ -81,6 +88,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     FormatError
         If it is damaged.
     """
+    if _is_compressed(path):
+        raise InputError(f"{path} is a compressed recording. Unpack it first: {unpacking_command(os.fspath(path))}")
     if is_address(path):
         with _opened_at(Address(path)) as recording:
             yield recording

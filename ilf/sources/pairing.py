@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from .._runtime.named_places import named_in
 from ..data.frame import FrameInputs
 from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
 from .opening import opened
-from .times import associated
+from .times import associated, gap_text
 
 _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])", re.IGNORECASE)
 _DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])", re.IGNORECASE)
@@ -23,13 +23,13 @@ KeyFunction = Callable[[str], str | None]
 
 
 class Pairs(NamedTuple):
-    """Names of matching colour and depth files, in natural order, the numbers of files without a match, and the names
-    of files with several."""
+    """Names of matching colour and depth files, in natural order; the numbers of files without a match; and files of
+    one kind that share the name by which they would match, in groups."""
 
     pairs: list[tuple[str, str]]
     unmatched_colours: int
     unmatched_depths: int
-    ambiguous: tuple[str, ...] = ()
+    shared: tuple[tuple[str, ...], ...] = ()
 
 
 def natural(name: str) -> str:
@@ -71,24 +71,25 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     """Match names of colour files with names of depth files.
 
     Two names match if they are equal except for the words that mark colour and depth; of the others, if they are equal
-    except for punctuation and case, and then except for leading zeros of numbers. If none match, the last number in the
-    names is compared, where it is unique; these matches count only if they include more than half of the files of the
-    smaller set, since a few may occur by chance. Files of other formats are left out.
+    except for punctuation and case, and then except for leading zeros of numbers. If none match, and they are not
+    times, the last number in the names is compared, where it is unique; these matches count only if they include more
+    than half of the files of the smaller set, since a few may occur by chance. Files of other formats are left out.
     """
-    colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
-    depth_names = depth_files(depths)
+    colour_names, depth_names = _colour_files(colours), depth_files(depths)
     pairs: list[tuple[str, str]] = []
     for key_of in (_whole_stem, _stem_without_kind, _stem_without_zeros):
-        pairs += _matched(*_left(colour_names, depth_names, pairs), key_of)
-    if not pairs:
-        pairs = _matched(colour_names, depth_names, _last_number)
+        more, clashes = _matched(*_left(colour_names, depth_names, pairs), key_of)
+        pairs += more
+    are_times = 2 * sum(time_of(name) is not None for name in depth_names) > len(depth_names)
+    if not (pairs or clashes or are_times):
+        pairs, _ = _matched(colour_names, depth_names, _last_number)
         if 2 * len(pairs) <= min(len(colour_names), len(depth_names)):
             pairs = []
-    colours_left, depths_left = _left(colour_names, depth_names, pairs)
-    several = {*map(_stem_without_zeros, colours_left)} & {*map(_stem_without_zeros, depths_left)}
-    ambiguous = sorted({name for name in colours_left + depths_left if _stem_without_zeros(name) in several})
-    unmatched = (sum(name not in ambiguous for name in names) for names in (colours_left, depths_left))
-    return Pairs(sorted(pairs, key=lambda pair: natural(pair[0])), *unmatched, tuple(ambiguous))
+    clashing = {name for clash in clashes for names in clash for name in names}
+    left = _left(colour_names, depth_names, pairs)
+    unmatched = [sum(name not in clashing for name in names) for names in left]
+    shared = sorted(tuple(sorted(names)) for clash in clashes for names in clash if len(names) > 1)
+    return Pairs(sorted(pairs, key=lambda pair: natural(pair[0])), unmatched[0], unmatched[1], tuple(shared))
 
 
 def _left(
@@ -100,21 +101,24 @@ def _left(
     return colours_left, [name for name in depths if name not in paired_depths]
 
 
-def _matched(colours: Iterable[str], depths: Iterable[str], key_of: KeyFunction) -> list[tuple[str, str]]:
-    """Pairs of names with the same key, in natural order."""
-    by_colour, by_depth = _unique_by_key(colours, key_of), _unique_by_key(depths, key_of)
-    shared = by_colour.keys() & by_depth.keys()
-    return sorted(((by_colour[key], by_depth[key]) for key in shared), key=lambda pair: natural(pair[0]))
+def _matched(
+    colours: Iterable[str], depths: Iterable[str], key_of: KeyFunction
+) -> tuple[list[tuple[str, str]], list[tuple[list[str], list[str]]]]:
+    """Pairs of names with the same key, in natural order; and colour and depth of the keys that several files have."""
+    by_colour, by_depth = _by_key(colours, key_of), _by_key(depths, key_of)
+    both = [(by_colour[key], by_depth[key]) for key in by_colour.keys() & by_depth.keys()]
+    pairs = [(one[0], other[0]) for one, other in both if len(one) == len(other) == 1]
+    clashes = [(one, other) for one, other in both if len(one) + len(other) > 2]
+    return sorted(pairs, key=lambda pair: natural(pair[0])), clashes
 
 
-def _unique_by_key(names: Iterable[str], key_of: KeyFunction) -> dict[str, str]:
-    """Key -> name, without keys that several names share."""
+def _by_key(names: Iterable[str], key_of: KeyFunction) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for name in names:
         key = key_of(name)
         if key is not None:
             found.setdefault(key, []).append(name)
-    return {key: same[0] for key, same in found.items() if len(same) == 1}
+    return found
 
 
 def _whole_stem(name: str) -> str:
@@ -144,23 +148,29 @@ def _parts(name: str) -> tuple[str, str]:
 
 # Files whose names are times.
 
-_TIME = re.compile(r"\d{9,10}\.\d+|\d{13}|\d{16}|\d{19}")
+_TIME = re.compile(
+    r"(?:[A-Za-z]+[-_])?(\d{9,10}\.\d+|\d{9,10}[-_](?:\d{6}|\d{9})|\d{13}|\d{16}|\d{19})|(\d{1,8}\.\d{3,9})"
+)
 _UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
 
 
 def time_of(name: str) -> float | None:
-    """The time [s] in a file name: seconds with a fraction, or milli-, micro- or nanoseconds since 1970; None if the
-    name is not a time.
+    """The time [s] in a file name. Since 1970, also after a word: seconds with a fraction after a point, - or _, or
+    milli-, micro- or nanoseconds. Since another moment: seconds with a fraction after a point. None if the name is not
+    a time.
 
     Examples
     --------
-    >>> time_of("rgb/1305031102.175304.png"), time_of("1305031102175.png"), time_of("000017.png")
+    >>> time_of("rgb/1305031102.175304.png"), time_of("depth_1305031102175.png"), time_of("000017.png")
     (1305031102.175304, 1305031102.175, None)
+    >>> time_of("1305031102_175304.png"), time_of("12.033.png")
+    (1305031102.175304, 12.033)
     """
-    stem = os.path.splitext(os.path.basename(name))[0]
-    if not _TIME.fullmatch(stem):
+    found = _TIME.fullmatch(os.path.splitext(os.path.basename(name))[0])
+    if found is None:
         return None
-    return float(stem) if "." in stem else int(stem) * _UNITS[len(stem)]
+    time = re.sub("[-_]", ".", found[1] or found[2])
+    return float(time) if "." in time else int(time) * _UNITS[len(time)]
 
 
 def paired_by_time(colours: Iterable[str], depths: Iterable[str], max_gap: float) -> Pairs:
@@ -173,13 +183,47 @@ def paired_by_time(colours: Iterable[str], depths: Iterable[str], max_gap: float
     max_gap : float
         Maximum time difference of a pair [s].
     """
+    timed = _timed(colours, depths)
+    pairs = associated(timed[0], timed[1], max_gap)
+    return Pairs(pairs, len(timed[0]) - len(pairs), len(timed[1]) - len(pairs))
+
+
+def _timed(colours: Iterable[str], depths: Iterable[str]) -> list[list[tuple[float, str]]]:
+    """Times and names of the colour and the depth files whose names are times."""
     images = [name for name in colours if name.lower().endswith(COLOUR_SUFFIXES)]
-    timed = [
+    return [
         [(time, name) for name in names if (time := time_of(name)) is not None]
         for names in (images, depth_files(depths))
     ]
-    pairs = associated(timed[0], timed[1], max_gap)
-    return Pairs(pairs, len(timed[0]) - len(pairs), len(timed[1]) - len(pairs))
+
+
+def why_unpaired(colours: Collection[str], depths: Collection[str], max_gap: float) -> str:
+    """Why no colour file matches a depth file, as the rest of a sentence.
+
+    Parameters
+    ----------
+    colours, depths : collection of str
+        Names of files, of which some may have other formats.
+    max_gap : float
+        As for `paired_by_time`.
+    """
+    images, usable = [name for name in colours if name.lower().endswith(COLOUR_SUFFIXES)], depth_files(depths)
+    for kind, found, names in (("colour", images, colours), ("depth", usable, depths)):
+        if not found:
+            return f"there is no {kind} file of a supported format{f', only {min(names)}' if names else ''}."
+    if shared := paired(colours, depths).shared:
+        return f"{shared_text(shared)}."
+    timed = _timed(colours, depths)
+    if timed[0] and timed[1]:
+        return gap_text(timed[0], timed[1], max_gap)
+    return f"no colour file has the name or number of a depth file: there are {min(images)} and {min(usable)}."
+
+
+def shared_text(shared: Iterable[tuple[str, ...]]) -> str:
+    """The rest of a sentence on files that share a name: what to do about them."""
+    groups = [" and ".join(names) for names in shared]
+    told = "; ".join([*groups[:2], *(["..."] if len(groups) > 2 else [])])
+    return f"some files have the same name ({told}): leave one of each out, or give their endings (--layout)"
 
 
 # Timestamps of frames.

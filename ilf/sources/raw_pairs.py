@@ -16,6 +16,7 @@ from ..errors import FormatError, InputError, ParameterError
 from ..io.depth import read_depth_values
 from ..io.encodings import EncodingSpec, encoding_of, single_encoding
 from ..io.images import read_colour
+from .naming import by_stem
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .registration import Camera
 from .times import MAX_TIME_GAP_S
@@ -126,7 +127,8 @@ def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> di
     folder = next((root / name for name in names if (root / name).is_dir()), None)
     with os.scandir(folder or root) as entries:
         files = [Path(entry.path) for entry in entries if entry.is_file()]
-    images = {file.stem: file for file in sorted(files) if file.suffix.lower() in suffixes}
+    known = (file for file in files if file.suffix.lower() in suffixes)
+    images = by_stem(file for file in known if folder is not None or file.stem in names)
     if folder is not None:
         return images
     return next(({_SINGLE_KEY: images[name]} for name in names if name in images), {})

@@ -122,7 +122,7 @@ class ReadFrame:
         return given or recorded_frame_name(self.path, self.key)
 
     def _notes(self) -> tuple[str, ...]:
-        return *self.stored.notes, *self.reading.notes
+        return *self.stored.notes, *((self.cameras.note,) if self.cameras.note else ()), *self.reading.notes
 
     def _inputs(self) -> FrameInputs:
         """The frame's inputs without intrinsics."""

@@ -18,7 +18,7 @@ from ..data.camera import fitted
 from ..errors import InputError
 from ..io.encodings import EncodingSpec
 from .registration import Camera
-from .times import MAX_TIME_GAP_S, associated
+from .times import MAX_TIME_GAP_S, associated, gap_text
 
 Topics = tuple[str, str]
 """Names of the colour and the depth topic of one camera, in a recording with several."""
@@ -56,12 +56,15 @@ class Cameras:
     is_registered : bool
         Whether colour and depth have the same pixels, or the same view at two sizes: colour is then resized to the
         size of depth.
+    note : str
+        A sentence for the user about the cameras; "" for none.
     """
 
     colour: Camera | None
     depth: Camera | None
     depth_to_colour: NDArray[np.float64] | None
     is_registered: bool
+    note: str = ""
 
 
 def scaled_cameras(colour: Camera, size: tuple[int, int]) -> Cameras:
@@ -76,9 +79,9 @@ def scaled_cameras(colour: Camera, size: tuple[int, int]) -> Cameras:
     return Cameras(colour, Camera(depth, size, colour.distortion), np.eye(4), is_registered=True)
 
 
-def registered_cameras(camera: Camera | None) -> Cameras:
+def registered_cameras(camera: Camera | None, note: str = "") -> Cameras:
     """Cameras of a frame whose depth has the pixels of its colour."""
-    return Cameras(camera, camera, np.eye(4), is_registered=True)
+    return Cameras(camera, camera, np.eye(4), True, note)
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +189,12 @@ class Recording(ABC):
     def unknown(self, key: str) -> InputError:
         """The error to raise for a key that no frame has."""
         keys = self.index().keys
-        return InputError(f"{self.path} has no frame {key!r:.60}. It has {len(keys)}, from {keys[0]} to {keys[-1]}.")
+        there = f"It has {len(keys)}, from {keys[0]} to {keys[-1]}."
+        return InputError(f"{self.path} has no frame {key!r:.60}. {there}{self.lack(key)}")
+
+    def lack(self, key: str) -> str:
+        """What an image at a key lacks to be a frame, as a sentence after a space; "" if it is not known."""
+        return ""
 
 
 def sha256_of(*parts: bytes) -> str:
@@ -229,9 +237,7 @@ class StampedPairs:
         """Key -> time stamps of colour and depth that differ by at most `max_gap` [s], in the order of time."""
         known = self._paired.get(max_gap)
         if known is None:
-            colours, depths = (
-                [(stamp / self._per_second, str(stamp)) for stamp in stamps] for stamps in (self._colours, self._depths)
-            )
+            colours, depths = self._timed()
             pairs = [(int(colour), int(depth)) for colour, depth in associated(colours, depths, max_gap)]
             known = self._paired[max_gap] = {self._key(colour): (colour, depth) for colour, depth in pairs}
         return known
@@ -240,14 +246,19 @@ class StampedPairs:
         """The time stamps of colour and depth for a key, with any gap of `_GAPS`; None if there are none."""
         return next((pairs[key] for gap in _GAPS if key in (pairs := self.paired(gap))), None)
 
+    def lack(self, key: str) -> str:
+        """As `Recording.lack`."""
+        stamp = next((stamp for stamp in self._colours if self._key(stamp) == key), None)
+        if stamp is None or not self._depths:
+            return ""
+        gap = min(abs(stamp - depth) for depth in self._depths) / self._per_second
+        return f" Its colour lacks depth: the nearest is {gap:.4g} s away (--max-gap), unless another frame has it."
+
     def index(self, max_gap: float, path: Path) -> RecordingIndex:
         """List the frames of the recording at `path`; raises InputError if there are none."""
         pairs = self.paired(max_gap)
         if not pairs:
-            raise InputError(
-                f"{path}: no colour image lies within {max_gap:g} s of a depth image; there are {len(self._colours)} "
-                f"and {len(self._depths)}. Allow a larger gap (--max-gap) if they belong together."
-            )
+            raise InputError(f"{path}: {gap_text(*self._timed(), max_gap)}")
         unmatched = (("colour", len(self._colours) - len(pairs)), ("depth", len(self._depths) - len(pairs)))
         notes = tuple(
             f"{counted(count, f'{what} image')} left out: no match within {max_gap:g} s."
@@ -256,6 +267,13 @@ class StampedPairs:
         )
         times = tuple(colour / self._per_second for colour, _ in pairs.values())
         return RecordingIndex(tuple(pairs), times, notes)
+
+    def _timed(self) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
+        """Times [s] of colours and depths, with their stamps as names."""
+        colours, depths = (
+            [(stamp / self._per_second, str(stamp)) for stamp in stamps] for stamps in (self._colours, self._depths)
+        )
+        return colours, depths
 
     def _key(self, stamp: int) -> str:
         seconds, rest = divmod(stamp, self._per_second)

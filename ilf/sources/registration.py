@@ -16,7 +16,7 @@ from ..errors import InputError
 
 # A raw pair: colour and depth of two cameras, and the transform between them.
 
-_COEFFICIENTS = (0, 4, 5, 8)
+_COEFFICIENTS = (0, 4, 5, 8, 12, 14)
 """Supported numbers of distortion coefficients, in OpenCV's order."""
 
 _MAX_COEFFICIENT = 1e6
@@ -35,8 +35,8 @@ class Camera:
     size : tuple of int
         Width and height [px] of its images.
     distortion : tuple of float
-        Coefficients in OpenCV's order: k1 k2 p1 p2, then k3, then k4 k5 k6 of the rational model; none for a camera
-        without distortion.
+        Coefficients in OpenCV's order: k1 k2 p1 p2, then k3, then k4 k5 k6 of the rational model, then s1 s2 s3 s4 of
+        thin prisms, then the two angles of a tilted sensor; none for a camera without distortion.
 
     Raises
     ------
@@ -60,7 +60,7 @@ class Camera:
         if len(self.distortion) not in _COEFFICIENTS:
             raise InputError(
                 f"A camera's distortion must have {', '.join(map(str, _COEFFICIENTS[:-1]))} or {_COEFFICIENTS[-1]} "
-                f"coefficients, k1 k2 p1 p2 k3 k4 k5 k6, not {len(self.distortion)}."
+                f"coefficients, k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 and two angles, not {len(self.distortion)}."
             )
         if not np.all(np.abs(self.distortion) <= _MAX_COEFFICIENT):
             raise InputError(f"A camera's distortion must be finite numbers, not {self.distortion}.")
@@ -171,11 +171,11 @@ _MAX_INVERSION_ERROR = 0.05
 
 @lru_cache(maxsize=8)
 def max_ray_tangent(distortion: tuple[float, ...]) -> float:
-    """Tangent of the largest angle to the axis up to which the distortion model is monotonic.
+    """Tangent of the largest angle to the axis up to which the radial distortion is monotonic.
 
     Beyond it the model folds back, and would show points that the camera did not see.
     """
-    k1, k2, _, _, k3, k4, k5, k6 = (*distortion, *(0.0,) * (8 - len(distortion)))
+    k1, k2, _, _, k3, k4, k5, k6 = (*distortion[:8], *(0.0,) * (8 - len(distortion)))
     radius = np.linspace(0.0, _MAX_RAY_TANGENT, _RADIAL_STEPS)
     square = radius**2
     below = 1 + square * (k4 + square * (k5 + square * k6))

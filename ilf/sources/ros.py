@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import re
 import struct
+import weakref
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -18,8 +19,8 @@ from numpy.typing import NDArray
 from .._runtime.files import open_file
 from .._runtime.installation import optional
 from ..errors import FormatError, IlfError, InputError, cause
-from ..io.images import image_header
 from ..io.mcap import EndedMcap, whole_size
+from .packed import unpacked, unpacking_command
 from .recording import (
     Cameras,
     RecordedFrame,
@@ -41,9 +42,12 @@ from .ros_messages import (
     check_definitions,
     colour_of,
     depth_of,
+    image_size,
     is_colour,
     is_depth,
+    is_lossless,
     limited,
+    says_depth,
     transform_between,
     transform_matrix,
 )
@@ -109,6 +113,10 @@ class ImageTopic:
         Width and height of its first image.
     count : int
         Number of messages.
+    is_lossless : bool
+        Whether depth has the measured values.
+    problem : str
+        Why its images, which should be depth, cannot be read; "" if they can.
     """
 
     name: str
@@ -117,6 +125,8 @@ class ImageTopic:
     frame_id: str
     size: tuple[int, int]
     count: int
+    is_lossless: bool
+    problem: str
 
     @property
     def base(self) -> str:
@@ -151,7 +161,8 @@ class CameraTopics:
         together = len(list(takewhile(lambda step: step[0] == step[1], steps)))
         sent = sum(topic.base != topic.name for topic in (self.colour, self.depth))
         fewest = min(self.colour.count, self.depth.count)
-        return not self.is_registered, not _is_aligned(self.depth), -together, -fewest, sent, *self.names
+        camera = not says_depth(self.depth.name), not self.is_registered, not _is_aligned(self.depth), -together
+        return *camera, not self.depth.is_lossless, -fewest, sent, *self.names
 
     @property
     def names(self) -> Topics:
@@ -175,19 +186,20 @@ def select_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[
             missing = " and ".join(name for name, topic in zip(wanted, found, strict=True) if topic is None)
             raise InputError(f"has no images of the topic {missing}. {_topic_list(topics)}")
         return CameraTopics(found[0], found[1]), ""
-    colours = [topic for topic in topics if topic.is_colour] or [topic for topic in topics if not topic.is_depth]
-    cameras = [CameraTopics(colour, depth) for colour in colours for depth in topics if depth.is_depth]
+    readable = [topic for topic in topics if not topic.problem]
+    colours = [topic for topic in readable if topic.is_colour] or [topic for topic in readable if not topic.is_depth]
+    cameras = [CameraTopics(colour, depth) for colour in colours for depth in readable if depth.is_depth]
     if not cameras:
         raise InputError(f"has no colour images with depth. {_topic_list(topics)}")
     best = min(cameras, key=lambda camera: camera.rank)
-    others = sorted({camera.depth.base for camera in cameras} - {best.depth.base})
-    others += sorted({camera.colour.base for camera in cameras} - {best.colour.base})
-    if not others:
+    others = sorted({camera.depth.name for camera in cameras} - {best.depth.name})
+    others += sorted({camera.colour.name for camera in cameras} - {best.colour.name})
+    problems = _problems(topics)
+    if not (others or problems):
         return best, ""
-    return best, (
-        f"Colour of {best.colour.name} and depth of {best.depth.name} are read; there are also {', '.join(others)} "
-        "(--topics COLOUR,DEPTH)."
-    )
+    more = f"; there are also {', '.join(others)} (--topics COLOUR,DEPTH)" if others else ""
+    note = f"Colour of {best.colour.name} and depth of {best.depth.name} are read{more}."
+    return best, " ".join([note, *problems])
 
 
 def _is_aligned(depth: ImageTopic) -> bool:
@@ -195,15 +207,35 @@ def _is_aligned(depth: ImageTopic) -> bool:
 
 
 def _topic_list(topics: Sequence[ImageTopic]) -> str:
-    if not topics:
-        return "It has no images."
-    return f"Its image topics are {', '.join(topic.name for topic in topics)}."
+    names = [topic.name for topic in topics if not topic.problem]
+    listed = f"Its image topics are {', '.join(names)}." if names else "It has no images."
+    return " ".join([*([listed] if names or not topics else []), *_problems(topics)])
+
+
+def _problems(topics: Sequence[ImageTopic]) -> list[str]:
+    """A sentence for each topic of depth that cannot be read."""
+    return [f"Depth of {topic.name} is not read: {topic.problem}" for topic in topics if topic.problem]
 
 
 _STORAGE = (".db3", ".mcap")
+_PACKED = tuple(suffix + packed for suffix in _STORAGE for packed in (".zstd", ".zst"))
+"""Extensions of the files of `ros2 bag record --compression-mode file`."""
+_ZSTD = b"\x28\xb5\x2f\xfd"
+"""The first bytes of what zstd has compressed."""
 _IMAGES = (IMAGE, COMPRESSED)
+_PICTURES = re.compile("Image|Packet|Video|Cloud")
+"""Types of messages that may have depth."""
 _Stamped = dict[int, int]
 """Time stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
+
+
+def _compressed_bag(path: Path) -> tuple[list[Path], list[Path]]:
+    """The plain and the compressed files of a folder in which some were compressed; empty for other recordings. A file
+    that was unpacked beside its compressed one counts as plain."""
+    inside = sorted(path.iterdir()) if path.is_dir() else []
+    packed = [file for file in inside if file.name.lower().endswith(_PACKED)]
+    plain = [file for file in inside if packed and file.suffix.lower() in _STORAGE]
+    return plain, [file for file in packed if file.with_suffix("") not in plain]
 
 
 class RosBag(Recording):
@@ -218,20 +250,24 @@ class RosBag(Recording):
         super().__init__(path)
         highlevel = optional("rosbags.highlevel", "sequences", "A ROS bag")
         typesys = optional("rosbags.typesys", "sequences", "A ROS bag")
-        if path.is_dir() and not (path / METADATA).is_file():
+        plain, self._packed = _compressed_bag(path)
+        if path.is_dir() and not (plain or self._packed or (path / METADATA).is_file()):
             raise InputError(
                 f"{path} has no {METADATA}: the recording was not closed properly. Run: ros2 bag reindex {path}"
             )
         for file in path.iterdir() if path.is_dir() else ():
             if not file.is_dir():
                 open_file(file).close()  # its reader would wait for a pipe
+        self._temporary = ExitStack()
+        weakref.finalize(self, self._temporary.close)
         with self._reading():
             known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
             # recordings from before ROS 2 Iron do not contain their message definitions
-            whole = whole_size(path) if path.suffix.lower() == ".mcap" and path.is_file() else None
-            self._is_cut = whole is not None
-            opened = path if whole is None else EndedMcap(path, whole)
-            self._reader = highlevel.AnyReader([opened], default_typestore=known)
+            files = [*plain, *self._temporary.enter_context(unpacked(self._packed))] or [path]
+            sizes = [whole_size(file) if file.suffix.lower() == ".mcap" and file.is_file() else None for file in files]
+            self._is_cut = any(size is not None for size in sizes)
+            opened = [file if size is None else EndedMcap(file, size) for file, size in zip(files, sizes, strict=True)]
+            self._reader = highlevel.AnyReader(opened, default_typestore=known)
             with limited(path, self._reader):
                 self._reader.open()
         own = known.fielddefs
@@ -265,19 +301,27 @@ class RosBag(Recording):
             return super().fits(path)
         inside = list(path.iterdir())
         is_ended = any(entry.name == METADATA for entry in inside)
-        has_storage = any(entry.suffix.lower() in _STORAGE for entry in inside)
+        has_storage = any(entry.name.lower().endswith((*_STORAGE, *_PACKED)) for entry in inside)
         return has_storage and (is_ended or not any(entry.is_dir() for entry in inside))
 
     def close(self) -> None:
         self._reader.close()
+        self._temporary.close()
 
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         camera, note = self._camera(topics)
         found = self._pairs(camera).index(max_gap, self.path)
         before = "" if topics is None else f"{'+'.join(topics)}/"
         cut = f"{self.path} has no end: its recording was cut off. It is read up to its last whole record."
-        notes = (*([cut] if self._is_cut else []), *([note] if note else []), *found.notes)
+        commands = " && ".join(map(unpacking_command, self._packed))
+        packed = f"{self.path} is unpacked whenever it is opened. To open it faster, unpack it for good: {commands}"
+        said = (cut, self._is_cut), (packed, self._packed), (note, note)
+        notes = (*(text for text, is_so in said if is_so), *found.notes)
         return RecordingIndex(tuple(before + key for key in found.keys), found.times, notes)
+
+    def lack(self, key: str) -> str:
+        camera, stamp = self._camera_of(key)
+        return self._pairs(camera).lack(stamp)
 
     def frame(self, key: str) -> RecordedFrame:
         camera, (colour_stamp, depth_stamp) = self._camera_and_stamps(key)
@@ -306,7 +350,10 @@ class RosBag(Recording):
         colour, depth = topics.colour, topics.depth
         if topics.is_registered:
             found = self._info(colour) or self._info(depth)
-            return registered_cameras(None if found is None else camera_of(found, colour.name, colour.size))
+            try:
+                return registered_cameras(None if found is None else camera_of(found, colour.name, colour.size))
+            except FormatError as error:  # registered depth needs no camera
+                return registered_cameras(None, f"Intrinsics are not known, since {error}")
         infos = [(self._info(topic), topic) for topic in (colour, depth)]
         cameras = [None if info is None else camera_of(info, topic.name, topic.size) for info, topic in infos]
         return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics), is_registered=False)
@@ -345,7 +392,16 @@ class RosBag(Recording):
         try:
             return select_topics(self._image_topics, wanted)
         except InputError as error:
-            raise InputError(f"{self.path} {error}") from None
+            raise InputError(f"{self.path} {error}{self._other_depth()}") from None
+
+    def _other_depth(self) -> str:
+        """A sentence on depth in messages of types that are not read; "" if there is none."""
+        others = {
+            f"{one.topic} ({one.msgtype})"
+            for one in self._reader.connections
+            if says_depth(one.topic) and one.msgtype not in _IMAGES and _PICTURES.search(one.msgtype)
+        }
+        return f" Messages of other types are not read: {', '.join(sorted(others))}." if others else ""
 
     def _names(self) -> list[str]:
         """Topics with images."""
@@ -356,21 +412,21 @@ class RosBag(Recording):
         first = self._first(name, *_IMAGES)
         if first is None:
             return None
+        depth, size, problem = is_depth(first, name), (0, 0), ""
+        try:
+            size = image_size(first, self.path)
+            if depth:
+                depth_of(first, self.path)
+        except FormatError as error:
+            if not depth:  # videos have the same message type
+                return None
+            problem = str(error).removeprefix(f"{self.path}: ")
         # in bags of ROS 1, the RealSense library gives all of its streams the same coordinate frame
         stream = None if self._reader.is2 else realsense_stream(name)
         frame_id = first.header.frame_id.strip("/") if stream is None else stream
-        if hasattr(first, "format"):
-            offset = 12 * ("compressedDepth" in first.format)
-            try:
-                header = image_header(self.path, first.data[offset:].tobytes())
-            except FormatError:  # videos have the same message type
-                return None
-            size = header.width, header.height
-        else:
-            size = first.width, first.height
         count = sum(one.msgcount for one in self._connections(name, *_IMAGES))
-        depth = is_depth(first, name)
-        return ImageTopic(name, depth, not depth and is_colour(first), frame_id, size, count)
+        is_kept = is_lossless(first)
+        return ImageTopic(name, depth, not depth and is_colour(first), frame_id, size, count, is_kept, problem)
 
     def _info(self, topic: ImageTopic) -> Any:
         """The calibration of a topic's camera; None if there is none."""
@@ -380,13 +436,17 @@ class RosBag(Recording):
 
     def _camera_and_stamps(self, key: str) -> tuple[CameraTopics, tuple[int, int]]:
         """The camera of a frame, and the time stamps [ns] of its colour and depth."""
-        names, _, stamp = key.rpartition("/")
-        colour, plus, depth = names.partition("+")
-        camera, _ = self._camera((colour, depth) if plus else None)
+        camera, stamp = self._camera_of(key)
         stamps = self._pairs(camera).find(stamp)
         if stamps is None:
             raise self.unknown(key)
         return camera, stamps
+
+    def _camera_of(self, key: str) -> tuple[CameraTopics, str]:
+        """The camera that a key names, and the time of its colour."""
+        names, _, stamp = key.rpartition("/")
+        colour, plus, depth = names.partition("+")
+        return self._camera((colour, depth) if plus else None)[0], stamp
 
     def _pairs(self, camera: CameraTopics) -> StampedPairs:
         known = self._paired.get(camera.names)
@@ -401,7 +461,7 @@ class RosBag(Recording):
         if known is None:
             known = self._stamps[topic.name] = {}
             with self._reading():
-                for _, time, raw in self._reader.messages(self._connections(topic.name, *_IMAGES)):
+                for _, time, raw in self._raw(self._connections(topic.name, *_IMAGES)):
                     known.setdefault(self._stamp(raw) or time, time)
         return known
 
@@ -417,7 +477,7 @@ class RosBag(Recording):
         """A topic's message with a time stamp, and the SHA-256 of its bytes."""
         time, connections = self._stamped(topic)[stamp], self._connections(topic.name, *_IMAGES)
         with self._reading():
-            for connection, received, raw in self._reader.messages(connections, time, time + 1):
+            for connection, received, raw in self._raw(connections, time, time + 1):
                 if stamp in {self._stamp(raw), received}:
                     return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
         raise FormatError(f"{self.path}: an image of {topic.name} in the index is missing. The recording is damaged.")
@@ -434,8 +494,17 @@ class RosBag(Recording):
         if not connections:
             return
         with self._reading():
-            for connection, _, raw in self._reader.messages(connections):
+            for connection, _, raw in self._raw(connections):
                 yield self._reader.deserialize(raw, connection.msgtype)
+
+    def _raw(self, connections: Sequence[Any], *span: int) -> Iterator[tuple[Any, int, bytes]]:
+        """Messages with their connections and times in the recording, of all times or of a span [ns]."""
+        for connection, time, raw in self._reader.messages(connections, *span):
+            if self._reader.is2 and raw[: len(_ZSTD)] == _ZSTD:
+                raise FormatError(
+                    f"{self.path}: its messages are compressed, as only {METADATA} tells: open its folder instead."
+                )
+            yield connection, time, raw
 
     def _connections(self, name: str, *kinds: str) -> list[Any]:
         """The connections of a topic with messages of some types; of any type if none is given."""

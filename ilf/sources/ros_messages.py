@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,7 +17,9 @@ from .._runtime.files import FileContent
 from .._runtime.installation import optional
 from ..data.camera import camera_from_numbers, fitted
 from ..errors import FormatError, InputError
-from ..io.images import check_pixel_count, read_colour, read_image
+from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
+from ..io.images import check_pixel_count, image_header, read_colour, read_image
+from ..io.rvl import read_rvl, rvl_size
 from ..io.sqlite_files import DEFINITIONS, LONGEST, STEPS, TimeLimit, check_plain
 from .registration import Camera
 
@@ -36,8 +39,8 @@ _LAYOUTS: dict[str, tuple[type[np.generic], int]] = {
 }
 """Encoding -> data type and number of channels."""
 
-_UNITS = {"16UC1": 1000.0, "mono16": 1000.0, "32FC1": 1.0}
-"""Encoding of depth -> units per metre, as defined by ROS (REP 118)."""
+_DEPTH = ("16UC1", "mono16", "32FC1")
+"""Encodings of depth: integers are millimetres, floats metres, as defined by ROS (REP 118)."""
 
 _TO_RED_FIRST = {
     **dict.fromkeys(("bgr8", "8UC3", "bgr16"), cv2.COLOR_BGR2RGB),
@@ -53,30 +56,62 @@ _TO_RED_FIRST = {
     "bayer_grbg8": cv2.COLOR_BayerGB2RGB,
 }
 
-_DEPTH_HEADER = struct.Struct("<iff")
-"""Header of compressedDepth: kind of compression, and the quantisation parameters of inverse depth."""
+_QUANTISATION = struct.Struct("<iff")
+"""Before the data of compressedDepth: kind of compression, and the quantisation parameters of inverse depth."""
+
+_DEPTH_NAME = re.compile("depth(?!_?cam)|disparity")
+_COLOUR_NAME = re.compile("colou?r|rgb")
+_OTHER_NAME = re.compile("(?<![a-z])(?:ir(?![a-z])|infra|thermal|confidence|amplitude|intensity)")
+
+
+def says_depth(topic: str) -> bool:
+    """Whether a topic's name says that it has depth: of its parts, the last one that says what it has decides.
+
+    Examples
+    --------
+    >>> says_depth("/camera/aligned_depth_to_color/image_raw"), says_depth("/depth_sensor/rgb/image_raw")
+    (True, False)
+    """
+    for part in reversed(topic.lower().split("/")):
+        if _DEPTH_NAME.search(part):
+            return True
+        if _COLOUR_NAME.search(part) or _OTHER_NAME.search(part):
+            return False
+    return False
 
 
 def is_depth(message: Any, topic: str) -> bool:
-    """Whether an image message holds depth, by its encoding."""
-    if hasattr(message, "format"):
-        return "compressedDepth" in message.format + topic or message.format.split(";")[0] in _UNITS
-    return message.encoding in _UNITS
+    """Whether an image message is meant to be depth, by the topic's name or else by its encoding."""
+    return says_depth(topic) or (_encoding(message) in _DEPTH and not _OTHER_NAME.search(topic.lower()))
 
 
 def is_colour(message: Any) -> bool:
     """Whether an image message has colour, and is neither grey nor depth."""
-    if hasattr(message, "format"):
-        return "mono" not in message.format
-    return message.encoding not in {*_UNITS, *_GREY}
+    return _encoding(message) not in {*_DEPTH, *_GREY} and "mono" not in getattr(message, "format", "")
+
+
+def is_lossless(message: Any) -> bool:
+    """Whether depth of an image message is as it was measured: compression quantises metres, and keeps millimetres."""
+    return not _is_packed(message) or _encoding(message) != "32FC1"
+
+
+def image_size(message: Any, path: Path) -> tuple[int, int]:
+    """Width and height of an image message; raises FormatError if it is none."""
+    if not hasattr(message, "format"):
+        return message.width, message.height
+    data = _data(message)[_QUANTISATION.size * _is_packed(message) :]
+    if _is_rvl(message):
+        return rvl_size(data, path)
+    header = image_header(path, data.tobytes())
+    return header.width, header.height
 
 
 def colour_of(message: Any, path: Path) -> NDArray[np.uint8]:
     """Colour of an image message, uint8 (h, w, 3), RGB; raises FormatError."""
+    if _encoding(message) in _DEPTH:
+        raise FormatError(f"{path}: images in {_encoding(message)} are depth, not colour. Swap the two topics.")
     if hasattr(message, "format"):
-        return read_colour(FileContent(path, message.data))
-    if message.encoding in _UNITS:
-        raise FormatError(f"{path}: images in {message.encoding} are depth, not colour. Swap the two topics.")
+        return read_colour(FileContent(path, _data(message)))
     image = _pixels(message, path)
     if image.dtype == np.uint16:
         image = ((image.astype(np.uint32) + 128) // 257).astype(np.uint8)
@@ -86,26 +121,48 @@ def colour_of(message: Any, path: Path) -> NDArray[np.uint8]:
 
 def depth_of(message: Any, path: Path) -> tuple[NDArray[Any], float]:
     """Depth of an image message as stored, and its units per metre; raises FormatError."""
-    if not hasattr(message, "format"):
-        if message.encoding not in _UNITS:
-            raise FormatError(f"{path}: images in {message.encoding!r:.40} are not depth; {', '.join(_UNITS)} are.")
-        return _pixels(message, path), _UNITS[message.encoding]
-    encoding, data = message.format.split(";")[0].strip(), message.data
-    if encoding not in _UNITS:
-        raise FormatError(f"{path}: compressed depth in {message.format!r:.60} is not supported.")
-    if "compressedDepth" not in message.format:
-        return _one_channel(read_image(FileContent(path, data)), path), _UNITS[encoding]
-    if len(data) <= _DEPTH_HEADER.size:
+    if _is_packed(message):
+        values = _packed_depth(message, path)
+    elif hasattr(message, "format"):
+        values = checked_depth_values(read_image(FileContent(path, _data(message))), path)
+        if (values.dtype.kind == "f") != (_encoding(message) == "32FC1"):
+            raise FormatError(f"{path}: an image of {values.dtype} in {message.format!r:.60} has no known unit.")
+    else:
+        values = checked_depth_values(_pixels(message, path), path)
+    return values, default_depth_units(values)
+
+
+def _packed_depth(message: Any, path: Path) -> NDArray[Any]:
+    """Depth of a message of compressedDepth."""
+    data = _data(message)
+    if len(data) <= _QUANTISATION.size:
         raise FormatError(f"{path}: an image of compressed depth is truncated.")
-    if "rvl" in message.format.lower():
-        raise FormatError(f"{path}: depth compressed by RVL is not supported. Record it as png or as image_raw.")
-    _, scale, shift = _DEPTH_HEADER.unpack_from(data)
-    values = _one_channel(read_image(FileContent(path, data[_DEPTH_HEADER.size :])), path)
-    if encoding != "32FC1":
-        return values, _UNITS[encoding]
+    _, scale, shift = _QUANTISATION.unpack_from(data.data)
+    data = data[_QUANTISATION.size :]
+    values = read_rvl(data, path) if _is_rvl(message) else read_image(FileContent(path, data))
+    values = checked_depth_values(values, path)
+    if _encoding(message) != "32FC1":
+        return values
     with np.errstate(divide="ignore"):
         metres = np.float32(scale) / (values.astype(np.float32) - np.float32(shift))
-    return np.where(values > 0, metres, np.float32(np.nan)), 1.0
+    return np.where(values > 0, metres, np.float32(np.nan))
+
+
+def _data(message: Any) -> NDArray[np.uint8]:
+    return np.frombuffer(message.data, np.uint8)
+
+
+def _encoding(message: Any) -> str:
+    """The encoding of an image, also before it was compressed."""
+    return str(message.format.split(";")[0].strip() if hasattr(message, "format") else message.encoding)
+
+
+def _is_packed(message: Any) -> bool:
+    return "compressedDepth" in getattr(message, "format", "")
+
+
+def _is_rvl(message: Any) -> bool:
+    return _is_packed(message) and "rvl" in message.format.lower()
 
 
 def _pixels(message: Any, path: Path) -> NDArray[Any]:
@@ -119,6 +176,8 @@ def _pixels(message: Any, path: Path) -> NDArray[Any]:
     check_pixel_count(path, width, height)
     dtype = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
     row = width * channels * dtype.itemsize
+    if dtype.itemsize > 1 and step == width * channels and len(message.data) == height * step:
+        raise eight_bit_error(path, channels)
     if min(width, height) < 1 or step < row or len(message.data) < (height - 1) * step + row:
         raise FormatError(
             f"{path}: an image of {width} x {height} pixels in {message.encoding} has rows of {step} bytes and "
@@ -131,18 +190,14 @@ def _pixels(message: Any, path: Path) -> NDArray[Any]:
     return image.astype(dtype.newbyteorder("="), copy=False)
 
 
-def _one_channel(image: NDArray[Any], path: Path) -> NDArray[Any]:
-    if image.ndim != 2:
-        raise FormatError(f"{path}: an image of compressed depth has {image.shape[2]} channels instead of one.")
-    return image
-
-
 # Cameras of ROS messages: CameraInfo and transforms.
 
 INFO = "sensor_msgs/msg/CameraInfo"
 TRANSFORM, TRANSFORMS = "geometry_msgs/msg/Transform", "tf2_msgs/msg/TFMessage"
 
-_MAX_COEFFICIENTS = 8
+_RATIONAL = 8
+"""Coefficients of the rational model: those of prisms and tilt, which follow, are often zero and of any number."""
+
 _OTHER_LENSES = ("equidistant", "fisheye", "kannala")
 
 
@@ -179,9 +234,7 @@ def _distortion(values: NDArray[np.float64], model: str) -> tuple[float, ...]:
         return ()
     if any(lens in model.lower() for lens in _OTHER_LENSES):
         raise InputError(f"the lens model {model!r:.40} is not supported. Rectify the images first.")
-    if values[_MAX_COEFFICIENTS:].any():
-        raise InputError(f"it has {values.size} distortion coefficients; at most {_MAX_COEFFICIENTS} are supported.")
-    return tuple(values[:_MAX_COEFFICIENTS].tolist())
+    return tuple((values if values[_RATIONAL:].any() else values[:_RATIONAL]).tolist())
 
 
 def transform_matrix(transform: Any) -> NDArray[np.float64]:
@@ -325,7 +378,7 @@ def limited(path: Path, reader: Any) -> Iterator[None]:
             if (max_bytes := _LISTS.get(name.lower())) is not None:
                 _check_list(path, connection.execute(f"SELECT * FROM {name} LIMIT {MAX_TOPICS + 1}"), max_bytes)
 
-    if path.is_dir():
+    if (path / METADATA).is_file():
         _check(path, 0, (path / METADATA).stat().st_size, MAX_TOPIC_TEXT)
     for one in reader.readers:
         _check_when_open(path, one)

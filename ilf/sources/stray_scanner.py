@@ -22,6 +22,7 @@ from ..errors import FormatError, InputError
 from ..io.depth import read_depth_values
 from ..io.frame_additions import read_confidence
 from ..io.images import check_pixel_count
+from .naming import by_stem
 from .poses import posed
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
 from .registration import Camera
@@ -136,8 +137,8 @@ class StrayScanner(Recording):
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         with os.scandir(path / _DEPTH) as entries:
-            files = {Path(entry.name).stem: Path(entry.path) for entry in entries if entry.name.endswith(_SUFFIXES)}
-        self._depth = {key: files[key] for key in sorted(files) if key.isdecimal() and len(key) < 10}
+            files = by_stem(Path(entry.path) for entry in entries if entry.name.endswith(_SUFFIXES))
+        self._depth = {key: file for key, file in files.items() if key.isdecimal() and len(key) < 10}
         if not self._depth:
             raise InputError(f"{path / _DEPTH} has no images with frame numbers as names. Export the recording again.")
         self._rows = self._odometry()

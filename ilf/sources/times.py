@@ -5,8 +5,10 @@ from __future__ import annotations
 import heapq
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from .._runtime.files import read_file
 from ..errors import FormatError
@@ -111,6 +113,37 @@ def associated(
     colours, depths = sorted(colours), sorted(depths)
     pairs = _nearest([time for time, _ in colours], [time for time, _ in depths], max_gap)
     return [(colours[row][1], depths[column][1]) for row, column in sorted(pairs)]
+
+
+def gap_text(colours: Sequence[tuple[float, str]], depths: Sequence[tuple[float, str]], max_gap: float) -> str:
+    """Why colour and depth do not match by time, as the rest of a sentence and what to do.
+
+    Parameters
+    ----------
+    colours, depths : sequence of (float, str)
+        Times [s] and names, as for `associated`.
+    max_gap : float
+        Maximum time difference of a pair [s].
+
+    Examples
+    --------
+    >>> gap_text([(0.0, "a.png"), (0.1, "b.png")], [(0.03, "a-d.png")], 0.02)
+    'no colour lies within 0.02 s of depth: the smallest difference is 0.03 s. Allow more (--max-gap) if they fit.'
+    """
+    if not (colours and depths):
+        return f"there are {len(colours)} colour images and {len(depths)} depth images."
+    one, other = (np.unique([time for time, _ in images]) for images in (colours, depths))
+    place = np.searchsorted(other, one)
+    gaps = [np.abs(other[np.clip(place + step, 0, len(other) - 1)] - one) for step in (-1, 0)]
+    smallest = float(np.min(gaps))
+    told = f"no colour lies within {max_gap:g} s of depth: the smallest difference is {smallest:.4g} s."
+    step = float(np.median(np.diff(one))) if len(one) > 1 else math.inf
+    if smallest <= step:
+        return f"{told} Allow more (--max-gap) if they fit."
+    return (
+        f"{told} As colour is taken every {step:.4g} s, the two clocks seem to differ: correct the times. More allowed "
+        "(--max-gap) would join images of different moments."
+    )
 
 
 def _nearest(rows: list[float], columns: list[float], max_gap: float) -> list[tuple[int, int]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -143,14 +144,16 @@ class Bag:
 
 
 @contextmanager
-def bag(folder: Path, kind: str, name: str = "recording") -> Iterator[Bag]:
-    """Write a recording; `path_of` says where it is."""
+def bag(folder: Path, kind: str, name: str = "recording", compression: str = "NONE") -> Iterator[Bag]:
+    """Write a recording, in ROS 2 with a mode of compression by zstd; `path_of` says where it is."""
     if kind == "ros1":
         with Writer1(path_of(folder, kind, name)) as writer:
             yield Bag(writer, is_ros1=True)
     else:
         plugin = StoragePlugin.SQLITE3 if kind == "sqlite3" else StoragePlugin.MCAP
-        with Writer2(folder / name, version=9, storage_plugin=plugin) as writer:
+        writer = Writer2(folder / name, version=9, storage_plugin=plugin)
+        writer.set_compression(CompressionMode[compression], CompressionFormat.ZSTD)
+        with writer:
             yield Bag(writer, is_ros1=False)
 
 
@@ -180,3 +183,30 @@ def write_aligned(folder: Path, kind: str, frames: int = 3, name: str = "recordi
             depth = DEPTH + np.uint16(number) * (DEPTH > 0)
             out.image("/camera/aligned_depth_to_color/image_raw", depth, "16UC1", stamp + 4_000_000)
     return path_of(folder, kind, name)
+
+
+def rvl_depth(values: np.ndarray) -> bytes:
+    """Data of a compressedDepth message of millimetres, by RVL."""
+    nibbles: list[int] = []
+
+    def put(number: int) -> None:
+        while number > 7:
+            nibbles.append(number & 7 | 8)
+            number >>= 3
+        nibbles.append(number)
+
+    before = 0
+    for is_known, run in itertools.groupby(values.ravel().tolist(), bool):
+        numbers = list(run)
+        if is_known and not nibbles:
+            put(0)  # it begins with a run of zeros
+        put(len(numbers))
+        for number in numbers if is_known else ():
+            put(2 * (number - before) if number >= before else 2 * (before - number) - 1)
+            before = number
+    if values.ravel()[-1] == 0:
+        put(0)
+    nibbles += [0] * (-len(nibbles) % 8)
+    words = np.array(nibbles, np.uint32).reshape(-1, 8) @ (16 ** np.arange(7, -1, -1)).astype(np.uint32)
+    size = struct.pack("<ii", values.shape[1], values.shape[0])
+    return struct.pack("<iff", 0, 0.0, 0.0) + size + words.astype("<u4").tobytes()

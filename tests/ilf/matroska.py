@@ -42,6 +42,7 @@ def write_azure(
     depth_mode: str = "NFOV_2X2BINNED",
     attached: bytes | None = None,
     depth_tag: str = "K4A_DEPTH_TRACK",
+    depth_pixels: str = "gray16be",  # or "gray"
 ) -> Path:
     """Write 720p colour and depth, 30 frames a second, with the depth 2 ms after its colour; returns the path.
 
@@ -54,7 +55,7 @@ def write_azure(
         first.width, first.height, first.pix_fmt = 1280, 720, pixels
         first.metadata.update({"K4A_COLOR_TRACK": "1", "K4A_COLOR_MODE": f"{colour}_720P"})
         second = out.add_stream("rawvideo", rate=30)
-        (second.width, second.height), second.pix_fmt = SIZE[depth_mode], "gray16be"
+        (second.width, second.height), second.pix_fmt = SIZE[depth_mode], depth_pixels
         second.metadata.update({depth_tag: "2", "K4A_DEPTH_MODE": depth_mode})
         for stream in (first, second):
             stream.time_base = stream.codec_context.time_base = _MILLISECOND
@@ -67,7 +68,9 @@ def write_azure(
             picture = av.VideoFrame.from_ndarray(image, "rgb24").reformat(format=pixels)
             depth = np.full((second.height, second.width), 1000 + number, np.uint16)
             depth[: second.height // 2] = 0
-            values = av.VideoFrame.from_ndarray(depth, "gray16be")
+            values = av.VideoFrame.from_ndarray(
+                depth.astype(np.uint8) if depth_pixels == "gray" else depth, depth_pixels
+            )
             for stream, shown, time in ((first, picture, stamp), (second, values, stamp + 2)):
                 shown.pts, shown.time_base = time, _MILLISECOND
                 out.mux(stream.encode(shown))

@@ -144,6 +144,11 @@ def test_a_damaged_recording_is_one_clear_message(tmp_path: Path, damage: str) -
         ilf.load_frame(path, frame="0.133000")
 
 
+def test_depth_of_8_bits_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match=r"8\.mkv: this is an 8-bit image, not depth: export the raw 16-bit"):
+        ilf.open_source(write_azure(tmp_path / "8.mkv", depth_pixels="gray"))
+
+
 def test_a_track_of_a_codec_that_nobody_knows(tmp_path: Path) -> None:
     path = write_azure(tmp_path / "a.mkv", frames=1)
     content = path.read_bytes()

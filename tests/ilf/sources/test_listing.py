@@ -150,7 +150,7 @@ def test_lists_by_time_take_the_nearest_within_a_limit(tmp_path):
     with pytest.raises(FormatError, match=r"depth\.txt, line 1"):
         list_frames(tmp_path)
     (tmp_path / "depth.txt").write_text("9.0 depth/a.png\n")
-    with pytest.raises(FormatError, match="of one recording"):
+    with pytest.raises(FormatError, match=r"smallest difference is 7\.934 s.*--max-gap"):
         list_frames(tmp_path)
 
 
@@ -184,12 +184,61 @@ def test_doubtful_depth_is_told(tmp_path, suffix):
     assert "7-Scenes" in list_frames(tmp_path).notes[0]
 
 
-@pytest.mark.parametrize(
-    "names", [[], ["a.txt"], ["rgb/1.png", "depth/2.png"], ["a.png", "b.png"], ["sub/sub/meta.json"]]
-)
+@pytest.mark.parametrize("names", [[], ["a.txt"], ["a.png", "b.png"], ["sub/sub/meta.json"]])
 def test_without_frames_it_says_what_a_folder_holds(tmp_path, names):
     with pytest.raises(InputError, match=r"contains no frames.*meta\.json.*rgb\.txt"):
         list_frames(_touch(tmp_path, *names))
+
+
+@pytest.mark.parametrize(
+    ("colours", "depths"),
+    [
+        (["1305031102_175304", "1305031102_208304"], ["1305031102_181304", "1305031102_214304"]),
+        (["rgb_1305031102.175", "rgb_1305031102.208"], ["depth-1305031102.181", "depth-1305031102.214"]),
+        (["12.033", "12.133"], ["12.037", "12.137"]),
+    ],
+)
+def test_files_whose_names_are_times_are_matched(tmp_path, colours, depths):
+    names = [f"rgb/{name}.png" for name in colours], [f"depth/{name}.png" for name in depths]
+    listing = list_frames(_touch(tmp_path, *names[0], *names[1]))
+    assert _named(tmp_path) == list(zip(*names, strict=True))
+    assert listing.times[1] - listing.times[0] == pytest.approx(0.1 if colours[0] == "12.033" else 0.033)
+
+
+@pytest.mark.parametrize(
+    ("colours", "depths", "why"),
+    [
+        (["1.png"], ["2.png"], "no colour file has the name or number of a depth file: there are 1.png and 2.png"),
+        (["12.033.png", "12.133.png"], ["12.083.png"], r"within 0.02 s .* smallest difference is 0.05 s.*--max-gap"),
+        (
+            ["12.033.png", "12.133.png"],
+            ["17.033.png", "17.133.png"],
+            r"4.9 s\. As colour is taken every 0.1 s, the two cl",
+        ),
+        (
+            ["1.png", "2.png"],
+            ["1.png", "1.npy", "2.png", "2.npy"],
+            r"the same name \(1.npy and 1.png; 2.npy and 2.png\)",
+        ),
+        (["1.png"], ["1.csv"], "no depth file of a supported format, only 1.csv"),
+        (["1.png"], [], "no depth file of a supported format"),
+    ],
+)
+def test_why_two_folders_have_no_frames(tmp_path, colours, depths, why):
+    (tmp_path / "depth").mkdir()
+    names = [f"rgb/{name}" for name in colours] + [f"depth/{name}" for name in depths]
+    with pytest.raises(InputError, match=f"contains no frames: .*{why}"):
+        list_frames(_touch(tmp_path, *names))
+
+
+def test_files_of_one_name_are_named_beside_those_that_match(tmp_path):
+    names = "rgb/a_b.png", "rgb/a;b.png", "rgb/c.jpg", "depth/a_b.png", "depth/a;b.png", "depth/c.png", "depth/c.npy"
+    _touch(tmp_path, *names)
+    assert {Path(rgb).name for rgb, _ in _named(tmp_path)} == {"a_b.png", "a;b.png"}
+    (note,) = list_frames(tmp_path).notes
+    assert "(c.npy and c.png)" in note
+    with pytest.raises(InputError, match=r"No depth file, or more than one, matches .*c\.jpg"):
+        open_source(tmp_path).find("rgb/c")
 
 
 def test_what_is_no_folder_is_refused(tmp_path):

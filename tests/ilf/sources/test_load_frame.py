@@ -241,6 +241,7 @@ HOSTILE_DEPTH = {
     "colour-map.png": (encoded(".png", RGB), "8-bit image.*3 channels.*swapped"),
     "picture.jpg": (encoded(".jpg", RGB), "8-bit image"),
     "8-bit.npy": (npy(RGB[..., 0]), "8-bit image"),
+    "bytes-as-float.npy": (npy(np.arange(H * W, dtype=np.float32).reshape(H, W) % 256), "8-bit image"),
     "8-bit.pgm": (b"P5\n4 4\n255\n" + bytes(16), "8-bit image"),
     "three.png": (encoded(".png", np.dstack([MILLIMETRES] * 3)), r"shape \(24, 32, 3\).*one channel"),
     "flat.npy": (npy(METRES.ravel()), "shape .*one channel"),

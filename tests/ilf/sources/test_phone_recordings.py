@@ -129,6 +129,18 @@ def test_each_frame_of_record3d_may_have_a_camera_of_its_own(tmp_path):
     assert ilf.open_source(larger).calibration("0").colour.fx == K[0] / 2
 
 
+def test_stray_scanner_with_depth_of_8_bits_or_twice_is_refused(tmp_path):
+    twice = write_stray(tmp_path / "twice")
+    np.save(twice / "depth" / "000001.npy", np.ones((2, 2), np.float32))
+    with pytest.raises(InputError, match=r"000001\.npy and 000001\.png have the same name"):
+        ilf.open_source(twice)
+    folder = write_stray(tmp_path / "grey")
+    for file in (folder / "depth").iterdir():
+        cv2.imwrite(str(file), cv2.imread(str(file), cv2.IMREAD_UNCHANGED).astype(np.uint8))
+    with pytest.raises(FormatError, match="this is an 8-bit image, not depth"):
+        ilf.open_source(folder)
+
+
 def test_scannet_is_registered_by_its_two_cameras(tmp_path):
     source = ilf.open_source(write_sens(tmp_path / "a.sens", sens()))
     assert (source.keys, source.is_registered) == (("0", "1", "2"), False)

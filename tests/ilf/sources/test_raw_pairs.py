@@ -51,6 +51,23 @@ def test_what_is_doubted_of_a_pair_is_told(tmp_path: Path) -> None:
         source.read("1", registered=False)
 
 
+@pytest.mark.parametrize("name", ["depth.png", "depth.npy"])
+def test_depth_of_8_bits_is_refused(tmp_path: Path, name: str) -> None:
+    write_pair(tmp_path, "rgb.png", "depth.png")
+    values = cv2.imread(str(tmp_path / "depth.png"), cv2.IMREAD_UNCHANGED).astype(np.uint8)
+    (tmp_path / "depth.png").unlink()
+    np.save(tmp_path / name, values) if name.endswith(".npy") else cv2.imwrite(str(tmp_path / name), values)
+    with pytest.raises(FormatError, match="this is an 8-bit image, not depth"):
+        ilf.open_source(tmp_path).read("1")
+
+
+def test_two_depth_files_of_one_name_are_named(tmp_path: Path) -> None:
+    write_pair(tmp_path, "rgb.png", "depth.png")
+    np.save(tmp_path / "depth.npy", np.ones((24, 32), np.float32))
+    with pytest.raises(InputError, match=r"depth\.npy and depth\.png have the same name"):
+        ilf.open_source(tmp_path)
+
+
 def test_folders_of_pairs_go_by_their_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("a", "b"):
         write_pair(tmp_path, f"colour/{name}.png", f"depth/{name}.png")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import itertools
 import math
 import sqlite3
@@ -16,11 +17,30 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 import ilf
 from ilf.errors import FormatError, IlfError, InputError, ParameterError
+from ilf.io.rvl import read_rvl
 from ilf.sources.opening import close_all
-from tests.ilf.bags import COLOUR, DEPTH, KINDS, START, H, W, bag, compressed_depth, path_of, storage_of, write_aligned
+from tests.ilf.bags import (
+    COLOUR,
+    DEPTH,
+    KINDS,
+    START,
+    Bag,
+    H,
+    K,
+    W,
+    bag,
+    compressed_depth,
+    path_of,
+    rvl_depth,
+    storage_of,
+    write_aligned,
+)
+
+zstd = importlib.import_module("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd")
 
 
 def in_metres(millimetres: np.ndarray) -> np.ndarray:
@@ -81,7 +101,7 @@ def test_depth_goes_with_the_colour_that_is_nearest_by_its_header(tmp_path: Path
     assert source.notes == ("1 colour image left out: no match within 0.02 s.",)
     assert source.read(source.keys[1]).depth[0, 0] == np.float32(1.501)
     assert len(ilf.open_source(tmp_path / "recording.bag", max_gap=0.0055)) == 1
-    with pytest.raises(InputError, match="larger gap"):
+    with pytest.raises(InputError, match=r"smallest difference is 0\.005 s.*--max-gap"):
         ilf.open_source(tmp_path / "recording.bag", max_gap=0.001)
 
 
@@ -151,7 +171,7 @@ def test_compressed_images_are_those_that_were_compressed(tmp_path: Path, kind: 
         out.compressed("/b/depth/compressedDepth", floats, "32FC1; compressedDepth png", 0)
         out.compressed("/c/depth/compressed", cv2.imencode(".png", DEPTH)[1].tobytes(), "16UC1; png compressed ", 0)
     source = ilf.open_source(path_of(tmp_path, kind))
-    assert "there are also /b/depth, /c/depth" in source.notes[0]
+    assert "there are also /b/depth/compressedDepth, /c/depth/compressed" in source.notes[0]
     frame = source.read(source.keys[0])
     assert np.array_equal(frame.rgb, COLOUR)
     assert np.array_equal(frame.depth, in_metres(DEPTH), equal_nan=True)
@@ -249,6 +269,232 @@ def test_other_units_and_a_value_for_missing_are_taken(tmp_path: Path) -> None:
     again = ilf.load_frame(**frame.sources)
     assert np.array_equal(again.depth, frame.depth, equal_nan=True)
     assert again.intrinsics.fx == 80
+
+
+# depth of 8 bits, and of several transports
+
+GREY = np.ascontiguousarray(COLOUR[..., 0])
+JPEG, PNG = (cv2.imencode(suffix, GREY)[1].tobytes() for suffix in (".jpg", ".png"))
+PACKED = struct.pack("<iff", 0, 2000.0, 10.0)
+
+NOT_DEPTH = {
+    "jpeg": ("compressed", JPEG, "16UC1; jpeg compressed "),
+    "jpeg of mono16": ("compressed", JPEG, "mono16; jpeg compressed "),
+    "jpeg of metres": ("compressed", JPEG, "32FC1; jpeg compressed "),
+    "jpeg without an encoding": ("compressed", JPEG, "jpeg"),
+    "png of 8 bits": ("compressed", PNG, "16UC1; png compressed "),
+    "coloured": ("compressed", cv2.imencode(".png", COLOUR)[1].tobytes(), "bgr8; png compressed bgr8"),
+    "packed png of 8 bits": ("compressedDepth", PACKED + PNG, "16UC1; compressedDepth png"),
+    "packed png of colour": (
+        "compressedDepth",
+        PACKED + cv2.imencode(".png", COLOUR)[1].tobytes(),
+        "16UC1; compressedDepth",
+    ),
+    "packed metres of 8 bits": ("compressedDepth", PACKED + PNG, "32FC1; compressedDepth png"),
+    "mono8": ("image_raw", GREY, "mono8"),
+    "8UC1": ("image_raw", GREY, "8UC1"),
+    "colour map": ("image_raw", COLOUR, "rgb8"),
+    "bytes named 16UC1": ("image_raw", GREY, "16UC1"),
+    "bytes named 32FC1": ("image_raw", GREY, "32FC1"),
+}
+
+
+@pytest.mark.parametrize("kind", ["ros1", "sqlite3"])
+@pytest.mark.parametrize("what", NOT_DEPTH)
+def test_depth_of_8_bits_is_refused(tmp_path: Path, kind: str, what: str) -> None:
+    transport, data, encoding = NOT_DEPTH[what]
+    topic = f"/camera/depth/{transport}"
+    with bag(tmp_path, kind) as out:
+        out.image("/camera/rgb/image_raw", COLOUR, "rgb8", 0)
+        (out.compressed if isinstance(data, bytes) else out.image)(topic, data, encoding, 0)
+    path = path_of(tmp_path, kind)
+    with pytest.raises(
+        InputError, match=f"Depth of {topic} is not read: this is an 8-bit image.*export the raw 16-bit"
+    ):
+        ilf.open_source(path)
+    asked = ilf.open_source(path, topics=("/camera/rgb/image_raw", topic))
+    with pytest.raises(FormatError, match=r"this is an 8-bit image.*export the raw 16-bit"):
+        asked.read(asked.keys[0])
+
+
+def test_bytes_stored_as_metres_are_refused_unless_their_unit_is_given(tmp_path: Path) -> None:
+    with bag(tmp_path, "mcap") as out:
+        out.image("/rgb", COLOUR, "rgb8", 0)
+        out.image("/depth", GREY.astype(np.float32), "32FC1", 0)
+    path = tmp_path / "recording"
+    source = ilf.open_source(path)
+    with pytest.raises(FormatError, match="whole numbers from 0 to 255, as of an 8-bit image"):
+        source.read(source.keys[0])
+    source = ilf.open_source(path, depth_units=100)
+    assert np.nanmax(source.read(source.keys[0]).depth) == np.float32(2.48)
+
+
+def _write_transports(out: Bag, *transports: str) -> None:
+    inverse = np.where(DEPTH > 0, np.rint(2000.0 / (np.maximum(DEPTH, 1) / 1000) + 10), 0).astype(np.uint16)
+    quantised = PACKED + cv2.imencode(".png", inverse)[1].tobytes()
+    out.image("/rgb/image_raw", COLOUR, "rgb8", 0)
+    base = "/depth_registered/image_raw"
+    for transport in transports:
+        if transport in {"raw", "metres"}:
+            values = DEPTH if transport == "raw" else np.where(DEPTH > 0, DEPTH / np.float32(1000), np.float32(np.nan))
+            out.image(base, values.astype(values.dtype), "16UC1" if transport == "raw" else "32FC1", 0)
+        elif transport == "jpeg":
+            out.compressed(f"{base}/compressed", JPEG, "16UC1; jpeg compressed ", 0)
+        elif transport == "quantised":
+            for stamp in (0, 33_000_000):
+                out.compressed(f"{base}/compressedDepth", quantised, "32FC1; compressedDepth png", stamp)
+        else:
+            data = compressed_depth(DEPTH) if transport == "png" else rvl_depth(DEPTH)
+            out.compressed(f"{base}/compressedDepth", data, f"16UC1; compressedDepth {transport}", 0)
+
+
+@pytest.mark.parametrize("kind", ["ros1", "mcap"])
+@pytest.mark.parametrize(
+    ("transports", "chosen", "said"),
+    [
+        (
+            ["jpeg", "png"],
+            "/compressedDepth",
+            "Depth of /depth_registered/image_raw/compressed is not read: this is an 8-bit",
+        ),
+        (["jpeg", "raw"], "", "Depth of /depth_registered/image_raw/compressed is not read: this is an 8-bit"),
+        (["raw", "png"], "", "there are also /depth_registered/image_raw/compressedDepth"),
+        (["metres", "quantised"], "", "there are also /depth_registered/image_raw/compressedDepth"),
+        (["rvl"], "/compressedDepth", ""),
+    ],
+)
+def test_the_lossless_transport_is_read_and_said(
+    tmp_path: Path, kind: str, transports: list[str], chosen: str, said: str
+) -> None:
+    with bag(tmp_path, kind) as out:
+        _write_transports(out, *transports)
+    source = ilf.open_source(path_of(tmp_path, kind))
+    assert np.array_equal(source[0].depth, in_metres(DEPTH), equal_nan=True)
+    note = " ".join(source.notes)
+    assert said in note
+    assert (f"depth of /depth_registered/image_raw{chosen} are read" in note) == bool(said)
+
+
+def test_other_pictures_are_neither_depth_nor_colour(tmp_path: Path) -> None:
+    """Infrared of 16 bits, and depth in false colours, which come first by name and by number."""
+    with bag(tmp_path, "sqlite3") as out:
+        for stamp in (0, 33_000_000):
+            out.image("/a/ir/image_raw", DEPTH + np.uint16(1), "mono16", stamp)
+            out.image("/a/depth/image_raw/shown", COLOUR[::-1], "rgb8", stamp)
+        out.image("/b/depth/image_raw", DEPTH, "mono16", 0)
+        out.image("/b/rgb/image_raw", COLOUR, "rgb8", 0)
+    frame = ilf.open_source(tmp_path / "recording")[0]
+    assert np.array_equal(frame.rgb, COLOUR)
+    assert np.array_equal(frame.depth, in_metres(DEPTH), equal_nan=True)
+
+
+@given(data=st.data())
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_depth_by_rvl_is_exact_and_damage_is_an_error(data: st.DataObject) -> None:
+    shape = data.draw(st.tuples(st.integers(1, 9), st.integers(1, 9)))
+    values = data.draw(arrays(np.uint16, shape, elements=st.sampled_from([0, 0, 1, 1500, 1501, 65535])))
+    packed = np.frombuffer(rvl_depth(values)[12:], np.uint8)
+    assert np.array_equal(read_rvl(packed, "image"), values)
+    damaged = packed[: data.draw(st.integers(0, len(packed)))].copy()
+    if len(damaged) > 8:
+        damaged[data.draw(st.integers(8, len(damaged) - 1))] = data.draw(st.integers(0, 255))
+    with contextlib.suppress(FormatError):
+        assert read_rvl(damaged, "image").shape == values.shape
+
+
+# lenses
+
+
+PRISM = (0.3338, -0.0391, -7.1e-05, -1.8e-05, -0.0015, 0.6651, -0.0098, -0.0093, 1e-3, 2e-4, -1e-3, 1e-4)
+
+
+@pytest.mark.parametrize("distortion", [PRISM, (*PRISM[:8], 0, 0, 0, 0, 0.02, -0.05), PRISM[:8] + (0.0,) * 6])
+@pytest.mark.parametrize("registered", [True, False])
+def test_lenses_of_12_and_14_coefficients(tmp_path: Path, distortion: tuple[float, ...], registered: bool) -> None:
+    """Registered depth is read as it is; other depth is registered with both lenses undistorted: it shows a plane."""
+    with bag(tmp_path, "mcap") as out:
+        still = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+        out.tf_static(("colour", "depth", *still))
+        for camera in ("color", "depth"):
+            out.info(f"/{camera}/camera_info", distortion=distortion, model="rational_polynomial")
+        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
+        out.image("/depth/image_raw", np.full((H, W), 1500, np.uint16), "16UC1", 0, "colour" if registered else "depth")
+    source = ilf.open_source(tmp_path / "recording")
+    assert source.is_registered == registered
+    kept = distortion if any(distortion[8:]) else distortion[:8]
+    assert source.calibration(source.keys[0]).colour_distortion == pytest.approx(kept)
+    frame = source[0]
+    assert np.nanmax(np.abs(frame.depth - 1.5)) < 1e-6
+    if registered:
+        assert frame.intrinsics.fx == 30
+        assert any("distortion" in note for note in frame.notes)
+    else:
+        assert frame.missing_share < 0.1
+        ray = (np.array([[[5.0, 7.0]]]) - (frame.intrinsics.cx, frame.intrinsics.cy)) / (
+            frame.intrinsics.fx,
+            frame.intrinsics.fy,
+        )
+        seen, _ = cv2.projectPoints(
+            np.dstack([ray, [[1.0]]]), np.zeros(3), np.zeros(3), np.reshape(K, (3, 3)), np.array(distortion)
+        )
+        x, y = seen.ravel()
+        assert frame.rgb[7, 5, :2] == pytest.approx([8 * x, 10 * y], abs=1.5)  # a ramp along both axes
+
+
+@pytest.mark.parametrize("model", ["equidistant", "fisheye"])
+def test_registered_depth_of_a_fisheye_has_no_camera(tmp_path: Path, model: str) -> None:
+    with bag(tmp_path, "ros1") as out:
+        out.info("/color/camera_info", distortion=(0.1, 0.1, 0.1, 0.1), model=model)
+        out.image("/color/image_raw", COLOUR, "rgb8", 0)
+        out.image("/depth/image_raw", DEPTH, "16UC1", 0)
+    frame = ilf.open_source(tmp_path / "recording.bag")[0]
+    assert frame.intrinsics is None
+    assert any(model in note for note in frame.notes)
+
+
+# compressed recordings
+
+
+@pytest.mark.parametrize("kind", ["sqlite3", "mcap"])
+@pytest.mark.parametrize("mode", ["FILE", "MESSAGE"])
+def test_bags_compressed_by_file_or_message(tmp_path: Path, kind: str, mode: str) -> None:
+    with bag(tmp_path, kind, compression=mode) as out:
+        out.image("/rgb", COLOUR, "rgb8", 0)
+        out.image("/depth", DEPTH, "16UC1", 0)
+    source = ilf.open_source(tmp_path / "recording")
+    assert np.array_equal(source[0].depth, in_metres(DEPTH), equal_nan=True)
+    assert any("zstd -d" in note for note in source.notes) == (mode == "FILE")
+    (file,) = (tmp_path / "recording").glob("recording.*")
+    with pytest.raises(InputError, match="compressed"):
+        ilf.open_source(file)
+    if mode == "FILE":
+        close_all()
+        file.write_bytes(file.read_bytes()[:-20])
+        with pytest.raises(FormatError, match="truncated"):
+            ilf.open_source(tmp_path / "recording")
+
+
+def test_a_bag_that_would_unpack_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ilf.sources.packed._LARGEST", 2**20)
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag_0.db3.zstd").write_bytes(zstd.compress(bytes(2**23)))
+    with pytest.raises(FormatError, match="200 times as large when unpacked"):
+        ilf.open_source(tmp_path / "bag")
+
+
+@pytest.mark.parametrize(
+    ("name", "command"),
+    [
+        ("rec.mcap.zstd", "zstd -d .*rec.mcap.zstd -o .*rec.mcap$"),
+        ("rec.bag.zst", "zstd -d"),
+        ("rec.bag.lz4", "lz4 -d"),
+        ("rec.mkv.gz", "gzip -dk"),
+    ],
+)
+def test_the_command_that_unpacks_a_whole_recording_is_named(tmp_path: Path, name: str, command: str) -> None:
+    (tmp_path / name).write_bytes(b"packed")
+    with pytest.raises(InputError, match=f"is a compressed recording. Unpack it first: {command}"):
+        ilf.open_source(tmp_path / name)
 
 
 # what cannot be read
@@ -465,7 +711,7 @@ def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="are depth, not colour"):
         wrong.read(wrong.keys[0])
     wrong = ilf.open_source(path, topics=("/rgb", "/rgb"))
-    with pytest.raises(FormatError, match="'rgb8' are not depth"):
+    with pytest.raises(FormatError, match="8-bit image, 3 channels, not depth"):
         wrong.read(wrong.keys[0])
     wrong = ilf.open_source(path, topics=("/strange/rgb", "/depth"))
     with pytest.raises(FormatError, match="'nv21' are not supported"):
@@ -475,8 +721,12 @@ def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
 def test_recordings_without_a_camera_and_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with bag(tmp_path, "ros1") as out:
         out.image("/rgb", COLOUR, "rgb8", 0)
+        cloud = out.make("sensor_msgs/msg/PointCloud", out.header(0, "depth"), [], [])
+        out.write("/depth/points", cloud, 0)
     path = tmp_path / "recording.bag"
-    with pytest.raises(InputError, match="has no colour images with depth"):
+    with pytest.raises(
+        InputError, match=r"has no colour images with depth.*/depth/points \(sensor_msgs/msg/PointCloud\)"
+    ):
         ilf.open_source(path)
     with pytest.raises(InputError, match="no such"):
         ilf.open_source(tmp_path / "none.bag")
@@ -492,6 +742,16 @@ def test_a_key_that_no_frame_has(tmp_path: Path) -> None:
         ilf.load_frame(path, frame="7.0")
     with pytest.raises(ParameterError, match="leave the depth file out"):
         ilf.load_frame(path, path, frame="7.0")
+
+
+def test_what_a_key_lacks_is_said(tmp_path: Path) -> None:
+    with bag(tmp_path, "ros1") as out:
+        for stamp in (0, 500_000_000):
+            out.image("/rgb", COLOUR, "rgb8", stamp)
+        out.image("/depth", DEPTH, "16UC1", 0)
+    source = ilf.open_source(tmp_path / "recording.bag")
+    with pytest.raises(InputError, match=r"no frame .*lacks depth: the nearest is 0.5 s away \(--max-gap\)"):
+        source.find(f"{START // 10**9}.500000000")
 
 
 def test_a_recording_that_has_changed_is_read_anew(tmp_path: Path) -> None:
