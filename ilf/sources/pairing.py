@@ -75,7 +75,8 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     times, the last number in the names is compared, where it is unique; these matches count only if they include more
     than half of the files of the smaller set, since a few may occur by chance. Files of other formats are left out.
     """
-    colour_names, depth_names = _colour_files(colours), depth_files(depths)
+    colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
+    depth_names = depth_files(depths)
     pairs: list[tuple[str, str]] = []
     for key_of in (_whole_stem, _stem_without_kind, _stem_without_zeros):
         more, clashes = _matched(*_left(colour_names, depth_names, pairs), key_of)
