@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.addresses import is_address
+from .._runtime.arrays import plain_array, without_mask
 from ..errors import InputError
 from .camera import CameraIntrinsics, as_camera, checked_transform
 from .guide import Guide, as_guide
@@ -40,10 +41,11 @@ def read_only(array: Array) -> Array:
     return copied
 
 
-def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[np.bool_]:
+def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str, masked: bool = False) -> NDArray[np.bool_]:
     """Return a read-only mask of `what`, from bool or from integers that are all 0 and 1, or 0 and 255; raise
-    InputError for other values, or if it does not have this shape (H, W)."""
-    array = np.asarray(mask)
+    InputError for other values, or if it does not have this shape (H, W). `masked` is the value where a numpy masked
+    array has none."""
+    array = plain_array(mask)
     if array.dtype.kind in "iu" and any(set(np.unique(array).tolist()) <= pair for pair in ({0, 1}, {0, 255})):
         array = array != 0
     if array.dtype != np.bool_ or array.shape != shape:
@@ -51,7 +53,7 @@ def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[
             f"A mask of {what} must be bool with the frame's shape {shape}, or contain only 0 and 1, or 0 and 255; "
             f"not {array.dtype} with shape {array.shape}."
         )
-    return read_only(array)
+    return read_only(array | np.ma.getmaskarray(mask) if masked and np.ma.is_masked(mask) else array)
 
 
 DEPTH_LIMITS = (1e-9, 1e6)
@@ -115,7 +117,7 @@ class FrameInputs:
 @dataclass(frozen=True, eq=False)
 class RGBDFrame:
     """Registered colour and depth of one moment. Immutable: its arrays are read-only copies, except for colour that is
-    read-only already.
+    read-only already. In numpy masked arrays, here and in all functions, what is masked is missing; colour cannot be.
 
     Parameters
     ----------
@@ -222,7 +224,7 @@ class RGBDFrame:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
         measured = depth = checked_depth(self.depth)
         if self.invalid_mask is not None:
-            invalid_mask = checked_mask(self.invalid_mask, depth.shape, "invalid depth")
+            invalid_mask = checked_mask(self.invalid_mask, depth.shape, "invalid depth", masked=True)
             object.__setattr__(self, "invalid_mask", invalid_mask)
             depth = _frozen(np.where(invalid_mask, np.float32(np.nan), depth))
         object.__setattr__(self, "measured", measured)
@@ -312,7 +314,7 @@ class RGBDFrame:
 
     def with_invalid_mask(self, mask: ArrayLike | None) -> Self:
         """Return the frame with another invalid mask, bool (H, W), or with none."""
-        wanted = None if mask is None or not np.any(mask) else np.asarray(mask)
+        wanted = mask if mask is not None and (np.ma.is_masked(mask) or np.any(mask)) else None
         if wanted is None and self.invalid_mask is None:
             return self
         return replace(self, depth=self.measured, invalid_mask=wanted)
@@ -327,7 +329,7 @@ class RGBDFrame:
         return replace(
             self,
             depth=self.measured,
-            ground_truth=None if ground_truth is None else np.asarray(ground_truth),
+            ground_truth=ground_truth,
             inputs=inputs,
         )
 
@@ -539,7 +541,7 @@ def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
     >>> checked_colour([[0.0, 0.5, 1.0]])[0].tolist()
     [[0, 0, 0], [128, 128, 128], [255, 255, 255]]
     """
-    array = np.asarray(rgb)
+    array = without_mask(rgb)
     if array.ndim == 2:
         array = array[..., None]
     if array.ndim != 3 or array.shape[2] not in (1, 3) or (array.dtype != np.uint8 and array.dtype.kind != "f"):
@@ -561,7 +563,7 @@ def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
 
 def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
     """Return read-only depth [m], NaN = missing; raise InputError if it is not an image of real numbers."""
-    array = np.asarray(depth)
+    array = plain_array(depth)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
         raise InputError(
             f"Depth must be one real number per pixel with shape (H, W), not {array.dtype} with shape {array.shape}."

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from .._runtime.files import FileContent, FileSource, read_file, write_bytes
 from .._runtime.formatting import as_float, counted
 from ..data.frame import DEPTH_LIMITS
@@ -166,7 +167,7 @@ def encode_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 
     suffix = Path(path).suffix.lower()
     if suffix not in DEPTH_SUFFIXES:
         raise ExportError(f"Depth cannot be written as {str(path)!r}: use one of {', '.join(DEPTH_SUFFIXES)}.")
-    metres = _with_missing(np.array(depth, np.float32))
+    metres = _with_missing(np.array(plain_array(depth), np.float32))
     if metres.ndim != 2 or metres.size == 0:
         raise ExportError(f"Depth must have shape (H, W) to be written, not {metres.shape}.")
     if suffix == ".png":
@@ -272,7 +273,7 @@ def encode_expected_error(
     path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0
 ) -> tuple[bytes, list[str]]:
     """Return the content of the file that `write_expected_error` writes, and its warnings; raises as it does."""
-    values = np.asarray(error, np.float32)
+    values = np.asarray(plain_array(error), np.float32)
     if Path(path).suffix.lower() == ".png":
         values = np.maximum(values, np.float32(1 / checked_units(units)))
     return encode_depth(path, values, units)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from .._runtime.files import FileSource, read_file, write_bytes
 from .._runtime.formatting import grouped
 from ..data.frame import RGBDFrame
@@ -23,7 +24,7 @@ from .images import encode_image, image_header, read_image
 
 def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
     """Write a mask (H, W) as 8-bit PNG, 255 where it is True; raise ExportError if the file cannot be written."""
-    write_bytes(path, encode_image(".png", 255 * mask.astype(np.uint8)))
+    write_bytes(path, encode_image(".png", 255 * plain_array(mask).astype(np.uint8)))
 
 
 def read_mask(path: FileSource, shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:
@@ -81,7 +82,7 @@ def encode_labels(labels: ArrayLike) -> bytes:
 
 def checked_for_writing(labels: ArrayLike) -> NDArray[np.int32]:
     """Return the label map as int32 (H, W); raise ExportError if it is invalid, or does not fit into 16 bits."""
-    array = np.asarray(labels)
+    array = plain_array(labels)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iu":
         raise ExportError(f"Labels must be integers with shape (H, W), not {array.dtype} {array.shape}.")
     if array.min() < 0 or array.max() > 65535:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from .._runtime.arrays import plain_array
 from ..data.frame import RGBDFrame, checked_frame
 from ..errors import InputError
 from .editing.patches import Points
@@ -33,7 +34,7 @@ class _Stroke:
 
     @staticmethod
     def of(tree: RegionTree, given: tuple[float, float] | Points) -> _Stroke:
-        points = np.asarray(given, np.float64).reshape(-1, 2)
+        points = np.asarray(plain_array(given), np.float64).reshape(-1, 2)
         height, width = tree.pieces.shape
         if not len(points):
             raise InputError("A stroke needs at least one point.")
@@ -113,6 +114,7 @@ def select_region(
     checked_frame(frame)
     if box is None and start is None and not len(inside):
         raise InputError("Give at least one point inside, a box, or a selection to start with.")
+    start = None if start is None else plain_array(start)
     if start is not None and start.shape != frame.shape:
         raise InputError(f"The selection to start with is of shape {start.shape}, the frame of {frame.shape}.")
     each = [0] * (len(inside) - 1) + [steps] if isinstance(steps, int) else steps
