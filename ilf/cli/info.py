@@ -37,7 +37,8 @@ from ..io.frame_additions import (
     read_ground_truth,
     scale_misfit,
 )
-from ..io.images import read_colour_with_warning
+from ..io.images import read_colour_with_warning, turned
+from ..io.orientation import pair_orientation
 from ..project.file import SUFFIX
 from ..run.options import RECORD_FILE
 from ..run.record import RunRecord
@@ -449,10 +450,14 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, options: ReadingO
     depth_camera = options.depth_intrinsics
     camera = options.intrinsics if depth_camera is None else depth_camera
     facts = [*_colour_facts(colour, rgb, doubt), *_depth_facts(path, depth, camera)]
-    if depth_camera is not None and rgb.shape[:2] != depth.metres.shape:
+    orientation = pair_orientation(read_file(colour), rgb, read_file(path), depth.metres)
+    if orientation.note:
+        facts.append(Fact("warning" if orientation.is_doubt else "orientation", orientation.note))
+    rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
+    if depth_camera is not None and rgb.shape[:2] != metres.shape:
         return [*facts, Fact("registered", "on reading, by the intrinsics of both images")]
     try:
-        check_same_size(rgb, depth.metres)
+        check_same_size(rgb, metres)
     except InputError as error:
         facts.append(Fact("problem", str(error)))
     return facts

@@ -53,7 +53,8 @@ def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str, masked: boo
             f"A mask of {what} must be bool with the frame's shape {shape}, or contain only 0 and 1, or 0 and 255; "
             f"not {array.dtype} with shape {array.shape}."
         )
-    return read_only(array | np.ma.getmaskarray(mask) if masked and np.ma.is_masked(mask) else array)
+    hidden = np.ma.getmaskarray(mask) if masked and isinstance(mask, np.ma.MaskedArray) else False
+    return read_only(array | hidden)
 
 
 DEPTH_LIMITS = (1e-9, 1e6)
@@ -95,7 +96,8 @@ class FrameInputs:
     the decoded depth. `invalid` is the depth file's value that marks missing depth, if there is one besides zero.
     `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256 of the
     bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a depth file of
-    another size than colour, by which its depth was registered.
+    another size than colour, by which its depth was registered. `orientations` are the tags (EXIF) by which colour and
+    depth were turned; None if both are as stored.
     """
 
     rgb: InputFile
@@ -107,11 +109,13 @@ class FrameInputs:
     invalid: float | None = None
     frame: str | None = None
     depth_intrinsics: tuple[float, float, float, float] | None = field(default=None, metadata={"optional": True})
+    orientations: tuple[int, int] | None = field(default=None, metadata={"optional": True})
 
     @property
     def has_colour_file(self) -> bool:
-        """Whether colour is a file of its own on a disk: neither in a recording nor at an address."""
-        return self.frame is None and not is_address(self.rgb.path)
+        """Whether colour is a file of its own on a disk, as stored: neither in a recording nor at an address, nor
+        turned."""
+        return self.frame is None and self.orientations is None and not is_address(self.rgb.path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -317,7 +321,7 @@ class RGBDFrame:
         wanted = mask if mask is not None and (np.ma.is_masked(mask) or np.any(mask)) else None
         if wanted is None and self.invalid_mask is None:
             return self
-        return replace(self, depth=self.measured, invalid_mask=wanted)
+        return replace(self, depth=self.measured, invalid_mask=wanted)  # type: ignore[arg-type]  # as in __init__
 
     def with_more_invalid(self, mask: NDArray[np.bool_]) -> Self:
         """Return the frame with the pixels of a mask, bool (H, W), added to its invalid mask."""
@@ -329,7 +333,7 @@ class RGBDFrame:
         return replace(
             self,
             depth=self.measured,
-            ground_truth=ground_truth,
+            ground_truth=ground_truth,  # type: ignore[arg-type]  # as in __init__
             inputs=inputs,
         )
 

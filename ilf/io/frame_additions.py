@@ -24,7 +24,7 @@ from .depth_reading import decoded
 from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import read_exr, read_npy, read_npz, read_pfm, without_channel
 from .guide_network import predict_guide
-from .images import read_image
+from .images import read_image, read_indices
 
 _MAX_SCALE_RATIO = 1.5
 """Median ratio of ground truth and known depth, or its inverse, above which their units do not match."""
@@ -305,7 +305,7 @@ def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
         If it is damaged or has several channels.
     """
     content = read_file(path)
-    values = without_channel(read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content))
+    values = without_channel(read_npy(content) if content.path.suffix.lower() == ".npy" else read_indices(content))
     if values.ndim != 2 or values.dtype.kind not in "biuf":
         raise FormatError(f"{content}: a confidence map must have one number per pixel, not {_kind(values)}.")
     if values.shape != shape:

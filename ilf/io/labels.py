@@ -19,7 +19,7 @@ from .._runtime.files import FileSource, read_file, write_bytes
 from .._runtime.formatting import grouped
 from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, InputError
-from .images import encode_image, image_header, read_image
+from .images import encode_image, image_header, read_indices
 
 
 def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
@@ -95,7 +95,8 @@ def checked_for_writing(labels: ArrayLike) -> NDArray[np.int32]:
 def read_labels(
     path: FileSource, shape: tuple[int, int] | None = None, *, what: str = "label map"
 ) -> NDArray[np.int32]:
-    """Read a label map from a PNG with 8 or 16 bits, int32 (H, W); 0 = no block.
+    """Read a label map from a PNG with 8 or 16 bits, int32 (H, W); 0 = no block. The labels of a PNG with a palette are
+    its indices.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ def read_labels(
     FormatError
         If it is damaged or not a label map.
     """
-    image = read_image(path)
+    image = read_indices(path)
     if image.ndim != 2 or image.dtype.kind != "u" or image.dtype.itemsize > 2:
         raise FormatError(
             f"{path}: a {what} must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}. "
@@ -321,7 +322,7 @@ def _part(file: Path, shape: tuple[int, int]) -> Iterator[Region]:
             f"{file}: the mask is {header.width} x {header.height}, but the frame is {shape[1]} x {shape[0]}. "
             "Use the masks of this frame."
         )
-    image = read_image(content)
+    image = read_indices(content)
     if image.ndim == 3:
         grey = image[..., 0]
         if np.any(image[..., :3] != grey[..., None]):

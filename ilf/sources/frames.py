@@ -34,8 +34,9 @@ from ..io.frame_additions import (
     read_confidence,
     with_ground_truth_file,
 )
-from ..io.images import encode_image, read_colour_with_warning
+from ..io.images import encode_image, read_colour_with_warning, turned
 from ..io.labels import read_mask
+from ..io.orientation import AS_STORED, pair_orientation
 from .naming import name_from_path
 from .opening import is_recording
 from .poses import camera_pose, stated_pose
@@ -254,13 +255,14 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
     colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
     read = _read_depth(files, depth_file, options)
-    values, chosen = read.values, options.or_else(files.options)
-    is_same = colour.shape[:2] == values.shape
+    orientation = pair_orientation(rgb_file, colour, depth_file, read.metres)
+    colour, values = turned(colour, orientation.tags[0]), turned(read.metres, orientation.tags[1])
+    chosen, is_same = options.or_else(files.options), colour.shape[:2] == values.shape
     if not is_same and chosen.depth_intrinsics is None:
         raise InputError(
             f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)} pixels. Both must have the same "
             "pixels: give the intrinsics of both (--intrinsics and --depth-intrinsics), by which depth is registered, "
-            "or register and resize one to the other first."
+            f"or register and resize one to the other first.{_exchanged(colour, values)} {orientation.note}".rstrip()
         )
     if files.size not in {None, (values.shape[1], values.shape[0])}:
         raise FormatError(
@@ -277,19 +279,28 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
         encoding=read.encoding.name,
         invalid=read.encoding.invalid,
         depth_intrinsics=None if is_same else _numbers(depth_camera),
+        orientations=None if orientation.tags == AS_STORED else orientation.tags,
     )
+    of_pair = (orientation.note,) if orientation.note else ()
+    doubts = (*of_colour, *(of_pair if orientation.is_doubt else ()))
     try:
         frame = replace(
-            frame_of_images(colour, read.metres, camera, inputs, name or files.name),
-            notes=(*of_colour, *read.notes),
-            plausibility_warnings=(*of_colour, *(doubt.text for doubt in read.plausibility_warnings)),
+            frame_of_images(colour, values, camera, inputs, name or files.name),
+            notes=(*of_colour, *of_pair, *read.notes),
+            plausibility_warnings=(*doubts, *(doubt.text for doubt in read.plausibility_warnings)),
             pose=(files if chosen.pose is None else replace(files, options=chosen)).camera_pose,
         )
         if is_same and files.outside_view is not None:
             frame = replace(frame, outside_view=read_mask(files.outside_view, colour.shape[:2]))
     except InputError as error:
         raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
-    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *read.warnings)
+    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings)
+
+
+def _exchanged(colour: NDArray[np.uint8], depth: NDArray[np.float32]) -> str:
+    """A hint for an image that is turned by 90 degrees; "" otherwise."""
+    is_so = colour.shape[:2] == depth.shape[::-1]
+    return " Width and height are exchanged: one of the files is turned by 90 degrees." if is_so else ""
 
 
 def frame_of_images(

@@ -303,7 +303,7 @@ class Shards(Recording):
         remedy = "Keep colour in the shards (--keep depth,rgb) to read them without their sources."
         if row["rgb"] is None:
             raise InputError(
-                f"{self.path} has no colour of {key}, which is from a recording or was registered. {remedy}"
+                f"{self.path} has no colour of {key}, which is from a recording, or was registered or turned. {remedy}"
             )
         try:
             file = _remote_file(row["rgb"]) if is_address(row["rgb"]) else read_file(row["rgb"])

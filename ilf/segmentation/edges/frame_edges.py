@@ -313,7 +313,7 @@ def edge_strength(
         raise InputError(
             f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame); 'hed' and 'canny' need only colour."
         )
-    rgb = without_mask(image) if frame is None else frame.rgb
+    rgb = image.rgb if isinstance(image, RGBDFrame) else without_mask(image)
     check_image(rgb)
     if detector == "canny":
         return canny_strength(rgb, defaults.canny_sigma, defaults.canny_high, defaults.canny_low_ratio)

@@ -1,0 +1,109 @@
+"""Orientation tags (EXIF) of a pair's files: whether colour or depth is turned, so that both show the same pixels."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent
+from ..errors import FormatError
+from .images import image_header, turned
+
+AS_STORED = 1, 1
+"""Orientations of colour and depth that are not turned."""
+
+_EFFECTS = {
+    2: "mirrored left to right",
+    3: "turned by 180 degrees",
+    4: "mirrored top to bottom",
+    5: "mirrored and turned by 90 degrees",
+    6: "turned by 90 degrees clockwise",
+    7: "mirrored and turned by 90 degrees",
+    8: "turned by 90 degrees counter-clockwise",
+}
+
+_COMPARED = 320
+"""Length of the longer side [px] at which edges are compared."""
+
+_SURE, _BETTER = 0.15, 0.08
+"""Minimum correlation of the edges of colour and depth, and minimum lead over the other way, to decide by them."""
+
+
+class PairOrientation(NamedTuple):
+    """Orientations by which colour and depth are to be turned, a note about it ("" for none), and whether it is a
+    doubt."""
+
+    tags: tuple[int, int] = AS_STORED
+    note: str = ""
+    is_doubt: bool = False
+
+
+def orientation_tag(file: FileContent) -> int:
+    """The orientation tag of a file, 1 to 8; 1 if it has none, or is of a format without such tags."""
+    try:
+        tag = image_header(file, file.data.tobytes()).orientation
+    except FormatError:
+        return 1
+    return tag if tag in _EFFECTS else 1
+
+
+def pair_orientation(
+    colour_file: FileContent, colour: NDArray[np.uint8], depth_file: FileContent, metres: NDArray[np.float32]
+) -> PairOrientation:
+    """Decide whether the orientation tags of a pair's files apply: where only so sizes are the same, or else edges
+    coincide. Files with the same tag stay as stored.
+
+    Parameters
+    ----------
+    colour_file, depth_file : FileContent
+    colour, metres : ndarray
+        As stored: uint8 (h, w, 3), and depth [m], NaN = missing.
+    """
+    tags = orientation_tag(colour_file), orientation_tag(depth_file)
+    if tags[0] == tags[1]:
+        return PairOrientation()
+    stored, upright = (colour, metres), (turned(colour, tags[0]), turned(metres, tags[1]))
+    fits, fits_upright = (rgb.shape[:2] == depth.shape for rgb, depth in (stored, upright))
+    files = zip((colour_file, depth_file), tags, strict=True)
+    named = " and ".join(
+        f"{file.path.name} has the orientation tag {tag} ({_EFFECTS[tag]})" for file, tag in files if tag != 1
+    )
+    if not (fits or fits_upright):
+        return PairOrientation(AS_STORED, f"{named}, which is not applied: sizes differ either way.")
+    if fits != fits_upright:
+        return _decided(named, tags, fits_upright, "colour and depth have the same size only so")
+    scores = _coincidence(*stored), _coincidence(*upright)
+    if max(scores) >= _SURE and abs(scores[0] - scores[1]) >= _BETTER:
+        return _decided(named, tags, scores[1] > scores[0], "edges of colour and depth coincide only so")
+    return PairOrientation(
+        AS_STORED,
+        f"{named}, and whether it applies is unclear, because edges of colour and depth coincide hardly better either "
+        "way: it is not applied. If colour and depth do not fit, save that file upright, without the tag.",
+        is_doubt=True,
+    )
+
+
+def _decided(named: str, tags: tuple[int, int], is_applied: bool, reason: str) -> PairOrientation:
+    way = "" if is_applied else "not "
+    return PairOrientation(tags if is_applied else AS_STORED, f"{named}, which is {way}applied: {reason}.")
+
+
+def _coincidence(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> float:
+    """Correlation of the edges of colour and inverse depth, -1 to 1; 0 if there are none."""
+    step = -(-max(metres.shape) // _COMPARED)
+    inverse = np.nan_to_num(1 / metres[::step, ::step]).astype(np.float32)
+    grey = cv2.resize(
+        cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY), inverse.shape[::-1], interpolation=cv2.INTER_AREA
+    ).astype(np.float32)
+    edges = np.sqrt(_slope(grey)), np.minimum(4 * _slope(inverse), 1)
+    one, other = (cv2.GaussianBlur(values, (0, 0), 2).ravel() for values in edges)
+    if np.ptp(one) == 0 or np.ptp(other) == 0:
+        return 0.0
+    return float(np.corrcoef(one, other)[0, 1])
+
+
+def _slope(values: NDArray[np.float32]) -> NDArray[Any]:
+    return np.asarray(cv2.magnitude(cv2.Sobel(values, cv2.CV_32F, 1, 0), cv2.Sobel(values, cv2.CV_32F, 0, 1)))
