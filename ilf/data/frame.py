@@ -72,6 +72,8 @@ USUAL_MEDIAN_DEPTH = (0.3, 6.0)
 COMMON_DEPTH_UNITS = (1000.0, 5000.0, 10_000.0, 4000.0, 1.0)
 """File units per metre in common use, the most common first."""
 
+_CENTIMETRES = 100.0
+
 
 @dataclass(frozen=True)
 class InputFile:
@@ -527,7 +529,7 @@ def scale_warning(depth: NDArray[np.floating], units: float) -> str:
     low, high = USUAL_MEDIAN_DEPTH
     if low <= median <= high:
         return ""
-    for other in COMMON_DEPTH_UNITS:
+    for other in (*COMMON_DEPTH_UNITS, *(() if median > high else (_CENTIMETRES,))):
         if low <= median * units / other <= high:
             return (
                 f"A median depth of {median:.2f} m is unusual for a depth camera; with {other:g} units per metre "
