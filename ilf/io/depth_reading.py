@@ -242,9 +242,9 @@ def plausibility_warnings_of(
     """
     is_plain = not is_named and encoding.name is None
     is_known = bool(np.isfinite(metres).any())
-    if is_plain and is_known and not data_set_of(values, metres, encoding, path):
-        if text := normalised_doubt(values, metres):
-            return (PlausibilityWarning(text),)
+    may_be_normalised = is_plain and is_known and not data_set_of(values, metres, encoding, path)
+    if may_be_normalised and (text := normalised_doubt(values, metres)):
+        return (PlausibilityWarning(text),)
     found = []
     if is_plain and values.dtype == np.uint16:
         found += [doubt for doubt in (_other_storage(values, metres, encoding.invalid),) if doubt]

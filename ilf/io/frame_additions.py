@@ -274,7 +274,7 @@ CONFIDENCE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
 
 UNUSED_CONFIDENCE = (
     "There is a confidence map, but all depth is used: set a min. confidence (in the open dialog, --min-confidence, "
-    "min_confidence=; 2 is ARKit's high) to mark depth below it as missing."
+    "min_confidence=; 2 is ARKit's high, in maps of 0 to 2) to mark depth below it as missing."
 )
 """Note if a confidence map is not used."""
 
@@ -344,6 +344,21 @@ def low_confidence(
         )
     text = f"{counted(count, 'pixel')}, {count / whole:.1%} of the known pixels"
     return low, f"Depth with a confidence below {least:g} counts as missing: {text}."
+
+
+_ARKIT_HIGH = 2
+
+
+def confidence_doubt(confidence: NDArray[Any], least: float) -> str:
+    """Describe why a minimum confidence is likely of another scale than the map; "" if it is not."""
+    largest = float(np.nanmax(confidence))
+    if largest <= _ARKIT_HIGH or least > _ARKIT_HIGH:
+        return ""
+    return (
+        f"The confidence map ranges from {np.nanmin(confidence):g} to {largest:g}, not from 0 to {_ARKIT_HIGH} as "
+        f"ARKit's, so a min. confidence of {least:g} leaves nearly all depth. Give a min. confidence of the map's scale, "
+        f"such as {largest:g} for its highest values alone."
+    )
 
 
 def checked_min_confidence(value: object) -> float:

@@ -30,6 +30,7 @@ _NEAR, _FAR = 0.3, 6.0
 _DISTANCE = re.compile(
     r"(?:^|[^a-z])(distance|distances|range|ranges|euclidean|radial|ray|rays|raydepth|raylength)(?:[^a-z]|$)"
 )
+_RECORDINGS = "", ".bag", ".mcap", ".db3", ".mkv", ".r3d"
 _NO_DISTANCE = re.compile(r"plane|planar|perpendicular|orthogonal|z_?depth")
 
 
@@ -57,8 +58,8 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
     else:
         return ""
     return (
-        f"Values lie in 0 to {full:g}, and {sign}: they may be a z-buffer or normalised depth or inverse depth, which is "
-        "in no unit. Convert them to metres by the near and far plane, or give "
+        f"Values lie in 0 to {full:g}, and {sign}: they may be a z-buffer or normalised depth or inverse depth, which "
+        "is in no unit. Convert them to metres by the near and far plane, or give "
         f"{'m' if full == 1 else 'mm'} as the encoding if they are depth."
     )
 
@@ -71,6 +72,8 @@ def _reaches(seen: NDArray[np.uint16]) -> bool:
 
 def distance_doubt(path: Path) -> str:
     """Describe why a file likely holds distances along rays, by its name or its folder's; "" if nothing says so."""
+    if path.suffix.lower() in _RECORDINGS:
+        return ""
     for name in (path.stem.lower(), path.parent.name.lower()):
         found = _DISTANCE.search(name)
         if found and not _NO_DISTANCE.search(name) and (name != path.parent.name.lower() or _is_only(name)):

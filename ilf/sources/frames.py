@@ -28,6 +28,7 @@ from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
     UNUSED_CONFIDENCE,
     checked_min_confidence,
+    confidence_doubt,
     is_ground_truth,
     load_guide,
     low_confidence,
@@ -46,6 +47,7 @@ from .registration import Camera, RawPair, register
 from .remote import copied_frame, restored, with_addresses
 
 META_NAME = "meta.json"
+_DEPTH_WORD = re.compile(r"(?<![a-z])depth(?![a-z])", re.IGNORECASE)
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 USUAL_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
 DEPTH_FILE_SUFFIXES = tuple(dict.fromkeys((*USUAL_DEPTH_SUFFIXES, *DEPTH_READERS)))
@@ -144,7 +146,8 @@ def load_frame(
         Depth from another origin, or a network that predicts it, see `ilf.load_guide`. None uses that of the folder, if
         any.
     confidence : path-like, optional
-        The sensor's confidence of its depth, see `ilf.io.read_confidence`. None uses that of the folder, if any.
+        The sensor's confidence of its depth, see `ilf.io.read_confidence`. None uses that of the folder, if any: also
+        without meta.json, a file whose name has "confidence" where that of the depth file or its folder has "depth".
     min_confidence : float, optional
         Depth of a lower confidence counts as missing: it goes into the frame's invalid mask. None uses the value in
         meta.json; without that, all depth counts. Without a confidence map it has no effect, which a note reports.
@@ -154,7 +157,7 @@ def load_frame(
     frame : str, optional
         The key of a frame of a recording, see `ilf.open_source`.
     beside : bool
-        Whether a meta.json beside two files is used.
+        Whether a meta.json, or a confidence map, beside two files is used.
     warn : bool
         Whether plausibility warnings and notes on what was left out are also issued as `DepthWarning`, not only stored
         in the frame's `notes`.
@@ -239,7 +242,7 @@ def _load(
     if frame is not None and chosen.pose is not None:
         loaded = replace(loaded, pose=stated_pose(chosen.pose))
     confidence_map = sensor_confidence if chosen.confidence is None else chosen.confidence
-    loaded = _with_min_confidence(loaded, confidence_map, chosen.min_confidence)
+    loaded = _with_min_confidence(loaded, confidence_map, chosen.min_confidence, report)
     if chosen.guide is not None:
         loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape, loaded.rgb))
     if chosen.ground_truth is None:
@@ -360,15 +363,26 @@ def _pose_spec(pose: str | os.PathLike[str] | ArrayLike | None) -> str | tuple[f
     return tuple(checked_transform(array.reshape(4, 4) if array.shape == (16,) else array, "pose").ravel().tolist())
 
 
-def _with_min_confidence(frame: RGBDFrame, confidence: str | NDArray[Any] | None, min_value: float | None) -> RGBDFrame:
-    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file."""
-    low, reported = None, UNUSED_CONFIDENCE
+def _with_min_confidence(
+    frame: RGBDFrame,
+    confidence: str | NDArray[Any] | None,
+    min_value: float | None,
+    report: Callable[[str], None],
+) -> RGBDFrame:
+    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file; a doubt about
+    their scale is reported."""
+    low, note, doubt = None, UNUSED_CONFIDENCE, ""
     if confidence is None:
-        reported = "" if min_value is None else NO_CONFIDENCE_MAP
+        note = "" if min_value is None else NO_CONFIDENCE_MAP
     elif min_value is not None:
         values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
-        low, reported = low_confidence(values, min_value, frame.depth)
-    return replace(frame, invalid_mask=low, notes=(*frame.notes, reported)) if reported else frame
+        low, note = low_confidence(values, min_value, frame.depth)
+        doubt = confidence_doubt(values, min_value)
+    if doubt:
+        report(doubt)
+        frame = replace(frame, plausibility_warnings=(*frame.plausibility_warnings, doubt))
+    found = tuple(text for text in (note, doubt) if text)
+    return replace(frame, invalid_mask=low, notes=(*frame.notes, *found)) if found else frame
 
 
 def read_frame_depth(rgb: str, depth: str | None, options: ReadingOptions) -> DepthReading:
@@ -385,7 +399,7 @@ def _read_depth(files: FrameFiles, content: FileContent, options: ReadingOptions
 def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, beside: bool) -> FrameFiles:
     """The files given by two paths or a folder, and what meta.json states about them."""
     if depth is not None:
-        return (meta_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
+        return (meta_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth), beside)
     if is_recording(rgb):
         raise InputError(f"{rgb} is a recording: give the key of one of its frames (--frame; `ilf info` lists them).")
     if os.path.isdir(rgb):
@@ -514,9 +528,19 @@ def _input_file(content: FileContent) -> InputFile:
     return InputFile(str(content.path), content.sha256)
 
 
-def _two_files(rgb: Path, depth: Path) -> FrameFiles:
+def _two_files(rgb: Path, depth: Path, beside: bool) -> FrameFiles:
     rgb, depth = rgb.absolute(), depth.absolute()
-    return FrameFiles(rgb, depth, name_from_path(rgb))
+    confidence = path_text(_confidence_beside(depth)) if beside else None
+    return FrameFiles(rgb, depth, name_from_path(rgb), ReadingOptions(confidence=confidence))
+
+
+def _confidence_beside(depth: Path) -> Path | None:
+    """The confidence map whose name has "confidence" where that of the depth file or of its folder has "depth"."""
+    stem, folder = (_DEPTH_WORD.sub("confidence", name) for name in (depth.stem, depth.parent.name))
+    beside = depth.parent if folder == depth.parent.name else depth.parent.with_name(folder)
+    places = ((depth.parent, stem), (beside, depth.stem), (beside, stem))
+    found = (_found(root, name, CONFIDENCE_SUFFIXES) for root, name in places if root / name != depth.with_suffix(""))
+    return next((path for path in found if path is not None), None)
 
 
 def _named_image(root: Path, named: str | None) -> Path | None:
