@@ -30,7 +30,8 @@ from .float_images import (
     without_channel,
 )
 from .heic import HEIC_SUFFIXES, read_heic_depth
-from .images import encode_image, read_image
+from .images import encode_image, is_common_image, read_image
+from .kinds import wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_depth, read_pclzf_depth
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
@@ -57,6 +58,8 @@ DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
 }
 """Suffix -> reader of depth files that are not common image formats."""
 
+_DEPTH_FORMATS = "a PNG, TIFF, PGM, NPY, NPZ, EXR, PFM, HDF5, PCD, PCLZF or HEIC file"
+
 
 def read_depth_values(path: FileSource) -> NDArray[Any]:
     """Read depth in file units, without marking missing values.
@@ -81,7 +84,10 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
         If it is damaged or contains something other than depth, such as a rendered depth image.
     """
     content = read_file(path)
-    values = without_channel(DEPTH_READERS.get(content.path.suffix.lower(), read_image)(content))
+    reader = DEPTH_READERS.get(content.path.suffix.lower())
+    if reader is None and not is_common_image(start := content.data[:64].tobytes()):
+        raise wrong_kind(content, start, _DEPTH_FORMATS)
+    values = without_channel((reader or read_image)(content))
     if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
         channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
         raise FormatError(

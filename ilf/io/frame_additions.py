@@ -356,8 +356,8 @@ def confidence_doubt(confidence: NDArray[Any], least: float) -> str:
         return ""
     return (
         f"The confidence map ranges from {np.nanmin(confidence):g} to {largest:g}, not from 0 to {_ARKIT_HIGH} as "
-        f"ARKit's, so a min. confidence of {least:g} leaves nearly all depth. Give a min. confidence of the map's scale, "
-        f"such as {largest:g} for its highest values alone."
+        f"ARKit's, so a min. confidence of {least:g} leaves nearly all depth. Give one of the map's scale, such as "
+        f"{largest:g} for its highest values alone."
     )
 
 

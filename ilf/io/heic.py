@@ -15,6 +15,7 @@ from .._runtime.files import FileContent
 from .._runtime.installation import optional
 from .._runtime.memory import check_memory
 from ..errors import FormatError
+from .kinds import kind_of_file, wrong_kind
 
 HEIC_SUFFIXES = ".heic", ".heif"
 
@@ -85,6 +86,9 @@ def read_heic_colour(file: FileContent) -> NDArray[np.uint8]:
 @contextmanager
 def _opened(file: FileContent) -> Iterator[Any]:
     """Open a photo; its images are decoded in the block, whose errors of the decoder become FormatError."""
+    start = file.data[:64].tobytes()
+    if start[4:8] != b"ftyp" and kind_of_file(file, start):
+        raise wrong_kind(file, start, "an HEIC photo")
     heif = optional("pillow_heif", "sequences", "Reading HEIC")
     try:
         photo = heif.open_heif(io.BytesIO(file.data.tobytes()), convert_hdr_to_8bit=True)

@@ -21,6 +21,7 @@ from .._runtime.files import FileSource, read_file
 from .._runtime.memory import check_memory
 from ..errors import FormatError, InputError
 from .heic import HEIC_SUFFIXES, read_heic_colour
+from .kinds import COMMON_IMAGES, wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_colour, read_pclzf_colour
 
 # Headers of image files: format, size and orientation, read before anything is decoded.
@@ -37,6 +38,7 @@ _CIELAB = {8, 9, 10}
 """Values of a TIFF's tag PhotometricInterpretation: CIELAB, ICCLAB, ITULAB."""
 
 _PNM = re.compile(rb"P[2356]" + 3 * rb"(?:\s|#[^\n]*\n)+(\d+)")
+_COMMENT = re.compile(rb"#[^\n]*")
 _REMEDY = "Copy or export it again, as PNG or TIFF."
 
 # Pillow's limit and warning filters are global to the process
@@ -72,8 +74,8 @@ def image_header(path: FileSource, data: bytes) -> ImageHeader:
     FormatError
         If it is of none of these formats, or its header is truncated or damaged.
     """
-    if not data.startswith(_MAGIC):
-        raise FormatError(f"{path}: this is not a PNG, JPEG, TIFF or PGM image, despite its suffix. {_REMEDY}")
+    if not is_common_image(data):
+        raise wrong_kind(path, data, COMMON_IMAGES)
     if data.startswith(_BIG_TIFF):
         raise FormatError(f"{path}: this kind of TIFF (BigTIFF) is not supported. Save it as a classic TIFF.")
     with _reading(path, "its header has no image size, or is incomplete"):
@@ -93,12 +95,15 @@ def _orientation(image: Image.Image) -> int:
         return 1
 
 
+def is_common_image(data: bytes) -> bool:
+    """Whether content begins like one of the formats that `image_header` reads."""
+    return data.startswith(_MAGIC)
+
+
 def _declared(data: bytes) -> int | None:
-    """Return the maximum value declared by a PGM or PPM; None for others, and if the decoder scales by it."""
+    """Return the maximum value declared by a PGM or PPM; None for others."""
     found = _PNM.match(data)
-    if found is None or (data[:2] in (b"P2", b"P3") and int(found[3]) <= 255):
-        return None
-    return int(found[3])
+    return None if found is None else int(found[3])
 
 
 def check_checksums(path: FileSource, data: bytes) -> None:
@@ -185,6 +190,8 @@ def _decoded(path: FileSource) -> tuple[NDArray[Any], ImageHeader]:
     check_pixel_count(path, header.width, header.height)
     if header.kind == "PNG":
         check_checksums(path, content)
+    if content.startswith((b"P2", b"P3")):
+        return _of_text(path, content, header), header
     image = without_log(lambda: cv2.imdecode(data, cv2.IMREAD_UNCHANGED))
     if image is not None and header.kind == "TIFF":  # whose decoder applies the tag, whatever its flags
         image = turned(image, {6: 8, 8: 6}.get(header.orientation, header.orientation))
@@ -194,6 +201,21 @@ def _decoded(path: FileSource) -> tuple[NDArray[Any], ImageHeader]:
             "Copy or export it again, as PNG or TIFF."
         )
     return image, header
+
+
+def _of_text(path: FileSource, content: bytes, header: ImageHeader) -> NDArray[Any]:
+    """The values of a PGM or PPM whose values are text, as `read_image` returns them."""
+    found, largest = _PNM.match(content), header.largest or 0
+    shape = (header.height, header.width, 3) if content.startswith(b"P3") else (header.height, header.width)
+    with _reading(path, "its values are not as its header declares"):
+        if found is None or not 0 < largest < 2**16:
+            raise ValueError("no header")
+        words = _COMMENT.sub(b"", content[found.end() :]).split(maxsplit=math.prod(shape))
+        values = np.array(words[: math.prod(shape)]).astype(np.int64).reshape(shape)
+        if values.min() < 0 or values.max() > largest:
+            raise ValueError("out of range")
+    image = values.astype(np.uint8 if largest < 2**8 else np.uint16)
+    return image if image.ndim == 2 else np.ascontiguousarray(image[..., ::-1])
 
 
 def read_indices(path: FileSource) -> NDArray[Any]:

@@ -36,6 +36,7 @@ from ..io.frame_additions import (
     with_ground_truth_file,
 )
 from ..io.images import encode_image, read_colour_with_warning, turned
+from ..io.kinds import kind_at
 from ..io.labels import read_mask
 from ..io.orientation import AS_STORED, pair_orientation
 from .naming import name_from_path
@@ -369,8 +370,8 @@ def _with_min_confidence(
     min_value: float | None,
     report: Callable[[str], None],
 ) -> RGBDFrame:
-    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file; a doubt about
-    their scale is reported."""
+    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file; reports a
+    doubt about its scale."""
     low, note, doubt = None, UNUSED_CONFIDENCE, ""
     if confidence is None:
         note = "" if min_value is None else NO_CONFIDENCE_MAP
@@ -406,6 +407,9 @@ def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, 
         return frame_folder(rgb)
     if not os.path.exists(rgb):
         raise InputError(f"{rgb}: there is no such file or folder. Check the name.")
+    kind = kind_at(Path(rgb))
+    if kind is not None and Path(rgb).suffix.lower() not in {*COLOUR_SUFFIXES, *DEPTH_FILE_SUFFIXES}:
+        raise FormatError(f"{rgb} is {kind[0]}, not a frame. {kind[1]}")
     raise InputError(
         f"{rgb}: a frame needs a depth image besides its colour image. Give both files, or one folder with {META_NAME}."
     )
