@@ -325,7 +325,7 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
     beside = meta_beside(*inputs)
     if beside is not None:
         return [_frame_section(beside, arguments)]
-    given = reading_options(arguments).or_else(files_of(*inputs, beside=True).options)
+    given = reading_options(arguments).or_else(files_of(inputs[0], inputs[1], beside=True).options)
     depth = read_depth(read_file(inputs[1]), given.depth_encoding, None, given.invalid)
     facts = [
         *_pair_facts(inputs[0], inputs[1], depth, given),

@@ -20,6 +20,7 @@ from ..data.frame import DEPTH_LIMITS
 from ..errors import ExportError, FormatError, ParameterError
 from .float_images import (
     COLMAP_SUFFIX,
+    HDF5_SUFFIXES,
     read_bin,
     read_exr,
     read_hdf5,
@@ -50,8 +51,7 @@ DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
     ".pfm": read_pfm,
     COLMAP_SUFFIX: read_bin,
     ".raw": read_kinect_v2,
-    ".hdf5": read_hdf5,
-    ".h5": read_hdf5,
+    **dict.fromkeys(HDF5_SUFFIXES, read_hdf5),
     PCD_SUFFIX: read_pcd_depth,
     PCLZF_SUFFIX: read_pclzf_depth,
     **dict.fromkeys(HEIC_SUFFIXES, read_heic_depth),

@@ -101,12 +101,15 @@ def without_channel(values: NDArray[Any]) -> NDArray[Any]:
 
 # Depth from HDF5 files.
 
+HDF5_SUFFIXES = ".hdf5", ".h5"
+
 _DATA_SETS = "dataset", "depth", "depths"
 """Names of depth in an HDF5 file; Hypersim calls every image dataset."""
 
 
 def read_hdf5(file: FileContent) -> NDArray[Any]:
-    """Read depth (H, W): the first data set of two axes with one of these names: dataset, depth, depths.
+    """Read depth (H, W): the first data set of two axes with one of these names: dataset, depth, depths. What MATLAB
+    has saved, column by column, is transposed.
 
     Raises
     ------
@@ -121,7 +124,14 @@ def read_hdf5(file: FileContent) -> NDArray[Any]:
         if found is None:
             raise FormatError(f"{file} has no image named {' or '.join(_DATA_SETS)}. Save its depth under one of them.")
         check_pixel_count(file, found.shape[1], found.shape[0])
-        return rows(found, slice(None), name)
+        values = rows(found, slice(None), name)
+        return np.ascontiguousarray(values.T) if is_of_matlab(file) else values
+
+
+def is_of_matlab(file: FileContent) -> bool:
+    """Whether MATLAB has saved an HDF5 file, with the axes of its arrays reversed; its h5write leaves no sign."""
+    content = file.data.tobytes()
+    return content.startswith(b"MATLAB 7.3") or b"MATLAB_class" in content
 
 
 # Depth from OpenEXR files.

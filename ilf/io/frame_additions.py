@@ -22,12 +22,16 @@ from ..errors import FormatError, InputError, ParameterError
 from .depth import checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .depth_reading import decoded
 from .encodings import DepthEncoding, encoding_of_inputs
-from .float_images import read_exr, read_npy, read_npz, read_pfm, without_channel
+from .float_images import HDF5_SUFFIXES, read_exr, read_npy, read_npz, read_pfm, without_channel
 from .guide_network import predict_guide
 from .images import read_image, read_indices
 
 _MAX_SCALE_RATIO = 1.5
 """Median ratio of ground truth and known depth, or its inverse, above which their units do not match."""
+
+
+_EXCHANGED_SHARE = 0.2
+"""Maximum ratio of the differences of ground truth and depth, with rows and columns exchanged and without."""
 
 
 def load_ground_truth(
@@ -114,6 +118,13 @@ def scale_misfit(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]
     if not both.any():
         return ""
     ratio = float(np.median(ground_truth[both] / depth[both]))
+    if depth.shape[0] == depth.shape[1] and _apart(ground_truth.T, depth) < _EXCHANGED_SHARE * _apart(
+        ground_truth, depth
+    ):
+        return (
+            "This ground truth fits the measured depth only with rows and columns exchanged, as MATLAB stores them. "
+            "Transpose it."
+        )
     if 1 / _MAX_SCALE_RATIO <= ratio <= _MAX_SCALE_RATIO:
         return ""
     fitting = [
@@ -126,6 +137,13 @@ def scale_misfit(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]
     )
 
 
+def _apart(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]) -> float:
+    """Mean difference of ground truth and depth [m] where both are known; infinite if that is nowhere."""
+    differences = np.abs(ground_truth - depth)
+    known = np.isfinite(differences)
+    return float(differences[known].mean()) if known.any() else math.inf
+
+
 def read_ground_truth(
     path: FileSource, shape: tuple[int, int], units: float | None = None, default_units: float | None = None
 ) -> tuple[NDArray[np.float32], GroundTruthFile]:
@@ -133,6 +151,8 @@ def read_ground_truth(
     metre, if known."""
     content = read_file(path)
     values = read_depth_values(content)
+    if values.shape != shape and values.shape == shape[::-1] and content.path.suffix.lower() in HDF5_SUFFIXES:
+        values = values.T  # as MATLAB's h5write stores it
     if values.shape != shape:
         raise InputError(
             f"{content} is {values.shape[1]} x {values.shape[0]}, but the frame is {shape[1]} x {shape[0]}: ground "

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from ..errors import FormatError
+from .float_images import HDF5_SUFFIXES, is_of_matlab
 from .images import image_header, turned
 
 AS_STORED = 1, 1
@@ -24,6 +25,8 @@ _EFFECTS = {
     7: "mirrored and turned by 90 degrees",
     8: "turned by 90 degrees counter-clockwise",
 }
+
+_EXCHANGED = 1, 5
 
 _COMPARED = 320
 """Length of the longer side [px] at which edges are compared."""
@@ -50,11 +53,20 @@ def orientation_tag(file: FileContent) -> int:
     return tag if tag in _EFFECTS else 1
 
 
+def _claim(file: FileContent) -> tuple[int, str]:
+    """The orientation by which a file may have to be turned, and why; 1 and "" if there is no sign of it."""
+    if file.path.suffix.lower() in HDF5_SUFFIXES and not is_of_matlab(file):
+        return 5, f"{file.path.name} may be stored column by column, as MATLAB's h5write does"
+    tag = orientation_tag(file)
+    return tag, f"{file.path.name} has the orientation tag {tag} ({_EFFECTS[tag]})" if tag != 1 else ""
+
+
 def pair_orientation(
     colour_file: FileContent, colour: NDArray[np.uint8], depth_file: FileContent, metres: NDArray[np.float32]
 ) -> PairOrientation:
     """Decide whether the orientation tags of a pair's files apply: where only so sizes are the same, or else edges
-    coincide. Files with the same tag stay as stored.
+    coincide. Files with the same tag stay as stored. The rows and columns of HDF5, which MATLAB exchanges, are decided
+    likewise.
 
     Parameters
     ----------
@@ -62,26 +74,28 @@ def pair_orientation(
     colour, metres : ndarray
         As stored: uint8 (h, w, 3), and depth [m], NaN = missing.
     """
-    tags = orientation_tag(colour_file), orientation_tag(depth_file)
+    claims = _claim(colour_file), _claim(depth_file)
+    tags = claims[0][0], claims[1][0]
     if tags[0] == tags[1]:
         return PairOrientation()
     stored, upright = (colour, metres), (turned(colour, tags[0]), turned(metres, tags[1]))
     fits, fits_upright = (rgb.shape[:2] == depth.shape for rgb, depth in (stored, upright))
-    files = zip((colour_file, depth_file), tags, strict=True)
-    named = " and ".join(
-        f"{file.path.name} has the orientation tag {tag} ({_EFFECTS[tag]})" for file, tag in files if tag != 1
-    )
+    named = " and ".join(text for _, text in claims if text)
+    if tags == _EXCHANGED and (fits, fits_upright) in {(True, False), (False, False)}:
+        return PairOrientation()  # as nearly all HDF5 files
     if not (fits or fits_upright):
         return PairOrientation(AS_STORED, f"{named}, which is not applied: sizes differ either way.")
     if fits != fits_upright:
         return _decided(named, tags, fits_upright, "colour and depth have the same size only so")
     scores = _coincidence(*stored), _coincidence(*upright)
     if max(scores) >= _SURE and abs(scores[0] - scores[1]) >= _BETTER:
+        if tags == _EXCHANGED and scores[0] > scores[1]:
+            return PairOrientation()
         return _decided(named, tags, scores[1] > scores[0], "edges of colour and depth coincide only so")
     return PairOrientation(
         AS_STORED,
         f"{named}, and whether it applies is unclear, because edges of colour and depth coincide hardly better either "
-        "way: it is not applied. If colour and depth do not fit, save that file upright, without the tag.",
+        "way: it is not applied. If colour and depth do not fit, save that file again as an image that is upright.",
         is_doubt=True,
     )
 

@@ -66,7 +66,15 @@ def test_a_file_of_another_kind_is_named(name: str, tmp_path: Path, capsys) -> N
         assert "despite" not in str(told.value)
     for command in (["info"], ["complete", "--out", str(tmp_path / "out")], ["batch", "--out", str(tmp_path / "b")]):
         assert main([command[0], str(tmp_path / name), *command[1:]]) == 1
-        assert kind in capsys.readouterr().err or Path(name).suffix in {".png", ".npy", ".exr", ".heic"}
+        said = capsys.readouterr().err
+        assert kind in said or Path(name).suffix not in {".svo", ".svo2", ".csv", ".webp", ".mp4", ".zip"}
+
+
+@pytest.mark.parametrize("name", ["take.bag", "take.mcap", "take.db3", "take.mkv", "take.r3d", "take.sens", "take.mat"])
+def test_pointers_in_place_of_recordings_are_named(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(FOREIGN["pointer.png"][0]())
+    with pytest.raises(ilf.IlfError, match="Git LFS pointer"):
+        ilf.open_source(tmp_path / name)
 
 
 @pytest.mark.parametrize("largest", [1200, 65535])
@@ -74,12 +82,8 @@ def test_text_pgm_of_16_bits_is_read(largest: int, tmp_path: Path) -> None:
     rows = "\n".join(" ".join(map(str, row)) for row in GREY)
     (tmp_path / "depth.pgm").write_text(f"P2\n# by hand\n12 8\n{largest}\n# rows\n{rows}\n")
     assert np.array_equal(read_depth_values(tmp_path / "depth.pgm"), GREY)
-    for wrong in (
-        f"P2 12 8 {largest}\n{rows[:-9]}",
-        f"P2 12 8 1010\n{rows}",
-        f"P2 12 8 {largest}\n{rows.replace('9', 'x')}",
-    ):
-        (tmp_path / "depth.pgm").write_text(wrong)
+    for wrong in (f"{largest}\n{rows[:-9]}", f"1010\n{rows}", f"{largest}\n{rows.replace('9', 'x')}"):
+        (tmp_path / "depth.pgm").write_text(f"P2 12 8 {wrong}")
         with pytest.raises(ilf.IlfError, match="damaged"):
             read_depth_values(tmp_path / "depth.pgm")
 

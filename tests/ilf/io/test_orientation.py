@@ -115,3 +115,39 @@ def test_results_of_turned_colour_contain_it(tmp_path: Path) -> None:
     frame = ilf.load_frame(rgb, save(tmp_path / "depth.png", depth, 1))
     ilf.complete(frame, np.ones(frame.shape, int)).save(tmp_path / "done")
     assert np.array_equal(ilf.load_frame(tmp_path / "done").rgb, colour)
+
+
+def save_hdf5(path: Path, depth: np.ndarray, **attributes: str) -> Path:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w") as file:
+        file.create_dataset("depth", data=depth.astype(np.float32) / 1000).attrs.update(attributes)
+    return path
+
+
+@pytest.mark.parametrize("size", [(96, 128), (128, 128)])
+def test_rows_and_columns_that_matlab_has_exchanged(size: tuple[int, int], tmp_path: Path) -> None:
+    colour, depth = scene(*size)
+    rgb = save(tmp_path / "rgb.png", colour, 1)
+    named = save_hdf5(tmp_path / "named.h5", depth.T, MATLAB_class="single")
+    plain = save_hdf5(tmp_path / "plain.hdf5", depth)
+    for file in (named, plain):
+        frame = ilf.load_frame(rgb, file)
+        assert np.allclose(frame.depth, depth / 1000)
+        assert not frame.notes
+    written = save_hdf5(tmp_path / "written.h5", depth.T)
+    with pytest.warns(ilf.DepthWarning, match=r"written\.h5 .*MATLAB"):
+        frame = ilf.load_frame(rgb, written)
+    assert np.allclose(frame.depth, depth / 1000)
+    assert np.allclose(load_inputs(frame.inputs, frame.name, None).depth, frame.depth)
+    if size[0] == size[1]:
+        with pytest.raises(ilf.IlfError, match="rows and columns exchanged"):
+            ilf.load_frame(rgb, plain, ground_truth=written)
+    else:
+        assert np.allclose(ilf.load_frame(rgb, plain, ground_truth=written).ground_truth, depth / 1000)
+
+
+def test_a_square_that_nothing_decides_is_doubted(tmp_path: Path) -> None:
+    colour, depth = scene(128, 128)
+    rgb = save(tmp_path / "rgb.png", np.full_like(colour, 90), 1)
+    with pytest.warns(ilf.DepthWarning, match="MATLAB"):
+        assert ilf.load_frame(rgb, save_hdf5(tmp_path / "depth.h5", depth)).plausibility_warnings
