@@ -158,6 +158,10 @@ _UPRIGHT: dict[int, Callable[[NDArray[Any]], NDArray[Any]]] = {
 """Orientation tag -> how viewers turn the stored image."""
 
 
+OPPOSITE = {6: 8, 8: 6}
+"""Orientation tag -> the one that turns back, where that is another one."""
+
+
 def turned(image: NDArray[Any], orientation: int) -> NDArray[Any]:
     """Turn an image as its orientation tag tells viewers to."""
     return np.ascontiguousarray(_UPRIGHT[orientation](image)) if orientation in _UPRIGHT else image
@@ -194,7 +198,7 @@ def _decoded(path: FileSource) -> tuple[NDArray[Any], ImageHeader]:
         return _of_text(path, content, header), header
     image = without_log(lambda: cv2.imdecode(data, cv2.IMREAD_UNCHANGED))
     if image is not None and header.kind == "TIFF":  # whose decoder applies the tag, whatever its flags
-        image = turned(image, {6: 8, 8: 6}.get(header.orientation, header.orientation))
+        image = turned(image, OPPOSITE.get(header.orientation, header.orientation))
     if image is None or image.shape[:2] != (header.height, header.width):
         raise FormatError(
             f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of an unsupported kind. "

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent
 from ..errors import FormatError
 from .float_images import HDF5_SUFFIXES, is_of_matlab
-from .images import image_header, turned
+from .heic import HEIC_SUFFIXES, heic_orientation
+from .images import OPPOSITE, image_header, turned
 
 AS_STORED = 1, 1
 """Orientations of colour and depth that are not turned."""
@@ -57,6 +58,10 @@ def _claim(file: FileContent) -> tuple[int, str]:
     """The orientation by which a file may have to be turned, and why; 1 and "" if there is no sign of it."""
     if file.path.suffix.lower() in HDF5_SUFFIXES and not is_of_matlab(file):
         return 5, f"{file.path.name} may be stored column by column, as MATLAB's h5write does"
+    if file.path.suffix.lower() in HEIC_SUFFIXES:
+        tag = heic_orientation(file)
+        back = f"{file.path.name} is shown upright, not as stored, by its orientation tag {tag}, which may be undone"
+        return OPPOSITE.get(tag, tag), back if tag in _EFFECTS else ""
     tag = orientation_tag(file)
     return tag, f"{file.path.name} has the orientation tag {tag} ({_EFFECTS[tag]})" if tag != 1 else ""
 
@@ -74,7 +79,10 @@ def pair_orientation(
     colour, metres : ndarray
         As stored: uint8 (h, w, 3), and depth [m], NaN = missing.
     """
-    claims = _claim(colour_file), _claim(depth_file)
+    claims = [_claim(colour_file), _claim(depth_file)]
+    for place, file in enumerate((colour_file, depth_file)):
+        if file.path.suffix.lower() in HEIC_SUFFIXES and claims[1 - place][0] != 1:
+            claims[place] = 1, ""  # it is upright, and so may the other one be
     tags = claims[0][0], claims[1][0]
     if tags[0] == tags[1]:
         return PairOrientation()

@@ -151,3 +151,24 @@ def test_a_square_that_nothing_decides_is_doubted(tmp_path: Path) -> None:
     rgb = save(tmp_path / "rgb.png", np.full_like(colour, 90), 1)
     with pytest.warns(ilf.DepthWarning, match="MATLAB"):
         assert ilf.load_frame(rgb, save_hdf5(tmp_path / "depth.h5", depth)).plausibility_warnings
+
+
+@pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
+@pytest.mark.parametrize("tag", [1, *TURNED])
+@pytest.mark.parametrize("is_upright", [False, True])
+def test_photos_of_phones_are_upright_unless_depth_is_not(tag: int, is_upright: bool, tmp_path: Path) -> None:
+    heif = pytest.importorskip("pillow_heif")
+    colour, depth = scene()
+    exif = Image.Exif()
+    exif[274] = tag
+    photo = heif.from_pillow(Image.fromarray(colour))
+    photo.info["exif"] = exif.tobytes()
+    try:
+        photo.save(tmp_path / "rgb.heic", quality=95)
+    except RuntimeError:
+        pytest.skip("this pillow-heif cannot encode")
+    turn = TURNED.get(tag, np.asarray) if is_upright else np.asarray
+    frame = ilf.load_frame(tmp_path / "rgb.heic", save(tmp_path / "depth.png", turn(depth), 1))
+    assert np.allclose(frame.depth, turn(depth) / 1000)
+    assert np.abs(frame.rgb.astype(int) - turn(colour)).mean() < 6
+    assert bool(frame.notes) == (tag != 1)
