@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import cv2
@@ -105,6 +106,18 @@ def pair_orientation(
         f"{named}, and whether it applies is unclear, because edges of colour and depth coincide hardly better either "
         "way: it is not applied. If colour and depth do not fit, save that file again as an image that is upright.",
         is_doubt=True,
+    )
+
+
+def companion_doubts(files: Sequence[FileContent], expected: int) -> tuple[str, ...]:
+    """Describe those images beside a pair (ground truth, guide, confidence map) whose orientation tag is not that of
+    the pair as it is read: 1 if it is upright, else that of its depth file."""
+    tags = {file.path.name: orientation_tag(file) for file in files}
+    return tuple(
+        f"The orientation tag of {name} ({tag}) is not that of the frame as it is read ({expected}), and is not "
+        "applied: if both do not fit, save that file upright, without the tag."
+        for name, tag in tags.items()
+        if tag != expected
     )
 
 

@@ -47,7 +47,7 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
     is_usual = _NEAR <= median <= _FAR
     if least > _LEAST_OF_BUFFER * full:
         sign = f"all lie between {least:.4g} and {largest:.6g}"
-    elif full > 1 and (is_usual or not _reaches(seen)):
+    elif full > 1 and (is_usual or not _reaches(seen)) and not _is_one(metres[values == _UINT16_MAX]):
         return ""
     elif largest >= _FULL * full:
         sign = f"they reach exactly {full:g}"
@@ -62,6 +62,11 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
         "is in no unit. Convert them to metres by the near and far plane, or give "
         f"{'m' if full == 1 else 'mm'} as the encoding if they are depth."
     )
+
+
+def _is_one(metres: NDArray[np.float32]) -> bool:
+    """Whether the largest value of 16 bits was converted to 1."""
+    return bool(metres.size and abs(metres[0] - 1) < 1 - _FULL)
 
 
 def _reaches(seen: NDArray[np.uint16]) -> bool:

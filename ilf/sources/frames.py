@@ -38,7 +38,7 @@ from ..io.frame_additions import (
 from ..io.images import encode_image, read_colour_with_warning, turned
 from ..io.kinds import kind_at
 from ..io.labels import read_mask
-from ..io.orientation import AS_STORED, pair_orientation
+from ..io.orientation import AS_STORED, companion_doubts, orientation_tag, pair_orientation
 from .naming import name_from_path
 from .opening import is_recording
 from .poses import camera_pose, stated_pose
@@ -285,8 +285,10 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
         depth_intrinsics=None if is_same else _numbers(depth_camera),
         orientations=None if orientation.tags == AS_STORED else orientation.tags,
     )
-    of_pair = (orientation.note,) if orientation.note else ()
-    doubts = (*of_colour, *(of_pair if orientation.is_doubt else ()))
+    companions = [read_file(path) for path in (chosen.ground_truth, chosen.guide, chosen.confidence) if _is_image(path)]
+    unlike = companion_doubts(companions, orientation_tag(depth_file) if orientation.tags == AS_STORED else 1)
+    of_pair = (*([orientation.note] if orientation.note else []), *unlike)
+    doubts = (*of_colour, *(of_pair if orientation.is_doubt else unlike))
     try:
         frame = replace(
             frame_of_images(colour, values, camera, inputs, name or files.name),
@@ -299,6 +301,10 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
     except InputError as error:
         raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
     return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings)
+
+
+def _is_image(path: str | None) -> bool:
+    return path is not None and Path(path).suffix.lower() in COLOUR_SUFFIXES
 
 
 def _exchanged(colour: NDArray[np.uint8], depth: NDArray[np.float32]) -> str:

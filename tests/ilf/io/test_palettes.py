@@ -67,6 +67,7 @@ def test_many_indices_and_other_formats(tmp_path: Path) -> None:
     (tmp_path / "labels.tif").write_bytes(palette(colours, indices=many, fmt="TIFF"))
     for file in tmp_path.iterdir():
         assert np.array_equal(read_labels(file), many)
+        assert "picture" in " ".join(read_blocks(file, many.shape).notes)
 
 
 @pytest.mark.parametrize("bits", [1, 2, 4])
