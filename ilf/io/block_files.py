@@ -81,14 +81,14 @@ def read_blocks(
     raise FormatError(f"{place} is JSON, but not {_KINDS}. Export the blocks in one of these formats.")
 
 
-_MOST_CHANGES = 0.3
-"""Maximum share of neighbouring pixels with different labels."""
+_FEWEST_PIXELS, _MOST_CHANGES = 10_000, 0.3
+"""Minimum size, and maximum share of neighbouring pixels with different labels."""
 
 _PICTURE = "{path}: labels change at most pixels, as values of a picture do. Check that it is the label map."
 
 
 def _is_picture(labels: NDArray[np.int32]) -> bool:
-    return bool(labels.shape[1] > 1 and np.mean(labels[:, 1:] != labels[:, :-1]) > _MOST_CHANGES)
+    return labels.size >= _FEWEST_PIXELS and bool(np.mean(labels[:, 1:] != labels[:, :-1]) > _MOST_CHANGES)
 
 
 # Writing blocks to files of other programs.

@@ -61,7 +61,7 @@ def test_a_palette_of_one_bit_is_a_mask_also_in_folders_and_labelme(tmp_path: Pa
 
 
 def test_many_indices_and_other_formats(tmp_path: Path) -> None:
-    many = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    many = np.tile(np.arange(256, dtype=np.uint8).reshape(16, 16), (8, 8))
     colours = np.random.default_rng(0).integers(0, 255, 768).tolist()
     (tmp_path / "labels.png").write_bytes(palette(colours, indices=many))
     (tmp_path / "labels.tif").write_bytes(palette(colours, indices=many, fmt="TIFF"))
