@@ -93,7 +93,7 @@ def pair_orientation(
     if tags == _EXCHANGED and (fits, fits_upright) in {(True, False), (False, False)}:
         return PairOrientation()  # as nearly all HDF5 files
     if not (fits or fits_upright):
-        return PairOrientation(AS_STORED, f"{named}, which is not applied: sizes differ either way.")
+        return PairOrientation(AS_STORED, f"{named}, and is read as stored: sizes differ either way.")
     if fits != fits_upright:
         return _decided(named, tags, fits_upright, "colour and depth have the same size only so")
     scores = _coincidence(*stored), _coincidence(*upright)
@@ -103,8 +103,8 @@ def pair_orientation(
         return _decided(named, tags, scores[1] > scores[0], "edges of colour and depth coincide only so")
     return PairOrientation(
         AS_STORED,
-        f"{named}, and whether it applies is unclear, because edges of colour and depth coincide hardly better either "
-        "way: it is not applied. If colour and depth do not fit, save that file again as an image that is upright.",
+        f"{named}, and is read as stored, which is uncertain: edges of colour and depth coincide hardly better either "
+        "way. If colour and depth do not fit, save that file again as an image that is upright.",
         is_doubt=True,
     )
 
@@ -122,8 +122,8 @@ def companion_doubts(files: Sequence[FileContent], expected: int) -> tuple[str, 
 
 
 def _decided(named: str, tags: tuple[int, int], is_applied: bool, reason: str) -> PairOrientation:
-    way = "" if is_applied else "not "
-    return PairOrientation(tags if is_applied else AS_STORED, f"{named}, which is {way}applied: {reason}.")
+    way = "so" if is_applied else "as stored"
+    return PairOrientation(tags if is_applied else AS_STORED, f"{named}, and is read {way}: {reason}.")
 
 
 def _coincidence(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> float:

@@ -285,7 +285,8 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
         depth_intrinsics=None if is_same else _numbers(depth_camera),
         orientations=None if orientation.tags == AS_STORED else orientation.tags,
     )
-    companions = [read_file(path) for path in (chosen.ground_truth, chosen.guide, chosen.confidence) if _is_image(path)]
+    beside = filter(None, (chosen.ground_truth, chosen.guide, chosen.confidence))
+    companions = [read_file(path) for path in beside if Path(path).suffix.lower() in COLOUR_SUFFIXES]
     unlike = companion_doubts(companions, orientation_tag(depth_file) if orientation.tags == AS_STORED else 1)
     of_pair = (*([orientation.note] if orientation.note else []), *unlike)
     doubts = (*of_colour, *(of_pair if orientation.is_doubt else unlike))
@@ -301,10 +302,6 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
     except InputError as error:
         raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
     return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings)
-
-
-def _is_image(path: str | None) -> bool:
-    return path is not None and Path(path).suffix.lower() in COLOUR_SUFFIXES
 
 
 def _exchanged(colour: NDArray[np.uint8], depth: NDArray[np.float32]) -> str:

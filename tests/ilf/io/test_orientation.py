@@ -86,7 +86,7 @@ def test_a_tag_that_does_not_apply_is_left_out_and_said(tag: int, tmp_path: Path
     colour, depth = scene()
     frame = ilf.load_frame(save(tmp_path / "rgb.png", colour, tag), save(tmp_path / "depth.png", depth, 1))
     assert np.array_equal(frame.rgb, colour)
-    assert any("not applied" in note for note in frame.notes)
+    assert any("as stored" in note for note in frame.notes)
     assert not frame.plausibility_warnings
 
 
