@@ -55,7 +55,7 @@ def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, extra: str, p
         return h5py.File(source, "r")
     except _PROBLEMS as error:
         start = _start_of(source)
-        if not start.startswith(_MAGIC) and kind_of_file(file, start):
+        if not start.startswith(_MAGIC) and kind_of_file("", start):  # by content alone, which may begin later
             raise wrong_kind(file, start, "an HDF5 file") from error
         raise FormatError(f"{file} is not a complete HDF5 file. Download or copy it again.") from error
 
