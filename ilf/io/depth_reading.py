@@ -265,7 +265,7 @@ def _scale(
     unusual = scale_warning(metres, encoding.units)
     if not unusual and is_inverse(metres):
         median = float(np.nanmedian(metres))
-        is_usual = USUAL_MEDIAN_DEPTH[0] <= median <= USUAL_MEDIAN_DEPTH[1]
+        is_usual = median <= USUAL_MEDIAN_DEPTH[1]  # depth of a table may be very near
         return PlausibilityWarning(
             "Values increase towards the bottom of the image, where depth usually decreases, and their median "
             f"would be {median:.2f} m: they {'may be' if is_usual else 'are most likely'} disparity or inverse depth. "

@@ -115,6 +115,7 @@ def test_masked_pixels_give_no_points() -> None:
     for mesh in (ilf.surface_mesh(masked(), RGB, CAMERA), ilf.surface_mesh(TRUE, RGB, CAMERA, only=only)):
         assert len(mesh.vertices) == seen
     assert np.array_equal(ilf.surface_normals(masked(), CAMERA)[HIDDEN], np.tile((0, 0, -1), (HIDDEN.sum(), 1)))
+    assert np.isnan(CAMERA.points(np.zeros(2), np.zeros(2), np.ma.masked_equal([9.0, 9.0], 9))).all()
     assert not flying_points(masked(), CAMERA)[HIDDEN].any()
     errors = ilf.point_cloud(TRUE, RGB, CAMERA, scalars={"expected_error": masked()}).scalars["expected_error"]
     assert (errors == 0).sum() == HIDDEN.sum()
