@@ -30,8 +30,11 @@ _KITTI_NAME = re.compile(r"kitti.*|velodyne_raw|groundtruth_depth|proj_depth", r
 _KITTI_ASPECT = 3.0
 """Minimum aspect ratio (width / height) of KITTI, which no depth camera has."""
 
-_STREET = 5.0, 30.0
-"""Minimum median and 99 % quantile of depth [m] of a street."""
+_STREET_MEDIAN, _STREET_FAR, _LIDAR_FAR = 5.0, 30.0, 20.0
+"""Minimum median of depth [m] of a street, and minimum 99 % quantiles, the second for depth of KITTI's lidar."""
+
+_LIDAR_SHARE = 0.35
+"""Maximum share of known pixels in depth of KITTI's lidar."""
 
 _NEAR_FOLDERS = 4
 """Number of components at the end of a path, including the file name, that may identify a data set."""
@@ -72,7 +75,8 @@ def data_set_of(
     is_named = any(map(_KITTI_NAME.fullmatch, folders))
     if (is_named or _is_wide(values)) and not encoding.invalid and values.max() < UINT16_MAX:  # its missing depth is 0
         median, far = np.nanquantile(metres, (0.5, 0.99)) * encoding.units / ENCODINGS["kitti"].units
-        if median >= _STREET[0] and far >= _STREET[1]:
+        is_of_lidar = is_named or np.isfinite(metres).mean() <= _LIDAR_SHARE
+        if median >= _STREET_MEDIAN and far >= (_LIDAR_FAR if is_of_lidar else _STREET_FAR):
             return "kitti", f"{'File names match' if is_named else 'Image size and range match'} KITTI"
     is_named = path is not None and _REPLICA_NAME.fullmatch(path.name) is not None
     is_unusual = bool(scale_warning(metres, encoding.units))

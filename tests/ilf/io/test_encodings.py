@@ -301,6 +301,9 @@ def test_kitti_read_as_millimetres_is_doubted(tmp_path):
     assert _sign_of(tmp_path / "wide", street) == ["kitti"], "no camera has such an aspect"
     assert _sign_of(tmp_path / "drive/proj_depth/velodyne_raw/image_02", street[:, :100]) == ["kitti"]
     assert _sign_of(tmp_path / "cut", street[:, :100]) == []
+    lidar = np.where(np.random.default_rng(0).random(street.shape) < 0.2, street * 0.5 + 600, 0)
+    assert _sign_of(tmp_path / "sparse", lidar) == ["kitti"], "within 22 m"
+    assert _sign_of(tmp_path / "room", np.repeat(np.geomspace(6000, 900, 94)[:, None], 311, 1)) == [None]
     files = tmp_path / "wide/rgb.png", tmp_path / "wide/depth.png"
     with pytest.warns(DepthWarning, match=r"KITTI: .* encoding is most likely kitti, with a median of 21\.\d\d m"):
         ilf.load_frame(*files)
