@@ -30,21 +30,24 @@ from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.depth_reading import DepthReading, read_depth, unique_warnings
 from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import (
+    NO_CONFIDENCE_MAP,
     UNUSED_CONFIDENCE,
+    confidence_doubt,
     load_guide,
     low_confidence,
     read_confidence,
     read_ground_truth,
     scale_misfit,
 )
-from ..io.images import read_colour_with_warning
+from ..io.images import read_colour_with_warning, turned
+from ..io.orientation import pair_orientation
 from ..project.file import SUFFIX
 from ..run.options import RECORD_FILE
 from ..run.record import RunRecord
 from ..run.record_file import read_record
 from ..run.replaying import file_problems
 from ..sources.frame_source import FrameSource
-from ..sources.frames import META_NAME, FrameFiles, frame_folder, is_frame_folder, meta_beside
+from ..sources.frames import META_NAME, FrameFiles, files_of, frame_folder, is_frame_folder, meta_beside
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
 from ..sources.reading_options import ReadingOptions
@@ -325,12 +328,13 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
     beside = meta_beside(*inputs)
     if beside is not None:
         return [_frame_section(beside, arguments)]
-    given = reading_options(arguments)
+    given = reading_options(arguments).or_else(files_of(inputs[0], inputs[1], beside=True).options)
     depth = read_depth(read_file(inputs[1]), given.depth_encoding, None, given.invalid)
     facts = [
         *_pair_facts(inputs[0], inputs[1], depth, given),
         *_ground_truth_facts(given, depth),
         *_guide_facts(given.guide, depth.metres),
+        *_confidence_facts(given, depth.metres),
     ]
     return [Section("frame", facts)]
 
@@ -453,10 +457,14 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, options: ReadingO
     depth_camera = options.depth_intrinsics
     camera = options.intrinsics if depth_camera is None else depth_camera
     facts = [*_colour_facts(colour, rgb, doubt), *_depth_facts(path, depth, camera)]
-    if depth_camera is not None and rgb.shape[:2] != depth.metres.shape:
+    orientation = pair_orientation(read_file(colour), rgb, read_file(path), depth.metres)
+    if orientation.note:
+        facts.append(Fact("warning" if orientation.is_doubt else "orientation", orientation.note))
+    rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
+    if depth_camera is not None and rgb.shape[:2] != metres.shape:
         return [*facts, Fact("registered", "on reading, by the intrinsics of both images")]
     try:
-        check_same_size(rgb, depth.metres)
+        check_same_size(rgb, metres)
     except InputError as error:
         facts.append(Fact("problem", str(error)))
     return facts
@@ -529,7 +537,7 @@ def _known_text(share: float, of_missing: float) -> str:
 def _confidence_facts(options: ReadingOptions, depth: NDArray[np.float32]) -> list[Fact]:
     """List the facts of a confidence map; empty if there is none."""
     if options.confidence is None:
-        return []
+        return [] if options.min_confidence is None else [Fact("warning", NO_CONFIDENCE_MAP)]
     try:
         levels = read_confidence(options.confidence, (depth.shape[0], depth.shape[1]))
     except InputError as error:
@@ -548,7 +556,9 @@ def _confidence_value_facts(
     low, high = float(levels.min()), float(levels.max())
     entries = {"path": path, "min": low, "max": high, "min_confidence": minimum}
     where = "" if path is None else f"{path}, "
-    return [Fact("confidence", f"{where}from {low:g} to {high:g}. {effect}", {"confidence": entries})]
+    doubt = "" if minimum is None else confidence_doubt(levels, minimum)
+    fact = Fact("confidence", f"{where}from {low:g} to {high:g}. {effect}", {"confidence": entries})
+    return [fact, Fact("warning", doubt)] if doubt else [fact]
 
 
 def _guide_facts(path: str | None, depth: NDArray[np.float32]) -> list[Fact]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from ..errors import InputError
 from .frame import checked_mask
 
@@ -53,7 +54,7 @@ class Block:
 def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArray[np.int32]:
     """Return the label map as int32; a bool mask becomes block 1. Raise InputError if it does not have this shape
     (H, W)."""
-    array = np.asarray(labels)
+    array = plain_array(labels)
     if array.shape != shape:
         raise InputError(
             f"The label map has shape {array.shape}, but the frame is {shape[1]} x {shape[0]} pixels. "

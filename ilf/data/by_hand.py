@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from .._runtime.formatting import as_float
 from ..errors import InputError
 from .blocks import Block
@@ -53,7 +54,7 @@ class DepthByHand:
         def __init__(self, depth: ArrayLike, weight: float = USUAL_WEIGHT) -> None: ...
 
     def __post_init__(self) -> None:
-        array = np.asarray(self.depth)
+        array = plain_array(self.depth)
         if array.dtype.kind not in "iuf":
             raise InputError(f"Depth by hand must be one real number per pixel, not {array.dtype}.")
         wrong = array[(array < 0) | (array > FARTHEST_DEPTH)]
@@ -100,7 +101,7 @@ def as_by_hand(given: ArrayLike | DepthByHand | None, shape: tuple[int, int]) ->
     it does not have this shape (H, W)."""
     if given is None:
         return None
-    by_hand = given if isinstance(given, DepthByHand) else DepthByHand(np.asarray(given))
+    by_hand = given if isinstance(given, DepthByHand) else DepthByHand(given)
     if by_hand.depth.shape != shape:
         raise InputError(
             f"Depth by hand has shape {by_hand.depth.shape}, but the frame is {shape[1]} x {shape[0]} pixels: both "

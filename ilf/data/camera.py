@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from ..errors import InputError
 
 _SHORTEST, _LARGEST = 1e-3, 1e6
@@ -80,7 +81,7 @@ class CameraIntrinsics:
         >>> CameraIntrinsics(100.0, 100.0, 50.0, 40.0).points([0], [40], [2.0]).tolist()
         [[-1.0, 0.0, 2.0]]
         """
-        z = np.asarray(depth, np.float64)
+        z = np.asarray(plain_array(depth), np.float64)
         x = (np.asarray(columns) - self.cx) / self.fx * z
         y = (np.asarray(rows) - self.cy) / self.fy * z
         return np.stack([x, y, z], axis=-1)

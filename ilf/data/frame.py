@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.addresses import is_address
+from .._runtime.arrays import plain_array, without_mask
 from ..errors import InputError
 from .camera import CameraIntrinsics, as_camera, checked_transform
 from .guide import Guide, as_guide
@@ -40,10 +41,11 @@ def read_only(array: Array) -> Array:
     return copied
 
 
-def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[np.bool_]:
+def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str, masked: bool = False) -> NDArray[np.bool_]:
     """Return a read-only mask of `what`, from bool or from integers that are all 0 and 1, or 0 and 255; raise
-    InputError for other values, or if it does not have this shape (H, W)."""
-    array = np.asarray(mask)
+    InputError for other values, or if it does not have this shape (H, W). `masked` is the value where a numpy masked
+    array has none."""
+    array = plain_array(mask)
     if array.dtype.kind in "iu" and any(set(np.unique(array).tolist()) <= pair for pair in ({0, 1}, {0, 255})):
         array = array != 0
     if array.dtype != np.bool_ or array.shape != shape:
@@ -51,7 +53,8 @@ def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[
             f"A mask of {what} must be bool with the frame's shape {shape}, or contain only 0 and 1, or 0 and 255; "
             f"not {array.dtype} with shape {array.shape}."
         )
-    return read_only(array)
+    hidden = np.ma.getmaskarray(mask) if masked and isinstance(mask, np.ma.MaskedArray) else False
+    return read_only(array | hidden)
 
 
 DEPTH_LIMITS = (1e-9, 1e6)
@@ -68,6 +71,8 @@ USUAL_MEDIAN_DEPTH = (0.3, 6.0)
 
 COMMON_DEPTH_UNITS = (1000.0, 5000.0, 10_000.0, 4000.0, 1.0)
 """File units per metre in common use, the most common first."""
+
+_CENTIMETRES = 100.0
 
 
 @dataclass(frozen=True)
@@ -93,7 +98,8 @@ class FrameInputs:
     the decoded depth. `invalid` is the depth file's value that marks missing depth, if there is one besides zero.
     `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256 of the
     bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a depth file of
-    another size than colour, by which its depth was registered.
+    another size than colour, by which its depth was registered. `orientations` are the tags (EXIF) by which colour and
+    depth were turned; None if both are as stored.
     """
 
     rgb: InputFile
@@ -105,17 +111,19 @@ class FrameInputs:
     invalid: float | None = None
     frame: str | None = None
     depth_intrinsics: tuple[float, float, float, float] | None = field(default=None, metadata={"optional": True})
+    orientations: tuple[int, int] | None = field(default=None, metadata={"optional": True})
 
     @property
     def has_colour_file(self) -> bool:
-        """Whether colour is a file of its own on a disk: neither in a recording nor at an address."""
-        return self.frame is None and not is_address(self.rgb.path)
+        """Whether colour is a file of its own on a disk, as stored: neither in a recording nor at an address, nor
+        turned."""
+        return self.frame is None and self.orientations is None and not is_address(self.rgb.path)
 
 
 @dataclass(frozen=True, eq=False)
 class RGBDFrame:
     """Registered colour and depth of one moment. Immutable: its arrays are read-only copies, except for colour that is
-    read-only already.
+    read-only already. In numpy masked arrays, here and in all functions, what is masked is missing; colour cannot be.
 
     Parameters
     ----------
@@ -226,7 +234,7 @@ class RGBDFrame:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
         measured = depth = checked_depth(self.depth)
         if self.invalid_mask is not None:
-            invalid_mask = checked_mask(self.invalid_mask, depth.shape, "invalid depth")
+            invalid_mask = checked_mask(self.invalid_mask, depth.shape, "invalid depth", masked=True)
             object.__setattr__(self, "invalid_mask", invalid_mask)
             depth = _frozen(np.where(invalid_mask, np.float32(np.nan), depth))
         object.__setattr__(self, "measured", measured)
@@ -325,10 +333,10 @@ class RGBDFrame:
 
     def with_invalid_mask(self, mask: ArrayLike | None) -> Self:
         """Return the frame with another invalid mask, bool (H, W), or with none."""
-        wanted = None if mask is None or not np.any(mask) else np.asarray(mask)
+        wanted = mask if mask is not None and (np.ma.is_masked(mask) or np.any(mask)) else None
         if wanted is None and self.invalid_mask is None:
             return self
-        return replace(self, depth=self.measured, invalid_mask=wanted)
+        return replace(self, depth=self.measured, invalid_mask=wanted)  # type: ignore[arg-type]  # as in __init__
 
     def with_more_invalid(self, mask: NDArray[np.bool_]) -> Self:
         """Return the frame with the pixels of a mask, bool (H, W), added to its invalid mask."""
@@ -340,7 +348,7 @@ class RGBDFrame:
         return replace(
             self,
             depth=self.measured,
-            ground_truth=None if ground_truth is None else np.asarray(ground_truth),
+            ground_truth=ground_truth,  # type: ignore[arg-type]  # as in __init__
             inputs=inputs,
         )
 
@@ -534,7 +542,7 @@ def scale_warning(depth: NDArray[np.floating], units: float) -> str:
     low, high = USUAL_MEDIAN_DEPTH
     if low <= median <= high:
         return ""
-    for other in COMMON_DEPTH_UNITS:
+    for other in (*COMMON_DEPTH_UNITS, *(() if median > high else (_CENTIMETRES,))):
         if low <= median * units / other <= high:
             return (
                 f"A median depth of {median:.2f} m is unusual for a depth camera; with {other:g} units per metre "
@@ -552,7 +560,7 @@ def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
     >>> checked_colour([[0.0, 0.5, 1.0]])[0].tolist()
     [[0, 0, 0], [128, 128, 128], [255, 255, 255]]
     """
-    array = np.asarray(rgb)
+    array = without_mask(rgb)
     if array.ndim == 2:
         array = array[..., None]
     if array.ndim != 3 or array.shape[2] not in (1, 3) or (array.dtype != np.uint8 and array.dtype.kind != "f"):
@@ -574,7 +582,7 @@ def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
 
 def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
     """Return read-only depth [m], NaN = missing; raise InputError if it is not an image of real numbers."""
-    array = np.asarray(depth)
+    array = plain_array(depth)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
         raise InputError(
             f"Depth must be one real number per pixel with shape (H, W), not {array.dtype} with shape {array.shape}."

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from ..errors import InputError
 
 _ASPECT = 0.01
@@ -119,11 +120,11 @@ class Guide:
 
 def as_guide(guide: ArrayLike | Guide) -> Guide:
     """Return a guide unchanged, or make one from an array of values."""
-    return guide if isinstance(guide, Guide) else Guide(np.asarray(guide))
+    return guide if isinstance(guide, Guide) else Guide(guide)
 
 
 def _real(values: ArrayLike, name: str) -> NDArray[np.generic]:
-    array = np.array(values)
+    array = plain_array(values)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
         raise InputError(
             f"{name} must be one real number per pixel with shape (H, W), not {array.dtype} with shape {array.shape}."

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array, without_mask
 from ..errors import InputError, ParameterError
 from .camera import CameraIntrinsics, as_camera
 from .open3d_images import cloud_of
@@ -75,8 +76,8 @@ class PointCloud:
             if values.shape != (len(self.points),):
                 raise InputError(f"The scalar {name} must have shape ({len(self.points)},), not {values.shape}.")
         for what, numbers in {"points": self.points, "normals": self.normals, **self.scalars}.items():
-            if numbers is not None and numbers.dtype.kind == "f" and not _all_finite(numbers):
-                raise InputError(f"The {what} of a cloud must be finite: remove points that are not.")
+            if numbers is not None and not _all_finite(numbers):
+                raise InputError(f"The {what} of a cloud must be finite and not masked: remove points that are not.")
 
     def __len__(self) -> int:
         return len(self.points)
@@ -93,7 +94,12 @@ class PointCloud:
 
 
 def _all_finite(numbers: NDArray[Any]) -> bool:
-    return all(np.isfinite(numbers[start : start + _AT_ONCE]).all() for start in range(0, len(numbers), _AT_ONCE))
+    """Whether no number is masked, NaN or infinite."""
+    if np.ma.is_masked(numbers):
+        return False
+    return numbers.dtype.kind != "f" or all(
+        np.isfinite(numbers[start : start + _AT_ONCE]).all() for start in range(0, len(numbers), _AT_ONCE)
+    )
 
 
 def point_cloud(
@@ -140,13 +146,13 @@ def point_cloud(
     >>> point_cloud(depth, rgb, CameraIntrinsics(100.0, 100.0, 50.0, 0.0)).points.tolist()
     [[-1.0, 0.0, 2.0]]
     """
-    z_image, colour = np.asarray(depth), np.asarray(rgb)
+    z_image, colour = plain_array(depth), without_mask(rgb)
     if z_image.ndim != 2 or colour.shape != (*z_image.shape, 3) or colour.dtype != np.uint8:
         raise InputError(
             f"A point cloud needs depth (H, W) and uint8 colour (H, W, 3), not {z_image.shape} and "
             f"{colour.dtype} {colour.shape}."
         )
-    images = dict(scalars or {})
+    images = {name: plain_array(image) for name, image in (scalars or {}).items()}
     if normals is not None and normals.shape != colour.shape:
         raise InputError(f"The normals must have shape {colour.shape}, not {normals.shape}.")
     for name, image in images.items():
@@ -198,11 +204,11 @@ def back_project(
     >>> points[:, 2].tolist(), pixels.tolist()
     ([2.0, 1.0, 4.0], [0, 2, 3])
     """
-    image = np.asarray(depth)
+    image = plain_array(depth)
     camera = required_intrinsics(intrinsics, image.shape)
     known = known_pixels(image)
     if only is not None:
-        known &= only
+        known &= plain_array(only)
     pixels = np.flatnonzero(known).astype(np.int32)
     points = np.empty((len(pixels), 3), np.float32)
     for start in range(0, len(pixels), _AT_ONCE):

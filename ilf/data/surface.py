@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from .._runtime.cancellation import check_cancelled
 from ..errors import InputError
 from .camera import CameraIntrinsics
@@ -72,7 +73,7 @@ def surface_links(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Links:
     >>> links.right.tolist(), links.down.shape
     ([[True, False, False]], (0, 4))
     """
-    image = np.asarray(depth, np.float32)
+    image = np.asarray(plain_array(depth), np.float32)
     inverse = np.full(image.shape, np.nan, np.float32)
     np.divide(1, image, out=inverse, where=known_pixels(image))
     return Links(_along_rows(inverse, intrinsics.fx), _along_rows(inverse.T, intrinsics.fy).T)
@@ -150,7 +151,7 @@ def surface_faces(depth: ArrayLike, links: Links) -> NDArray[np.int32]:
     ndarray of int32, shape (M, 3)
         Pixel indices, row times W plus column, counter-clockwise as seen by the camera.
     """
-    image = np.asarray(depth, np.float32)
+    image = np.asarray(plain_array(depth), np.float32)
     height, width = image.shape
     found = np.empty((2 * max(height - 1, 0) * max(width - 1, 0), 3), np.int32)
     count = 0
@@ -217,9 +218,9 @@ def surface_mesh(
     >>> len(mesh.vertices), mesh.faces.tolist()
     (4, [[0, 2, 1], [3, 1, 2]])
     """
-    image = np.asarray(depth, np.float32)
+    image = np.asarray(plain_array(depth), np.float32)
     if only is not None:
-        image = np.where(only, image, np.float32(np.nan))
+        image = np.where(plain_array(only), image, np.float32(np.nan))
     faces = surface_faces(image, surface_links(image, required_intrinsics(intrinsics, image.shape)))
     check_cancelled()
     used = np.zeros(image.size, bool)
@@ -274,7 +275,7 @@ def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics | ArrayLike |
     >>> bool(np.allclose(normals, (0, 0, -1)))
     True
     """
-    image = np.asarray(depth, np.float32)
+    image = np.asarray(plain_array(depth), np.float32)
     camera = required_intrinsics(intrinsics, image.shape)
     links = surface_links(image, camera)
     height = len(image)
@@ -373,7 +374,7 @@ def flying_points(depth: ArrayLike, intrinsics: CameraIntrinsics) -> NDArray[np.
     >>> np.argwhere(flying_points(depth, CameraIntrinsics(500.0, 500.0, 6.0, 2.0))).tolist()
     [[0, 6], [1, 6], [2, 6], [3, 6], [4, 6]]
     """
-    image = np.asarray(depth, np.float32)
+    image = np.asarray(plain_array(depth), np.float32)
     known = known_pixels(image)
     image = np.where(known, image, np.float32(np.nan))
     links = surface_links(image, intrinsics)

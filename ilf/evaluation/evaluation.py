@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.arrays import plain_array
 from ..data.blocks import Box, checked_labels
 from ..data.frame import RGBDFrame, checked_frame, checked_mask
 from ..data.results import Completion, NanEqual
@@ -80,9 +81,10 @@ def evaluate(
     if len({values.shape for values in given.values() if values is not None}) > 1:
         shapes = ", ".join(f"{name} {values.shape}" for name, values in given.items() if values is not None)
         raise InputError(f"Only arrays of the same shape can be compared: {shapes}.")
+    depth, ground_truth = plain_array(depth), plain_array(ground_truth)
     evaluated = np.isfinite(depth) & np.isfinite(ground_truth)
     if mask is not None:
-        evaluated &= mask
+        evaluated &= plain_array(mask)
     if not evaluated.any():
         return Evaluation()
     errors = measure_errors(depth, ground_truth, evaluated)
@@ -222,6 +224,7 @@ def _evaluated(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray
 
 
 def _within(depth: Depth, ground_truth: Depth, expected: Depth) -> float | None:
+    expected = plain_array(expected)
     has_expected = np.isfinite(expected)
     if not has_expected.any():
         return None

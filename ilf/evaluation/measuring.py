@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from ..data.camera import CameraIntrinsics
 from ..errors import InputError
 from ..io.tables import csv_text
@@ -96,7 +97,7 @@ def depth_profile(
     >>> profile.metres.round(3).tolist()
     [0.0, 0.02, 0.04, 0.06]
     """
-    image = np.asarray(depth, np.float32)
+    image = np.asarray(plain_array(depth), np.float32)
     if image.ndim != 2:
         raise InputError(f"A profile needs depth of shape (H, W), not {image.shape}.")
     columns, rows = _pixels(start, end)
@@ -137,7 +138,7 @@ def _path_lengths(points: NDArray[np.float64], pixels: NDArray[np.float64]) -> N
 def _others(
     maps: Mapping[str, ArrayLike], shape: tuple[int, ...], rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> dict[str, NDArray[np.float32]]:
-    arrays = {name: np.asarray(values) for name, values in maps.items()}
+    arrays = {name: plain_array(values) for name, values in maps.items()}
     for name, array in arrays.items():
         if array.shape != shape:
             raise InputError(f"The map {name!r} of shape {array.shape} does not belong to depth of shape {shape}.")
@@ -247,7 +248,7 @@ def measure(
     size = float(np.linalg.norm(axis))
     if not (math.isfinite(size) and size > 0):
         raise InputError(f"{up} is not a direction for heights. Give a vector of finite length above 0.")
-    image = np.asarray(depth)
+    image = plain_array(depth)
     points = np.array([_point_or_nan(image, point, intrinsics) for point in chain]).reshape(-1, 3)
     ways = np.diff(points, axis=0)
     angles = np.full(len(points), np.nan)

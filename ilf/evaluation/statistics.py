@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from ..completion.edge_aware.shape import noise_of
 from ..data.camera import CameraIntrinsics
 from ..data.frame import checked_mask
@@ -277,7 +278,7 @@ def surface_statistics(
     >>> surface_statistics([[1.0, 2.0]]).reason
     'A plane needs at least 12 pixels with depth; there are 2. Select a larger area.'
     """
-    image = np.asarray(depth, np.float32)
+    image = np.asarray(plain_array(depth), np.float32)
     if image.ndim != 2:
         raise InputError(f"Statistics need depth of shape (H, W), not {image.shape}.")
     wanted = np.ones(image.shape, bool) if mask is None else checked_mask(mask, image.shape, "a surface")

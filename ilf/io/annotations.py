@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
 from ..errors import FormatError, InputError
-from .images import image_header, read_image
+from .images import image_header, read_indices
 from .labels import UNNAMED, Candidate, LoadedBlocks, Region, cropped, stacked
 from .polygons import Points, compressed, filled_polygon, outline_polygons, part_of_runs, points_of, run_lengths
 
@@ -308,7 +308,7 @@ def _part_of_mask(encoded: Any, points: Points, where: str, shape: tuple[int, in
         raise InputError(
             f"{where} extends beyond the image, which is {shape[1]} x {shape[0]}. Is this the file of this frame?"
         )
-    image = read_image(source)
+    image = read_indices(source)
     if image.ndim != 2:
         raise FormatError(f"{where} has a colour mask. Export it with one channel.")
     return cropped(image > 0, top, left)

@@ -7,7 +7,8 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.files import read_file, read_json, write_bytes
 from ..errors import ExportError, FormatError, InputError, cause
@@ -63,7 +64,8 @@ def read_blocks(
     content = read_file(place)
     beginning = content.data[:64].tobytes().lstrip(b"\xef\xbb\xbf \t\r\n")
     if place.suffix.lower() != ".json" and not beginning.startswith((b"{", b"[")):
-        return LoadedBlocks(read_labels(content, shape))
+        labels = read_labels(content, shape)
+        return LoadedBlocks(labels, notes=(_PICTURE.format(path=place),) if _is_picture(labels) else ())
     if content.data.size > _MAX_JSON_BYTES:
         raise InputError(
             f"{place} has {content.data.size / 2**20:.0f} MiB; the maximum is 256 MiB. Export only this image."
@@ -77,6 +79,16 @@ def read_blocks(
     if isinstance(parsed, dict) and "annotations" in parsed:
         return blocks_of_coco(place, parsed, shape, colour)
     raise FormatError(f"{place} is JSON, but not {_KINDS}. Export the blocks in one of these formats.")
+
+
+_FEWEST_PIXELS, _MOST_CHANGES = 10_000, 0.3
+"""Minimum size, and maximum share of neighbouring pixels with different labels."""
+
+_PICTURE = "{path}: labels change at most pixels, as values of a picture do. Check that it is the label map."
+
+
+def _is_picture(labels: NDArray[np.int32]) -> bool:
+    return labels.size >= _FEWEST_PIXELS and bool(np.mean(labels[:, 1:] != labels[:, :-1]) > _MOST_CHANGES)
 
 
 # Writing blocks to files of other programs.

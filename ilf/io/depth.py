@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from .._runtime.files import FileContent, FileSource, read_file, write_bytes
 from .._runtime.formatting import as_float, counted
 from ..data.frame import DEPTH_LIMITS
 from ..errors import ExportError, FormatError, ParameterError, path_first
 from .float_images import (
     COLMAP_SUFFIX,
+    HDF5_SUFFIXES,
     read_bin,
     read_exr,
     read_hdf5,
@@ -29,7 +31,8 @@ from .float_images import (
     without_channel,
 )
 from .heic import HEIC_SUFFIXES, read_heic_depth
-from .images import encode_image, read_image
+from .images import encode_image, is_common_image, read_image
+from .kinds import wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_depth, read_pclzf_depth
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
@@ -48,13 +51,14 @@ DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
     ".pfm": read_pfm,
     COLMAP_SUFFIX: read_bin,
     ".raw": read_kinect_v2,
-    ".hdf5": read_hdf5,
-    ".h5": read_hdf5,
+    **dict.fromkeys(HDF5_SUFFIXES, read_hdf5),
     PCD_SUFFIX: read_pcd_depth,
     PCLZF_SUFFIX: read_pclzf_depth,
     **dict.fromkeys(HEIC_SUFFIXES, read_heic_depth),
 }
 """Suffix -> reader of depth files that are not common image formats."""
+
+_DEPTH_FORMATS = "a PNG, TIFF, PGM, NPY, NPZ, EXR, PFM, HDF5, PCD, PCLZF or HEIC file"
 
 
 def read_depth_values(path: FileSource) -> NDArray[Any]:
@@ -80,9 +84,10 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
         If it is damaged or contains something other than depth, such as a rendered depth image.
     """
     content = read_file(path)
-    return checked_depth_values(
-        without_channel(DEPTH_READERS.get(content.path.suffix.lower(), read_image)(content)), path
-    )
+    reader = DEPTH_READERS.get(content.path.suffix.lower())
+    if reader is None and not is_common_image(start := content.data[:64].tobytes()):
+        raise wrong_kind(content, start, _DEPTH_FORMATS)
+    return checked_depth_values(without_channel((reader or read_image)(content)), path)
 
 
 def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:
@@ -180,7 +185,7 @@ def encode_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 
     suffix = Path(path).suffix.lower()
     if suffix not in DEPTH_SUFFIXES:
         raise ExportError(f"Depth cannot be written as {str(path)!r}: use one of {', '.join(DEPTH_SUFFIXES)}.")
-    metres = _with_missing(np.array(depth, np.float32))
+    metres = _with_missing(np.array(plain_array(depth), np.float32))
     if metres.ndim != 2 or metres.size == 0:
         raise ExportError(f"Depth must have shape (H, W) to be written, not {metres.shape}.")
     if suffix == ".png":
@@ -286,7 +291,7 @@ def encode_expected_error(
     path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0
 ) -> tuple[bytes, list[str]]:
     """Return the content of the file that `write_expected_error` writes, and its warnings; raises as it does."""
-    values = np.asarray(error, np.float32)
+    values = np.asarray(plain_array(error), np.float32)
     if Path(path).suffix.lower() == ".png":
         values = np.maximum(values, np.float32(1 / checked_units(units)))
     return encode_depth(path, values, units)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
-from ..data.frame import MEDIAN_DEPTH_RANGE, scale_warning
+from ..data.frame import MEDIAN_DEPTH_RANGE, USUAL_MEDIAN_DEPTH, scale_warning
 from ..errors import FormatError
 from .depth import UINT16_MAX, checked_depth_values, read_depth_values
 from .encodings import ENCODINGS, DepthEncoding, EncodingSpec, beyond_sensor_range, chosen_encoding, is_name
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
+from .other_values import distance_doubt, normalised_doubt
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.
 
@@ -28,6 +29,12 @@ _REPLICA_NAME = re.compile(r"depth\d{6}\.png")
 _KITTI_NAME = re.compile(r"kitti.*|velodyne_raw|groundtruth_depth|proj_depth", re.IGNORECASE)
 _KITTI_ASPECT = 3.0
 """Minimum aspect ratio (width / height) of KITTI, which no depth camera has."""
+
+_STREET_MEDIAN, _STREET_FAR, _LIDAR_FAR = 5.0, 30.0, 20.0
+"""Minimum median of depth [m] of a street, and minimum 99 % quantiles, the second for depth of KITTI's lidar."""
+
+_LIDAR_SHARE = 0.35
+"""Maximum share of known pixels in depth of KITTI's lidar."""
 
 _NEAR_FOLDERS = 4
 """Number of components at the end of a path, including the file name, that may identify a data set."""
@@ -57,16 +64,22 @@ _LEVEL, _STEEP = 0.005, 0.2
 """Maximum bend of a straight line, and minimum rise of a slope, relative to the value."""
 
 
-def data_set_of(values: NDArray[Any], units: float, path: Path | None, is_unusual: bool) -> tuple[str, str] | None:
-    """Return the encoding of the data set that integers (H, W) seem to belong to, by their size and the names of the
-    file and its folders, and the reason. `is_unusual` tells whether the assumed scale is unusual."""
-    if values.dtype != np.uint16 or units != 1000:
+def data_set_of(
+    values: NDArray[Any], metres: NDArray[np.float32], encoding: DepthEncoding, path: Path | None
+) -> tuple[str, str] | None:
+    """Return the encoding of the data set that integers (H, W), read as `metres` with some known pixels, seem to belong
+    to, by their size and range and the names of the file and its folders, and the reason."""
+    if values.dtype != np.uint16 or encoding.units != 1000:
         return None
-    height, width = values.shape
     folders = () if path is None else path.parts[-_NEAR_FOLDERS:]
-    if width >= _KITTI_ASPECT * height or any(map(_KITTI_NAME.fullmatch, folders)):
-        return "kitti", "Image size or file names match KITTI"
+    is_named = any(map(_KITTI_NAME.fullmatch, folders))
+    if (is_named or _is_wide(values)) and not encoding.invalid and values.max() < UINT16_MAX:  # its missing depth is 0
+        median, far = np.nanquantile(metres, (0.5, 0.99)) * encoding.units / ENCODINGS["kitti"].units
+        is_of_lidar = is_named or np.isfinite(metres).mean() <= _LIDAR_SHARE
+        if median >= _STREET_MEDIAN and far >= (_LIDAR_FAR if is_of_lidar else _STREET_FAR):
+            return "kitti", f"{'File names match' if is_named else 'Image size and range match'} KITTI"
     is_named = path is not None and _REPLICA_NAME.fullmatch(path.name) is not None
+    is_unusual = bool(scale_warning(metres, encoding.units))
     if is_unusual and (
         is_named or values.shape == _REPLICA_SHAPE or any(folder.lower().startswith("replica") for folder in folders)
     ):
@@ -74,25 +87,36 @@ def data_set_of(values: NDArray[Any], units: float, path: Path | None, is_unusua
     return None
 
 
-def sensor_scale(values: NDArray[Any], units: float) -> tuple[str, str] | None:
+def _is_wide(values: NDArray[Any]) -> bool:
+    return values.dtype == np.uint16 and values.shape[1] >= _KITTI_ASPECT * values.shape[0]
+
+
+def sensor_scale(values: NDArray[Any], encoding: DepthEncoding) -> tuple[str, str] | None:
     """Return the encoding in which integers have the disparity steps of a depth camera, and the reason; None if they
     have these in the assumed encoding, or no such steps."""
     if values.dtype != np.uint16:
         return None
-    counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
-    counts[[0, UINT16_MAX]] = 0
-    levels = np.flatnonzero(counts >= _MIN_PIXELS_OF_VALUE)
+    levels = np.flatnonzero(_counts(values, encoding.invalid) >= _MIN_PIXELS_OF_VALUE)
     gaps = np.diff(levels)
     is_gap = gaps >= 3  # smaller gaps have too large rounding errors
     if np.count_nonzero(is_gap) < max(_FEWEST_GAPS, 0.2 * gaps.size):
         return None
-    low, steps, high = np.quantile(levels[1:][is_gap] ** 2 / gaps[is_gap] / units, (0.2, 0.5, 0.8))
+    low, steps, high = np.quantile(levels[1:][is_gap] ** 2 / gaps[is_gap] / encoding.units, (0.2, 0.5, 0.8))
     if high > 1.6 * low or steps >= _DISPARITY_STEPS[0]:
         return None
     for name, other in ENCODINGS.items():
-        if other.name is None and _DISPARITY_STEPS[0] <= steps * units / other.units <= _DISPARITY_STEPS[1]:
+        if other.name is None and _DISPARITY_STEPS[0] <= steps * encoding.units / other.units <= _DISPARITY_STEPS[1]:
             return name, "Depth has steps that are too coarse for a depth camera at this distance"
     return None
+
+
+def _counts(values: NDArray[np.uint16], invalid: float | None) -> NDArray[np.intp]:
+    """Number of pixels of each value that can be depth, (65536,)."""
+    counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
+    counts[[0, UINT16_MAX]] = 0  # these are never depth, in any storage
+    if invalid in set(range(UINT16_MAX)) - {_NO_DISPARITY, _NO_DISPARITY_SWAPPED}:
+        counts[int(invalid)] = 0
+    return counts
 
 
 def is_inverse(metres: NDArray[np.float32]) -> bool:
@@ -134,7 +158,7 @@ def _has_straight_planes(grid: NDArray[np.float64]) -> bool:
 
 # Plausibility checks of the encoding with which a depth file is read.
 
-_NO_DISPARITY = 2047
+_NO_DISPARITY, _NO_DISPARITY_SWAPPED = 2047, 65287
 _FEWEST_VALUES = 32
 _LEAST_SHARE = 0.005
 _LARGEST_HIGH_BYTE = 64  # 16 m
@@ -220,14 +244,21 @@ def plausibility_warnings_of(
     path : Path, optional
         The file, whose name may be that of a data set.
     """
+    is_plain = not is_named and encoding.name is None
+    is_known = bool(np.isfinite(metres).any())
+    may_be_normalised = is_plain and is_known and not data_set_of(values, metres, encoding, path)
+    if may_be_normalised and (text := normalised_doubt(values, metres)):
+        return (PlausibilityWarning(text),)
     found = []
-    if not is_named and encoding.name is None and values.dtype == np.uint16:
-        found += [doubt for doubt in (_other_storage(values, metres),) if doubt]
+    if is_plain and values.dtype == np.uint16:
+        found += [doubt for doubt in (_other_storage(values, metres, encoding.invalid),) if doubt]
     storage = next((ENCODINGS[doubt.encoding] for doubt in found if doubt.encoding), encoding)
     if encoding.invalid is None and not storage.is_disparity:  # which decodes its own invalid value
         found += [doubt for doubt in (_invalid_marker(values, metres),) if doubt]
-    if not (found or is_named) and encoding.name is None and np.isfinite(metres).any():
+    if is_plain and is_known and not found:
         found += [doubt for doubt in (_scale(values, metres, encoding, path),) if doubt]
+    if is_plain and path is not None and (text := distance_doubt(path)):
+        found.append(PlausibilityWarning(text))
     return tuple(found)
 
 
@@ -237,19 +268,27 @@ def _scale(
     """Check for values that are not depth, or depth in another unit."""
     unusual = scale_warning(metres, encoding.units)
     if not unusual and is_inverse(metres):
+        median = float(np.nanmedian(metres))
+        is_usual = median <= USUAL_MEDIAN_DEPTH[1]  # depth of a table may be very near
         return PlausibilityWarning(
-            f"Values increase towards the bottom of the image, where depth usually decreases, and their median "
-            f"would be {np.nanmedian(metres):.2f} m: they are most likely disparity or inverse depth. Give "
-            f"disparity:FB "
-            "(focal length [px] times baseline [m]; disparity:1 for inverse depth), or m or mm if they are depth."
+            "Values increase towards the bottom of the image, where depth usually decreases, and their median "
+            f"would be {median:.2f} m: they {'may be' if is_usual else 'are most likely'} disparity or inverse depth. "
+            "Give disparity:FB (focal length [px] times baseline [m]; disparity:1 for inverse depth) if they are, or m "
+            "or mm if they are depth."
         )
     for found in (
-        data_set_of(values, encoding.units, path, bool(unusual)),
-        sensor_scale(values, encoding.units),
+        data_set_of(values, metres, encoding, path),
+        sensor_scale(values, encoding),
         _too_near_for_tum(values, metres, encoding.units),
     ):
-        if found is not None and (doubt := _doubt(found[1], found[0], values, metres)):
+        if found is not None and (doubt := _doubt(found[1], found[0], values, metres, encoding.invalid)):
             return doubt
+    if not unusual and encoding.units == 1000 and _is_wide(values):
+        unusual = (
+            f"The image is {values.shape[1] / values.shape[0]:.1f} times as wide as high, which no depth camera's is: "
+            f"a median of {np.nanmedian(metres):.2f} m, in millimetres, may be wrong; in centimetres it would be "
+            f"{10 * np.nanmedian(metres):.2f} m. Give the depth encoding by name (mm, cm)."
+        )
     return PlausibilityWarning(unusual, is_scale=True) if unusual else None
 
 
@@ -310,26 +349,29 @@ def _fills_holes(far: float, mark: Any, is_mark: NDArray[np.bool_], others: NDAr
     return bool(cv2.connectedComponents(is_mark.astype(np.uint8))[0] > _FEWEST_HOLES)
 
 
-def _other_storage(values: NDArray[np.uint16], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
+def _other_storage(
+    values: NDArray[np.uint16], metres: NDArray[np.float32], invalid: float | None
+) -> PlausibilityWarning | None:
     """Check for rotated bits, swapped bytes, or disparity instead of depth."""
-    counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
-    counts[[0, UINT16_MAX]] = 0  # these are never depth, in any storage
+    counts = _counts(values, invalid)
     levels, pixels = np.flatnonzero(counts).astype(np.uint16), counts[counts > 0]
     if pixels.sum() < _FEWEST_PIXELS or levels.size < _FEWEST_VALUES:
         return None
     if _is_swapped(levels, pixels):
         name = "nyu-raw" if _is_disparity(levels.byteswap(), pixels) else "mm-swapped"
-        return _doubt("The two bytes of each value seem to be in the wrong order", name, values, metres)
+        return _doubt("The two bytes of each value seem to be in the wrong order", name, values, metres, invalid)
     if _is_disparity(levels, pixels):
-        return _doubt(f"The maximum value is {_NO_DISPARITY}, in many pixels", "kinect-raw", values, metres)
+        return _doubt(f"The maximum value is {_NO_DISPARITY}, in many pixels", "kinect-raw", values, metres, invalid)
     if _is_rotated(levels, pixels):
-        return _doubt("The lowest three bits of nearly all values are zero", "sun", values, metres)
+        return _doubt("The lowest three bits of nearly all values are zero", "sun", values, metres, invalid)
     return None
 
 
-def _doubt(sign: str, name: str, values: NDArray[np.uint16], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
+def _doubt(
+    sign: str, name: str, values: NDArray[np.uint16], metres: NDArray[np.float32], invalid: float | None
+) -> PlausibilityWarning | None:
     """Return a warning; None if the other encoding is implausible, too, or gives about the same depth."""
-    other = ENCODINGS[name].metres(values)
+    other = replace(ENCODINGS[name], invalid=invalid).metres(values)
     if not np.isfinite(other).any():
         return None
     median, present = float(np.nanmedian(other)), float(np.nanmedian(metres))

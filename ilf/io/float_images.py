@@ -21,6 +21,10 @@ from .._runtime.silence import silenced
 from ..errors import FormatError
 from .hdf5 import dataset, open_hdf5, rows
 from .images import check_pixel_count
+from .kinds import wrong_kind
+
+_START = 64
+"""Number of first bytes that tell the kind of a file."""
 
 # all exceptions of parsing a header as Python text
 _NPY_ERRORS = (
@@ -32,6 +36,8 @@ _NPY_ERRORS = (
 def read_npy(file: FileContent) -> NDArray[Any]:
     """Read the array of an NPY file; raise FormatError if it is damaged or contains Python objects."""
     stream = io.BytesIO(file.data.data)
+    if not (start := file.data[:_START].tobytes()).startswith(b"\x93NUMPY"):
+        raise wrong_kind(file, start, "an NPY array")
     try:
         # np.load would otherwise also try archives and pickles
         version = np.lib.format.read_magic(stream)
@@ -66,6 +72,8 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
     FormatError
         If there are several arrays and none has such a name, or it cannot be read.
     """
+    if not (start := file.data[:_START].tobytes()).startswith(b"PK"):
+        raise wrong_kind(file, start, "an NPZ archive of arrays")
     try:
         with zipfile.ZipFile(io.BytesIO(file.data.tobytes())) as archive:
             members = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
@@ -90,12 +98,15 @@ def without_channel(values: NDArray[Any]) -> NDArray[Any]:
 
 # Depth from HDF5 files.
 
+HDF5_SUFFIXES = ".hdf5", ".h5"
+
 _DATA_SETS = "dataset", "depth", "depths"
 """Names of depth in an HDF5 file; Hypersim calls every image dataset."""
 
 
 def read_hdf5(file: FileContent) -> NDArray[Any]:
-    """Read depth (H, W): the first data set of two axes with one of these names: dataset, depth, depths.
+    """Read depth (H, W): the first data set of two axes with one of these names: dataset, depth, depths. What MATLAB
+    has saved, column by column, is transposed.
 
     Raises
     ------
@@ -110,7 +121,14 @@ def read_hdf5(file: FileContent) -> NDArray[Any]:
         if found is None:
             raise FormatError(f"{file} has no image named {' or '.join(_DATA_SETS)}. Save its depth under one of them.")
         check_pixel_count(file, found.shape[1], found.shape[0])
-        return rows(found, slice(None), name)
+        values = rows(found, slice(None), name)
+        return np.ascontiguousarray(values.T) if is_of_matlab(file) else values
+
+
+def is_of_matlab(file: FileContent) -> bool:
+    """Whether MATLAB has saved an HDF5 file, with the axes of its arrays reversed; its h5write leaves no sign."""
+    content = file.data.tobytes()
+    return content.startswith(b"MATLAB 7.3") or b"MATLAB_class" in content
 
 
 # Depth from OpenEXR files.
@@ -133,7 +151,7 @@ def read_exr(file: FileContent) -> NDArray[Any]:
     """
     openexr = optional("OpenEXR", "sequences", "Reading EXR")
     if file.data[:4].tobytes() != _MAGIC:
-        raise FormatError(f"{file}: this is not an EXR, despite its suffix. Copy or export it again.")
+        raise wrong_kind(file, file.data[:_START].tobytes(), "an EXR")
     stream = io.BytesIO(file.data.tobytes())
     try:
         with silenced():
@@ -230,7 +248,7 @@ def read_pfm(file: FileContent) -> NDArray[np.float32]:
     """
     header = _PFM_HEADER.match(file.data[:_LONGEST_PFM_HEADER].tobytes())
     if header is None:
-        raise FormatError(f"{file}: this is not a PFM, despite its suffix. Copy or export it again.")
+        raise wrong_kind(file, file.data[:_START].tobytes(), "a PFM")
     kind, width, height, scale = header[1], int(header[2]), int(header[3]), header[4]
     if kind == b"F":
         raise FormatError(f"{file}: this PFM has three channels. Export depth with one.")
@@ -256,9 +274,7 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
     """
     header = _COLMAP_HEADER.match(file.data[:_LONGEST_COLMAP_HEADER].tobytes())
     if header is None:
-        raise FormatError(
-            f"{file}: this is not a depth map of COLMAP, which begins with width&height&1&. Give another file."
-        )
+        raise wrong_kind(file, file.data[:_START].tobytes(), "a depth map of COLMAP, which begins with width&height&1&")
     width, height, channels = map(int, header.groups())
     if channels != 1:
         raise FormatError(

@@ -22,12 +22,16 @@ from ..errors import FormatError, InputError, ParameterError
 from .depth import checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .depth_reading import decoded
 from .encodings import DepthEncoding, encoding_of_inputs
-from .float_images import read_exr, read_npy, read_npz, read_pfm, without_channel
+from .float_images import HDF5_SUFFIXES, read_exr, read_npy, read_npz, read_pfm, without_channel
 from .guide_network import predict_guide
-from .images import read_image
+from .images import read_image, read_indices
 
 _MAX_SCALE_RATIO = 1.5
 """Median ratio of ground truth and known depth, or its inverse, above which their units do not match."""
+
+
+_EXCHANGED_SHARE = 0.2
+"""Maximum ratio of the differences of ground truth and depth, with rows and columns exchanged and without."""
 
 
 def load_ground_truth(
@@ -114,6 +118,13 @@ def scale_misfit(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]
     if not both.any():
         return ""
     ratio = float(np.median(ground_truth[both] / depth[both]))
+    if depth.shape[0] == depth.shape[1] and _apart(ground_truth.T, depth) < _EXCHANGED_SHARE * _apart(
+        ground_truth, depth
+    ):
+        return (
+            "This ground truth fits the measured depth only with rows and columns exchanged, as MATLAB stores them. "
+            "Transpose it."
+        )
     if 1 / _MAX_SCALE_RATIO <= ratio <= _MAX_SCALE_RATIO:
         return ""
     fitting = [
@@ -126,6 +137,13 @@ def scale_misfit(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]
     )
 
 
+def _apart(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]) -> float:
+    """Mean difference of ground truth and depth [m] where both are known; infinite if that is nowhere."""
+    differences = np.abs(ground_truth - depth)
+    known = np.isfinite(differences)
+    return float(differences[known].mean()) if known.any() else math.inf
+
+
 def read_ground_truth(
     path: FileSource, shape: tuple[int, int], units: float | None = None, default_units: float | None = None
 ) -> tuple[NDArray[np.float32], GroundTruthFile]:
@@ -133,6 +151,8 @@ def read_ground_truth(
     metre, if known."""
     content = read_file(path)
     values = read_depth_values(content)
+    if values.shape != shape and values.shape == shape[::-1] and content.path.suffix.lower() in HDF5_SUFFIXES:
+        values = values.T  # as MATLAB's h5write stores it
     if values.shape != shape:
         raise InputError(
             f"{content} is {values.shape[1]} x {values.shape[0]}, but the frame is {shape[1]} x {shape[0]}: ground "
@@ -274,7 +294,7 @@ CONFIDENCE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
 
 UNUSED_CONFIDENCE = (
     "There is a confidence map, but all depth is used: set a min. confidence (in the open dialog, --min-confidence, "
-    "min_confidence=; 2 is ARKit's high) to mark depth below it as missing."
+    "min_confidence=; 2 is ARKit's high, in maps of 0 to 2) to mark depth below it as missing."
 )
 """Note if a confidence map is not used."""
 
@@ -305,7 +325,7 @@ def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
         If it is damaged or has several channels.
     """
     content = read_file(path)
-    values = without_channel(read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content))
+    values = without_channel(read_npy(content) if content.path.suffix.lower() == ".npy" else read_indices(content))
     if values.ndim != 2 or values.dtype.kind not in "biuf":
         raise FormatError(f"{content}: a confidence map must have one number per pixel, not {_kind(values)}.")
     if values.shape != shape:
@@ -344,6 +364,21 @@ def low_confidence(
         )
     text = f"{counted(count, 'pixel')}, {count / whole:.1%} of the known pixels"
     return low, f"Depth with a confidence below {least:g} counts as missing: {text}."
+
+
+_ARKIT_HIGH = 2
+
+
+def confidence_doubt(confidence: NDArray[Any], least: float) -> str:
+    """Describe why a minimum confidence is likely of another scale than the map; "" if it is not."""
+    largest = float(np.nanmax(confidence))
+    if largest <= _ARKIT_HIGH or least > _ARKIT_HIGH:
+        return ""
+    return (
+        f"The confidence map ranges from {np.nanmin(confidence):g} to {largest:g}, not from 0 to {_ARKIT_HIGH} as "
+        f"ARKit's, so a min. confidence of {least:g} leaves nearly all depth. Give one of the map's scale, such as "
+        f"{largest:g} for its highest values alone."
+    )
 
 
 def checked_min_confidence(value: object) -> float:

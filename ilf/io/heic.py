@@ -15,11 +15,14 @@ from .._runtime.files import FileContent
 from .._runtime.installation import optional
 from .._runtime.memory import check_memory
 from ..errors import FormatError
+from .kinds import kind_of_file, wrong_kind
 
 HEIC_SUFFIXES = ".heic", ".heif"
 
 _INVERSE_DEPTH, _DISPARITY, _DEPTH = range(3)
 """Representation types of depth images in the HEVC standard: inverse depth, disparity [1/m], and depth, all uniform."""
+
+_ORIENTATION = 274
 
 _ASPECT_TOLERANCE = 0.01
 
@@ -82,6 +85,14 @@ def read_heic_colour(file: FileContent) -> NDArray[np.uint8]:
     return np.asarray(colour, np.uint8)
 
 
+def heic_orientation(file: FileContent) -> int:
+    """The orientation tag of a photo, which its decoder has applied already; 1 if there is none."""
+    with _opened(file) as photo:
+        exif = Image.Exif()
+        exif.load(photo.info.get("exif") or b"")
+        return int(exif.get(_ORIENTATION, 1))
+
+
 @contextmanager
 def _opened(file: FileContent) -> Iterator[Any]:
     """Open a photo; its images are decoded in the block, whose errors of the decoder become FormatError."""
@@ -93,6 +104,9 @@ def _opened(file: FileContent) -> Iterator[Any]:
     except FormatError:
         raise
     except (ValueError, OSError, RuntimeError, SyntaxError, EOFError, MemoryError) as error:
+        start = file.data[:64].tobytes()
+        if start[4:8] != b"ftyp" and kind_of_file(file, start):
+            raise wrong_kind(file, start, "an HEIC photo") from error
         raise FormatError(f"{file}: this HEIC cannot be read ({error!s:.80}). Copy it again.") from error
 
 

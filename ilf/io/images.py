@@ -21,6 +21,7 @@ from .._runtime.files import FileSource, read_file
 from .._runtime.memory import check_memory
 from ..errors import FormatError, InputError
 from .heic import HEIC_SUFFIXES, read_heic_colour
+from .kinds import COMMON_IMAGES, wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_colour, read_pclzf_colour
 
 # Headers of image files: format, size and orientation, read before anything is decoded.
@@ -31,11 +32,13 @@ from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_colour, read_pclzf_col
 _KINDS = ("PNG", "JPEG", "TIFF", "PPM")
 _MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"II", b"MM", b"P2", b"P3", b"P5", b"P6")
 _BIG_TIFF = (b"II+\0", b"MM\0+")
-_TIFF_ORIENTATION = 274
+_ORIENTATION = 274
+_PALETTE = 3
 _CIELAB = {8, 9, 10}
 """Values of a TIFF's tag PhotometricInterpretation: CIELAB, ICCLAB, ITULAB."""
 
 _PNM = re.compile(rb"P[2356]" + 3 * rb"(?:\s|#[^\n]*\n)+(\d+)")
+_COMMENT = re.compile(rb"#[^\n]*")
 _REMEDY = "Copy or export it again, as PNG or TIFF."
 
 # Pillow's limit and warning filters are global to the process
@@ -44,8 +47,8 @@ _pillow = threading.Lock()
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """Format name, size in pixels as stored, the orientation tag of a TIFF (1: as stored), the maximum value declared
-    by a PGM or PPM (None: that of the decoded type), and whether a TIFF contains CIELAB colour."""
+    """Format name, size in pixels as stored, orientation tag (1: as stored), the maximum value declared by a PGM or PPM
+    (None: that of the decoded type), whether a TIFF contains CIELAB colour, and whether the image has a palette."""
 
     kind: str
     width: int
@@ -53,6 +56,7 @@ class ImageHeader:
     orientation: int = 1
     largest: int | None = None
     is_cielab: bool = False
+    has_palette: bool = False
 
 
 def image_header(path: FileSource, data: bytes) -> ImageHeader:
@@ -70,23 +74,36 @@ def image_header(path: FileSource, data: bytes) -> ImageHeader:
     FormatError
         If it is of none of these formats, or its header is truncated or damaged.
     """
-    if not data.startswith(_MAGIC):
-        raise FormatError(f"{path}: this is not a PNG, JPEG, TIFF or PGM image, despite its suffix. {_REMEDY}")
+    if not is_common_image(data):
+        raise wrong_kind(path, data, COMMON_IMAGES)
     if data.startswith(_BIG_TIFF):
         raise FormatError(f"{path}: this kind of TIFF (BigTIFF) is not supported. Save it as a classic TIFF.")
     with _reading(path, "its header has no image size, or is incomplete"):
         if data[:2] in (b"II", b"MM"):
             return _tiff(data)
         with Image.open(io.BytesIO(data), formats=_KINDS) as image:
-            return ImageHeader(str(image.format), *image.size, largest=_declared(data))
+            has_tags = image.format == "JPEG" or b"eXIf" in data or b"Orientation" in data
+            tag = _orientation(image) if has_tags else 1
+            return ImageHeader(str(image.format), *image.size, tag, _declared(data), has_palette=image.mode == "P")
+
+
+def _orientation(image: Image.Image) -> int:
+    """The orientation tag in EXIF or XMP; 1 if there is none, or its data are damaged."""
+    try:
+        return int(image.getexif().get(_ORIENTATION, 1))
+    except Exception:  # Pillow raises all kinds for damaged EXIF, which matters for nothing else
+        return 1
+
+
+def is_common_image(data: bytes) -> bool:
+    """Whether content begins like one of the formats that `image_header` reads."""
+    return data.startswith(_MAGIC)
 
 
 def _declared(data: bytes) -> int | None:
-    """Return the maximum value declared by a PGM or PPM; None for others, and if the decoder scales by it."""
+    """Return the maximum value declared by a PGM or PPM; None for others."""
     found = _PNM.match(data)
-    if found is None or (data[:2] in (b"P2", b"P3") and int(found[3]) <= 255):
-        return None
-    return int(found[3])
+    return None if found is None else int(found[3])
 
 
 def check_checksums(path: FileSource, data: bytes) -> None:
@@ -118,8 +135,9 @@ def _tiff(data: bytes) -> ImageHeader:
     width, height = int(tags[TiffImagePlugin.IMAGEWIDTH]), int(tags[TiffImagePlugin.IMAGELENGTH])
     if min(width, height) < 1:
         raise ValueError("no size")
-    is_cielab = tags.get(TiffImagePlugin.PHOTOMETRIC_INTERPRETATION) in _CIELAB
-    return ImageHeader("TIFF", width, height, int(tags.get(_TIFF_ORIENTATION, 1)), is_cielab=is_cielab)
+    meaning = tags.get(TiffImagePlugin.PHOTOMETRIC_INTERPRETATION)
+    tag = int(tags.get(_ORIENTATION, 1))
+    return ImageHeader("TIFF", width, height, tag, None, meaning in _CIELAB, meaning == _PALETTE)
 
 
 _DARK_BITS = 12
@@ -128,22 +146,31 @@ _DARK_BITS = 12
 # the decoder's log level is global to the process
 _decoding = threading.Lock()
 
-# the TIFF decoder applies the orientation tag, whatever its flags: orientation -> inverse
-_AS_STORED: dict[int, Callable[[NDArray[Any]], NDArray[Any]]] = {
+_UPRIGHT: dict[int, Callable[[NDArray[Any]], NDArray[Any]]] = {
     2: np.fliplr,
     3: lambda image: np.rot90(image, 2),
     4: np.flipud,
     5: lambda image: image.swapaxes(0, 1),
-    6: np.rot90,
+    6: lambda image: np.rot90(image, -1),
     7: lambda image: np.rot90(image, 2).swapaxes(0, 1),
-    8: lambda image: np.rot90(image, 3),
+    8: np.rot90,
 }
+"""Orientation tag -> how viewers turn the stored image."""
+
+
+OPPOSITE = {6: 8, 8: 6}
+"""Orientation tag -> the one that turns back, where that is another one."""
+
+
+def turned(image: NDArray[Any], orientation: int) -> NDArray[Any]:
+    """Turn an image as its orientation tag tells viewers to."""
+    return np.ascontiguousarray(_UPRIGHT[orientation](image)) if orientation in _UPRIGHT else image
 
 
 def read_image(path: FileSource) -> NDArray[Any]:
     """Read the pixels of a PNG, JPEG, TIFF, PGM or PPM file as stored, never rotated.
 
-    Orientation tags are ignored: rotating one image of a registered pair would misalign it with the other.
+    Orientation tags are ignored: `ilf.io.orientation` decides for both images of a pair whether they apply.
 
     Returns
     -------
@@ -167,15 +194,50 @@ def _decoded(path: FileSource) -> tuple[NDArray[Any], ImageHeader]:
     check_pixel_count(path, header.width, header.height)
     if header.kind == "PNG":
         check_checksums(path, content)
+    if content.startswith((b"P2", b"P3")):
+        return _of_text(path, content, header), header
     image = without_log(lambda: cv2.imdecode(data, cv2.IMREAD_UNCHANGED))
-    if image is not None and header.orientation in _AS_STORED:
-        image = np.ascontiguousarray(_AS_STORED[header.orientation](image))
+    if image is not None and header.kind == "TIFF":  # whose decoder applies the tag, whatever its flags
+        image = turned(image, OPPOSITE.get(header.orientation, header.orientation))
     if image is None or image.shape[:2] != (header.height, header.width):
         raise FormatError(
             f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of an unsupported kind. "
             "Copy or export it again, as PNG or TIFF."
         )
     return image, header
+
+
+def _of_text(path: FileSource, content: bytes, header: ImageHeader) -> NDArray[Any]:
+    """The values of a PGM or PPM whose values are text, as `read_image` returns them."""
+    found, largest = _PNM.match(content), header.largest or 0
+    shape = (header.height, header.width, 3) if content.startswith(b"P3") else (header.height, header.width)
+    with _reading(path, "its values are not as its header declares"):
+        if found is None or not 0 < largest < 2**16:
+            raise ValueError("no header")
+        words = _COMMENT.sub(b"", content[found.end() :]).split(maxsplit=math.prod(shape))
+        values = np.array(words[: math.prod(shape)]).astype(np.int64).reshape(shape)
+        if values.min() < 0 or values.max() > largest:
+            raise ValueError("out of range")
+    image = values.astype(np.uint8 if largest < 2**8 else np.uint16)
+    return image if image.ndim == 2 else np.ascontiguousarray(image[..., ::-1])
+
+
+def read_indices(path: FileSource) -> NDArray[Any]:
+    """Read the values of a label map or mask as `read_image`, but the indices of a palette in place of its colours, and
+    grey of less than 8 bits as stored, not scaled to 8."""
+    content = read_file(path)
+    image, header = _decoded(content)
+    data = content.data.tobytes()
+    if header.has_palette and (header.kind == "PNG" or header.orientation == 1):
+        with _reading(path, "its indices cannot be decoded"), Image.open(io.BytesIO(data), formats=_KINDS) as indexed:
+            return np.asarray(indexed, np.uint8)
+    if header.kind == "PNG" and data[_PNG_BITS] < 8:
+        return image // (255 // (2 ** data[_PNG_BITS] - 1))
+    return image
+
+
+_PNG_BITS = 24
+"""Place of the number of bits in a PNG."""
 
 
 def read_colour(path: FileSource) -> NDArray[np.uint8]:

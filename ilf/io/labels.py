@@ -14,16 +14,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from .._runtime.files import FileSource, read_file, write_bytes
 from .._runtime.formatting import grouped
 from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, InputError
-from .images import encode_image, image_header, read_image
+from .images import encode_image, image_header, read_indices
 
 
 def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
     """Write a mask (H, W) as 8-bit PNG, 255 where it is True; raise ExportError if the file cannot be written."""
-    write_bytes(path, encode_image(".png", 255 * mask.astype(np.uint8)))
+    write_bytes(path, encode_image(".png", 255 * plain_array(mask).astype(np.uint8)))
 
 
 def read_mask(path: FileSource, shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:
@@ -81,7 +82,7 @@ def encode_labels(labels: ArrayLike) -> bytes:
 
 def checked_for_writing(labels: ArrayLike) -> NDArray[np.int32]:
     """Return the label map as int32 (H, W); raise ExportError if it is invalid, or does not fit into 16 bits."""
-    array = np.asarray(labels)
+    array = plain_array(labels)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iu":
         raise ExportError(f"Labels must be integers with shape (H, W), not {array.dtype} {array.shape}.")
     if array.min() < 0 or array.max() > 65535:
@@ -94,7 +95,8 @@ def checked_for_writing(labels: ArrayLike) -> NDArray[np.int32]:
 def read_labels(
     path: FileSource, shape: tuple[int, int] | None = None, *, what: str = "label map"
 ) -> NDArray[np.int32]:
-    """Read a label map from a PNG with 8 or 16 bits, int32 (H, W); 0 = no block.
+    """Read a label map from a PNG with 8 or 16 bits, int32 (H, W); 0 = no block. The labels of a PNG with a palette are
+    its indices.
 
     Parameters
     ----------
@@ -111,7 +113,7 @@ def read_labels(
     FormatError
         If it is damaged or not a label map.
     """
-    image = read_image(path)
+    image = read_indices(path)
     if image.ndim != 2 or image.dtype.kind != "u" or image.dtype.itemsize > 2:
         raise FormatError(
             f"{path}: a {what} must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}. "
@@ -320,7 +322,7 @@ def _part(file: Path, shape: tuple[int, int]) -> Iterator[Region]:
             f"{file}: the mask is {header.width} x {header.height}, but the frame is {shape[1]} x {shape[0]}. "
             "Use the masks of this frame."
         )
-    image = read_image(content)
+    image = read_indices(content)
     if image.ndim == 3:
         grey = image[..., 0]
         if np.any(image[..., :3] != grey[..., None]):

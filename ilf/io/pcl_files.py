@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .._runtime.files import MAX_FILE_BYTES, FileContent
 from .._runtime.memory import check_memory
 from ..errors import FormatError
+from .kinds import wrong_kind
 
 PCD_SUFFIX, PCLZF_SUFFIX = ".pcd", ".pclzf"
 
@@ -121,7 +122,7 @@ def _header(file: FileContent) -> _Header:
     start = file.data[:_MAX_HEADER].tobytes()
     end = re.search(rb"^DATA[ \t]+(\w+)[ \t]*\r?\n", start, re.MULTILINE)
     if end is None or b"FIELDS" not in start[: end.start()]:
-        raise FormatError(f"{file}: this is not a PCD, despite its suffix. Copy or export it again.")
+        raise wrong_kind(file, start, "a PCD")
     lines = (line.split() for line in start[: end.start()].decode("ascii", "replace").splitlines())
     stated: Mapping[str, list[str]] = {words[0]: words[1:] for words in lines if words and not words[0].startswith("#")}
     try:
@@ -173,7 +174,7 @@ def _pclzf(file: FileContent) -> tuple[str, tuple[int, int], bytes]:
     """The kind of image, its shape, and its bytes."""
     data = file.data.tobytes()
     if len(data) < _PCLZF_HEADER.size or not data.startswith(b"PCLZF"):
-        raise FormatError(f"{file}: this is not a PCLZF, despite its suffix. Copy or export it again.")
+        raise wrong_kind(file, data, "a PCLZF")
     _, width, height, name, compressed, size = _PCLZF_HEADER.unpack_from(data)
     kind = name.decode("ascii", "replace").rstrip(" \0")
     if min(width, height) < 1 or size != width * height * _PIXEL_BYTES.get(kind, 0):

@@ -22,7 +22,8 @@ from ..io.depth import read_depth_values
 from ..io.depth_reading import decoded
 from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import read_ground_truth
-from ..io.images import read_colour
+from ..io.images import read_colour, turned
+from ..io.orientation import AS_STORED
 from ..sources.frames import frame_of_images
 from ..sources.poses import camera_pose
 from ..sources.recorded import read_recorded
@@ -229,7 +230,9 @@ def load_inputs(
         ground_truth=None,
     )
     metres = decoded(read_depth_values(depth), encoding_of_inputs(inputs))[0]
-    frame = frame_of_images(read_colour(colour), metres, intrinsics, found, name)
+    of_colour, of_depth = inputs.orientations or AS_STORED
+    rgb, metres = turned(read_colour(colour), of_colour), turned(metres, of_depth)
+    frame = frame_of_images(rgb, metres, intrinsics, found, name)
     return dataclasses.replace(frame, pose=camera_pose(depth.path))
 
 

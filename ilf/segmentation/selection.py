@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from .._runtime.arrays import plain_array
 from ..data.frame import RGBDFrame, checked_frame
 from ..errors import InputError
 from .editing.patches import Points
@@ -42,7 +43,7 @@ class _Stroke:
     @staticmethod
     def of(tree: RegionTree, given: tuple[float, float] | Points) -> _Stroke:
         try:
-            points = np.asarray(given, np.float64).reshape(-1, 2)
+            points = np.asarray(plain_array(given), np.float64).reshape(-1, 2)
         except (TypeError, ValueError) as error:
             raise InputError(f"A point or stroke is (x, y), or several of these, not {given!r:.60}.") from error
         height, width = tree.pieces.shape
@@ -125,6 +126,7 @@ def select_region(
     inside, outside = _several(inside), _several(outside)
     if box is None and start is None and not len(inside):
         raise InputError("Give at least one point inside, a box, or a selection to start with.")
+    start = None if start is None else plain_array(start)
     if start is not None and start.shape != frame.shape:
         raise InputError(f"The selection to start with is of shape {start.shape}, the frame of {frame.shape}.")
     each = [0] * (len(inside) - 1) + [steps] if isinstance(steps, int) else steps

@@ -39,14 +39,17 @@ from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
     UNUSED_CONFIDENCE,
     checked_min_confidence,
+    confidence_doubt,
     is_ground_truth,
     load_guide,
     low_confidence,
     read_confidence,
     with_ground_truth_file,
 )
-from ..io.images import encode_image, read_colour_with_warning
+from ..io.images import encode_image, read_colour_with_warning, turned
+from ..io.kinds import kind_at
 from ..io.labels import read_mask
+from ..io.orientation import AS_STORED, companion_doubts, orientation_tag, pair_orientation
 from .frame_source import FrameSource
 from .naming import name_from_path
 from .opening import is_recording
@@ -60,6 +63,7 @@ META_NAME = "meta.json"
 COMPLETED_DEPTH = (
     "the depth was completed by ILF Studio, so that filled depth counts as measured. Give the frame that was completed."
 )
+_DEPTH_WORD = re.compile(r"(?<![a-z])depth(?![a-z])", re.IGNORECASE)
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 USUAL_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
 DEPTH_FILE_SUFFIXES = tuple(dict.fromkeys((*USUAL_DEPTH_SUFFIXES, *DEPTH_READERS)))
@@ -162,7 +166,8 @@ def load_frame(
         Depth from another origin, or a network that predicts it, see `ilf.load_guide`. None uses that of the folder, if
         any.
     confidence : path-like, optional
-        The sensor's confidence of its depth, see `ilf.io.read_confidence`. None uses that of the folder, if any.
+        The sensor's confidence of its depth, see `ilf.io.read_confidence`. None uses that of the folder, if any: also
+        without meta.json, a file whose name has "confidence" where that of the depth file or its folder has "depth".
     min_confidence : float, optional
         Depth of a lower confidence counts as missing: it goes into the frame's invalid mask. None uses the value in
         meta.json; without that, all depth counts. Without a confidence map it has no effect, which a note reports.
@@ -172,7 +177,7 @@ def load_frame(
     frame : str, optional
         The key of a frame of a recording, see `ilf.open_source`.
     beside : bool
-        Whether a meta.json beside two files is used.
+        Whether a meta.json, or a confidence map, beside two files is used.
     warn : bool
         Whether plausibility warnings and notes on what was left out are also issued as `DepthWarning`, not only stored
         in the frame's `notes`.
@@ -265,7 +270,7 @@ def _load(
     if frame is not None and chosen.pose is not None:
         loaded = replace(loaded, pose=stated_pose(chosen.pose))
     confidence_map = sensor_confidence if chosen.confidence is None else chosen.confidence
-    loaded = _with_min_confidence(loaded, confidence_map, chosen.min_confidence)
+    loaded = _with_min_confidence(loaded, confidence_map, chosen.min_confidence, report)
     if chosen.guide is not None:
         loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape, loaded.rgb))
     if chosen.ground_truth is None:
@@ -281,13 +286,14 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
     colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
     read = _read_depth(files, depth_file, options)
-    values, chosen = read.values, options.or_else(files.options)
-    is_same = colour.shape[:2] == values.shape
+    orientation = pair_orientation(rgb_file, colour, depth_file, read.metres)
+    colour, values = turned(colour, orientation.tags[0]), turned(read.metres, orientation.tags[1])
+    chosen, is_same = options.or_else(files.options), colour.shape[:2] == values.shape
     if not is_same and chosen.depth_intrinsics is None:
         raise InputError(
             f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)} pixels. Both must have the same "
             "pixels: give the intrinsics of both (--intrinsics and --depth-intrinsics), by which depth is registered, "
-            "or register and resize one to the other first."
+            f"or register and resize one to the other first.{_exchanged(colour, values)} {orientation.note}".rstrip()
         )
     if files.size not in {None, (values.shape[1], values.shape[0])}:
         raise FormatError(
@@ -304,19 +310,31 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
         encoding=read.encoding.name,
         invalid=read.encoding.invalid,
         depth_intrinsics=None if is_same else _numbers(depth_camera),
+        orientations=None if orientation.tags == AS_STORED else orientation.tags,
     )
+    beside = filter(None, (chosen.ground_truth, chosen.guide, chosen.confidence))
+    companions = [read_file(path) for path in beside if Path(path).suffix.lower() in COLOUR_SUFFIXES]
+    unlike = companion_doubts(companions, orientation_tag(depth_file) if orientation.tags == AS_STORED else 1)
+    of_pair = (*([orientation.note] if orientation.note else []), *unlike)
+    doubts = (*of_colour, *(of_pair if orientation.is_doubt else unlike))
     try:
         frame = replace(
-            frame_of_images(colour, read.metres, camera, inputs, name or files.name),
-            notes=(*of_colour, *read.notes),
-            plausibility_warnings=(*of_colour, *(doubt.text for doubt in read.plausibility_warnings)),
+            frame_of_images(colour, values, camera, inputs, name or files.name),
+            notes=(*of_colour, *of_pair, *read.notes),
+            plausibility_warnings=(*doubts, *(doubt.text for doubt in read.plausibility_warnings)),
             pose=(files if chosen.pose is None else replace(files, options=chosen)).camera_pose,
         )
         if is_same and files.outside_view is not None:
             frame = replace(frame, outside_view=read_mask(files.outside_view, colour.shape[:2]))
     except InputError as error:
         raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
-    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *read.warnings)
+    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings)
+
+
+def _exchanged(colour: NDArray[np.uint8], depth: NDArray[np.float32]) -> str:
+    """A hint for an image that is turned by 90 degrees; "" otherwise."""
+    is_so = colour.shape[:2] == depth.shape[::-1]
+    return " Width and height are exchanged: one of the files is turned by 90 degrees." if is_so else ""
 
 
 def frame_of_images(
@@ -376,15 +394,26 @@ def _pose_spec(pose: str | os.PathLike[str] | ArrayLike | None) -> str | tuple[f
     return tuple(checked_transform(array.reshape(4, 4) if array.shape == (16,) else array, "pose").ravel().tolist())
 
 
-def _with_min_confidence(frame: RGBDFrame, confidence: str | NDArray[Any] | None, min_value: float | None) -> RGBDFrame:
-    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file."""
-    low, reported = None, UNUSED_CONFIDENCE
+def _with_min_confidence(
+    frame: RGBDFrame,
+    confidence: str | NDArray[Any] | None,
+    min_value: float | None,
+    report: Callable[[str], None],
+) -> RGBDFrame:
+    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file; reports a
+    doubt about its scale."""
+    low, note, doubt = None, UNUSED_CONFIDENCE, ""
     if confidence is None:
-        reported = "" if min_value is None else NO_CONFIDENCE_MAP
+        note = "" if min_value is None else NO_CONFIDENCE_MAP
     elif min_value is not None:
         values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
-        low, reported = low_confidence(values, min_value, frame.depth)
-    return replace(frame, invalid_mask=low, notes=(*frame.notes, reported)) if reported else frame
+        low, note = low_confidence(values, min_value, frame.depth)
+        doubt = confidence_doubt(values, min_value)
+    if doubt:
+        report(doubt)
+        frame = replace(frame, plausibility_warnings=(*frame.plausibility_warnings, doubt))
+    found = tuple(text for text in (note, doubt) if text)
+    return replace(frame, invalid_mask=low, notes=(*frame.notes, *found)) if found else frame
 
 
 def read_frame_depth(rgb: str, depth: str | None, options: ReadingOptions) -> DepthReading:
@@ -401,13 +430,16 @@ def _read_depth(files: FrameFiles, content: FileContent, options: ReadingOptions
 def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, beside: bool) -> FrameFiles:
     """The files given by two paths or a folder, and what meta.json states about them."""
     if depth is not None:
-        return (meta_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
+        return (meta_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth), beside)
     if is_recording(rgb):
         raise InputError(f"{rgb} is a recording: give the key of one of its frames (--frame; `ilf info` lists them).")
     if os.path.isdir(rgb):
         return frame_folder(rgb)
     if not os.path.exists(rgb):
         raise InputError(f"{rgb}: there is no such file or folder. Check the name.")
+    kind = kind_at(Path(rgb))
+    if kind is not None and Path(rgb).suffix.lower() not in {*COLOUR_SUFFIXES, *DEPTH_FILE_SUFFIXES}:
+        raise FormatError(f"{rgb} is {kind[0]}, not a frame. {kind[1]}")
     raise InputError(
         f"{rgb}: a frame needs a depth image besides its colour image. Give both files, or one folder with {META_NAME}."
     )
@@ -543,9 +575,19 @@ def _input_file(content: FileContent) -> InputFile:
     return InputFile(str(content.path), content.sha256)
 
 
-def _two_files(rgb: Path, depth: Path) -> FrameFiles:
+def _two_files(rgb: Path, depth: Path, beside: bool) -> FrameFiles:
     rgb, depth = rgb.absolute(), depth.absolute()
-    return FrameFiles(rgb, depth, name_from_path(rgb))
+    confidence = path_text(_confidence_beside(depth)) if beside else None
+    return FrameFiles(rgb, depth, name_from_path(rgb), ReadingOptions(confidence=confidence))
+
+
+def _confidence_beside(depth: Path) -> Path | None:
+    """The confidence map whose name has "confidence" where that of the depth file or of its folder has "depth"."""
+    stem, folder = (_DEPTH_WORD.sub("confidence", name) for name in (depth.stem, depth.parent.name))
+    beside = depth.parent if folder == depth.parent.name else depth.parent.with_name(folder)
+    places = ((depth.parent, stem), (beside, depth.stem), (beside, stem))
+    found = (_found(root, name, CONFIDENCE_SUFFIXES) for root, name in places if root / name != depth.with_suffix(""))
+    return next((path for path in found if path is not None), None)
 
 
 def _named_image(root: Path, named: str | None, run: str | None = None) -> Path | None:

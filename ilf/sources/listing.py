@@ -17,6 +17,7 @@ from .._runtime.named_places import note_opened
 from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
 from ..errors import FormatError, InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE, read_cameras
+from ..io.kinds import kind_at
 from .file_patterns import Folders, is_folder
 from .frame_source import FrameSource
 from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, is_frame_folder
@@ -369,8 +370,9 @@ def _content(folder: str | Path) -> _Content:
         with os.scandir(folder) as entries:
             shown = [(entry.name, is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
     except NotADirectoryError:
-        told = f"{folder} is a file, but not a recording ({', '.join(recording_suffixes())}). Give the folder that"
-        raise InputError(source_plugins().with_notes(f"{told} contains the frames.")) from None
+        kind = kind_at(Path(folder)) or ("a file",)
+        told = f"{folder} is {kind[0]}, but not a recording that is read ({', '.join(recording_suffixes())}). Give such"
+        raise InputError(source_plugins().with_notes(f"{told} one, or the folder that contains the frames.")) from None
     except FileNotFoundError:
         raise InputError(f"{folder}: there is no such folder. Check the name.") from None
     except (OSError, ValueError) as error:

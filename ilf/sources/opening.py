@@ -12,6 +12,7 @@ from pathlib import Path
 from .._runtime.addresses import Address, is_address
 from .._runtime.folders import folder_at
 from ..errors import FormatError, InputError
+from ..io.kinds import check_is_there
 from .arkit_scenes import ARKitScenes
 from .azure_kinect import AzureKinect
 from .nyu import NyuLabelledFrames, NyuRawFolder
@@ -105,6 +106,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     with _access:
         if found.is_file() and found.stat().st_size == 0:
             raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
+        check_is_there(found)
         with source_plugins().using(kind) if kind not in KINDS else nullcontext():
             yield _kept((os.getpid(), str(found), kind.state(found)), lambda: kind(found))
 

@@ -361,7 +361,7 @@ class Shards(Recording):
         remedy = "Keep colour in the shards (--keep depth,rgb) to read them without their sources."
         if row["rgb"] is None:
             raise InputError(
-                f"{self.path} has no colour of {key}, which is from a recording or was registered. {remedy}"
+                f"{self.path} has no colour of {key}, which is from a recording, or was registered or turned. {remedy}"
             )
         try:
             place = named_in(row["rgb"], str(self._folder), row["rgb_sha256"])

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._runtime.arrays import plain_array
 from ..._runtime.cancellation import acquired, check_cancelled
 from ..._runtime.memory import release_memory
 from ...data.blocks import SPARSE
@@ -158,7 +159,7 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
     """
     if model not in MODELS:
         raise ParameterError(f"There is no error model {model!r}. Known: {', '.join(MODELS)}.")
-    return _error(frame, depth, np.full(frame.shape, _NUMBERS[model]), default_edges(frame))
+    return _error(frame, plain_array(depth), np.full(frame.shape, _NUMBERS[model]), default_edges(frame))
 
 
 _COMPLETION = "The errors of depth are those of a completion", "give what ilf.complete returns."

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..._runtime.arrays import without_mask
 from ..._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_path
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
@@ -312,7 +313,7 @@ def edge_strength(
         raise InputError(
             f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame); 'hed' and 'canny' need only colour."
         )
-    rgb = np.asarray(image) if frame is None else frame.rgb
+    rgb = image.rgb if isinstance(image, RGBDFrame) else without_mask(image)
     check_image(rgb)
     if detector == "canny":
         return canny_strength(rgb, defaults.canny_sigma, defaults.canny_high, defaults.canny_low_ratio)

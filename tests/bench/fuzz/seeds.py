@@ -89,10 +89,12 @@ def depth_tiff(folder: Path) -> list[bytes]:
 
 
 def depth_pgm(folder: Path) -> list[bytes]:
-    """Binary, with and without a comment."""
+    """Binary, with and without a comment, and as text."""
     with_colour(folder)
-    plain = _encoded(".pgm", depth_values())
-    return [plain, plain.replace(b"P5\n", b"P5\n# made\n", 1)]
+    values = depth_values()
+    plain = _encoded(".pgm", values)
+    text = f"P2 {values.shape[1]} {values.shape[0]} 65535\n{' '.join(map(str, values.ravel()))}\n"
+    return [plain, plain.replace(b"P5\n", b"P5\n# made\n", 1), text.encode()]
 
 
 def depth_npy(folder: Path) -> list[bytes]:

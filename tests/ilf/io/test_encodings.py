@@ -257,7 +257,8 @@ FLOOR = np.linspace(0.15, 0.53, 4 * H)[:, None] + np.zeros(4 * W)  # inverse dep
 def test_what_rises_where_depth_should_fall_is_doubted(save, values):
     cv2.imwrite(str(save(values)[0]), np.zeros((4 * H, 4 * W, 3), np.uint8))
     files = save(values.astype(np.float32), "depth.npy")
-    with pytest.warns(DepthWarning, match=r"most likely disparity or inverse depth.*disparity:FB"):
+    surely = "are most likely" if np.median(values) > 6 else "may be"  # depth of 0.3 to 6 m is plausible
+    with pytest.warns(DepthWarning, match=rf"they {surely} disparity or inverse depth.*disparity:FB"):
         ilf.load_frame(*files)
     assert (
         ilf.load_frame(*files, encoding="disparity:1" if values.max() < 2 else "disparity:52.5").plausibility_warnings
@@ -300,10 +301,38 @@ def test_kitti_read_as_millimetres_is_doubted(tmp_path):
     assert _sign_of(tmp_path / "wide", street) == ["kitti"], "no camera has such an aspect"
     assert _sign_of(tmp_path / "drive/proj_depth/velodyne_raw/image_02", street[:, :100]) == ["kitti"]
     assert _sign_of(tmp_path / "cut", street[:, :100]) == []
+    lidar = np.where(np.random.default_rng(0).random(street.shape) < 0.2, street * 0.5 + 600, 0)
+    assert _sign_of(tmp_path / "sparse", lidar) == ["kitti"], "within 22 m"
+    assert _sign_of(tmp_path / "room", np.repeat(np.geomspace(6000, 900, 94)[:, None], 311, 1)) == [None]
     files = tmp_path / "wide/rgb.png", tmp_path / "wide/depth.png"
     with pytest.warns(DepthWarning, match=r"KITTI: .* encoding is most likely kitti, with a median of 21\.\d\d m"):
         ilf.load_frame(*files)
     assert ilf.load_frame(*files, encoding="kitti").plausibility_warnings == ()
+
+
+def test_other_wide_images_are_doubted_without_kitti(tmp_path):
+    street = np.repeat(np.geomspace(14_000, 400, 94)[:, None], 311, 1)  # [cm]
+    street[:40] = 65535
+    cv2.imwrite(str(tmp_path / "rgb.png"), np.zeros((*street.shape, 3), np.uint8))
+    cv2.imwrite(str(tmp_path / "depth.png"), street.astype(np.uint16))
+    with pytest.warns(DepthWarning, match=r"in centimetres it would be 11\.\d\d m") as told:
+        frame = ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", invalid=65535)
+    assert "kitti" not in str(told[0].message).lower()
+    assert ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", invalid=65535, encoding="cm").notes == ()
+    assert np.isnan(frame.depth[:40]).all()
+    assert _sign_of(tmp_path / "kitti-like-room", np.repeat(np.linspace(4000, 900, 240)[:, None], 320, 1)) == []
+
+
+def test_other_encodings_are_compared_without_the_invalid_value(save):
+    values = np.where(KNOWN, STORED["sun"], 40_000).astype(np.uint16)
+    files = save(np.where(np.arange(W) < 60, values, 40_000).astype(np.uint16))
+    with pytest.warns(DepthWarning, match=r"most likely sun, with a median of 2\.\d\d m"):
+        ilf.load_frame(*files, invalid=40_000)
+
+
+def test_centimetres_of_a_room_are_doubted(save):
+    with pytest.warns(DepthWarning, match="with 100 units per metre it would be 2"):
+        ilf.load_frame(*save((MM // 10).astype(np.uint16)))
 
 
 def test_replica_is_offered_for_replica(tmp_path):

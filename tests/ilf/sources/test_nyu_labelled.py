@@ -102,7 +102,7 @@ def _of_other_size(path: Path, name: str) -> None:
         (lambda path: _without(path, "rawDepths"), "has no rawDepths"),
         (lambda path: _of_other_size(path, "depths"), "do not fit each other"),
         (lambda path: path.write_bytes(path.read_bytes()[:3000]), "not a complete HDF5"),
-        (lambda path: path.write_bytes(b"MATLAB 5.0 MAT-file"), "not a complete HDF5"),
+        (lambda path: path.write_bytes(b"MATLAB 5.0 MAT-file"), r"a MATLAB file \(5\), not an HDF5"),
         (lambda path: path.write_bytes(b""), "is empty"),
     ],
 )

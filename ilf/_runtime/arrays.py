@@ -1,0 +1,34 @@
+"""Arrays of callers: numpy masked arrays become plain ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+
+
+def plain_array(values: ArrayLike) -> NDArray[Any]:
+    """Return values as a plain array, in which those masked in a numpy masked array are missing: NaN, or 0 or False in
+    types without NaN.
+
+    Examples
+    --------
+    >>> plain_array(np.ma.masked_equal([1.5, 9.0], 9.0)), plain_array(np.ma.masked_equal([3, 9], 9))
+    (array([1.5, nan]), array([3, 0]))
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values.filled(np.nan if values.dtype.kind == "f" else 0))
+    return np.asarray(values)
+
+
+def without_mask(colour: ArrayLike) -> NDArray[Any]:
+    """Return colour as a plain array; raise InputError if some of it is masked."""
+    if np.ma.is_masked(colour):
+        raise InputError(
+            "Colour is a masked array, and colour cannot be missing: give colour.filled(0), or colour.data if its "
+            "values are right, and mask the depth."
+        )
+    return np.asarray(colour)

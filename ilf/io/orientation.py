@@ -1,0 +1,144 @@
+"""Orientation tags (EXIF) of a pair's files: whether colour or depth is turned, so that both show the same pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent
+from ..errors import FormatError
+from .float_images import HDF5_SUFFIXES, is_of_matlab
+from .heic import HEIC_SUFFIXES, heic_orientation
+from .images import OPPOSITE, image_header, turned
+
+AS_STORED = 1, 1
+"""Orientations of colour and depth that are not turned."""
+
+_EFFECTS = {
+    2: "mirrored left to right",
+    3: "turned by 180 degrees",
+    4: "mirrored top to bottom",
+    5: "mirrored and turned by 90 degrees",
+    6: "turned by 90 degrees clockwise",
+    7: "mirrored and turned by 90 degrees",
+    8: "turned by 90 degrees counter-clockwise",
+}
+
+_EXCHANGED = 1, 5
+
+_COMPARED = 320
+"""Length of the longer side [px] at which edges are compared."""
+
+_SURE, _BETTER = 0.15, 0.08
+"""Minimum correlation of the edges of colour and depth, and minimum lead over the other way, to decide by them."""
+
+
+class PairOrientation(NamedTuple):
+    """Orientations by which colour and depth are to be turned, a note about it ("" for none), and whether it is a
+    doubt."""
+
+    tags: tuple[int, int] = AS_STORED
+    note: str = ""
+    is_doubt: bool = False
+
+
+def orientation_tag(file: FileContent) -> int:
+    """The orientation tag of a file, 1 to 8; 1 if it has none, or is of a format without such tags."""
+    try:
+        tag = image_header(file, file.data.tobytes()).orientation
+    except FormatError:
+        return 1
+    return tag if tag in _EFFECTS else 1
+
+
+def _claim(file: FileContent) -> tuple[int, str]:
+    """The orientation by which a file may have to be turned, and why; 1 and "" if there is no sign of it."""
+    if file.path.suffix.lower() in HDF5_SUFFIXES and not is_of_matlab(file):
+        return 5, f"{file.path.name} may be stored column by column, as MATLAB's h5write does"
+    if file.path.suffix.lower() in HEIC_SUFFIXES:
+        tag = heic_orientation(file)
+        back = f"{file.path.name} is shown upright, not as stored, by its orientation tag {tag}, which may be undone"
+        return OPPOSITE.get(tag, tag), back if tag in _EFFECTS else ""
+    tag = orientation_tag(file)
+    return tag, f"{file.path.name} has the orientation tag {tag} ({_EFFECTS[tag]})" if tag != 1 else ""
+
+
+def pair_orientation(
+    colour_file: FileContent, colour: NDArray[np.uint8], depth_file: FileContent, metres: NDArray[np.float32]
+) -> PairOrientation:
+    """Decide whether the orientation tags of a pair's files apply: where only so sizes are the same, or else edges
+    coincide. Files with the same tag stay as stored. The rows and columns of HDF5, which MATLAB exchanges, are decided
+    likewise.
+
+    Parameters
+    ----------
+    colour_file, depth_file : FileContent
+    colour, metres : ndarray
+        As stored: uint8 (h, w, 3), and depth [m], NaN = missing.
+    """
+    claims = [_claim(colour_file), _claim(depth_file)]
+    for place, file in enumerate((colour_file, depth_file)):
+        if file.path.suffix.lower() in HEIC_SUFFIXES and claims[1 - place][0] != 1:
+            claims[place] = 1, ""  # it is upright, and so may the other one be
+    tags = claims[0][0], claims[1][0]
+    if tags[0] == tags[1]:
+        return PairOrientation()
+    stored, upright = (colour, metres), (turned(colour, tags[0]), turned(metres, tags[1]))
+    fits, fits_upright = (rgb.shape[:2] == depth.shape for rgb, depth in (stored, upright))
+    named = " and ".join(text for _, text in claims if text)
+    if tags == _EXCHANGED and (fits, fits_upright) in {(True, False), (False, False)}:
+        return PairOrientation()  # as nearly all HDF5 files
+    if not (fits or fits_upright):
+        return PairOrientation(AS_STORED, f"{named}, and is read as stored: sizes differ either way.")
+    if fits != fits_upright:
+        return _decided(named, tags, fits_upright, "colour and depth have the same size only so")
+    scores = _coincidence(*stored), _coincidence(*upright)
+    if max(scores) >= _SURE and abs(scores[0] - scores[1]) >= _BETTER:
+        if tags == _EXCHANGED and scores[0] > scores[1]:
+            return PairOrientation()
+        return _decided(named, tags, scores[1] > scores[0], "edges of colour and depth coincide only so")
+    return PairOrientation(
+        AS_STORED,
+        f"{named}, and is read as stored, which is uncertain: edges of colour and depth coincide hardly better either "
+        "way. If colour and depth do not fit, save that file again as an image that is upright.",
+        is_doubt=True,
+    )
+
+
+def companion_doubts(files: Sequence[FileContent], expected: int) -> tuple[str, ...]:
+    """Describe those images beside a pair (ground truth, guide, confidence map) whose orientation tag is not that of
+    the pair as it is read: 1 if it is upright, else that of its depth file."""
+    tags = {file.path.name: orientation_tag(file) for file in files}
+    return tuple(
+        f"The orientation tag of {name} ({tag}) is not that of the frame as it is read ({expected}), and is not "
+        "applied: if both do not fit, save that file upright, without the tag."
+        for name, tag in tags.items()
+        if tag != expected
+    )
+
+
+def _decided(named: str, tags: tuple[int, int], is_applied: bool, reason: str) -> PairOrientation:
+    way = "so" if is_applied else "as stored"
+    return PairOrientation(tags if is_applied else AS_STORED, f"{named}, and is read {way}: {reason}.")
+
+
+def _coincidence(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> float:
+    """Correlation of the edges of colour and inverse depth, -1 to 1; 0 if there are none."""
+    step = -(-max(metres.shape) // _COMPARED)
+    inverse = np.nan_to_num(1 / metres[::step, ::step]).astype(np.float32)
+    grey = cv2.resize(
+        cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY), inverse.shape[::-1], interpolation=cv2.INTER_AREA
+    ).astype(np.float32)
+    edges = np.sqrt(_slope(grey)), np.minimum(4 * _slope(inverse), 1)
+    one, other = (cv2.GaussianBlur(values, (0, 0), 2).ravel() for values in edges)
+    if np.ptp(one) == 0 or np.ptp(other) == 0:
+        return 0.0
+    return float(np.corrcoef(one, other)[0, 1])
+
+
+def _slope(values: NDArray[np.float32]) -> NDArray[Any]:
+    return np.asarray(cv2.magnitude(cv2.Sobel(values, cv2.CV_32F, 1, 0), cv2.Sobel(values, cv2.CV_32F, 0, 1)))

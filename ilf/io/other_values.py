@@ -1,0 +1,98 @@
+"""Signs that the values of a file are no depth in metres or millimetres: values of a z-buffer, normalised depth, and
+distances along rays."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_UINT16_MAX = 65535
+_FULL = 1 - 1e-6
+"""Share of the largest value that counts as that value, which rounding in single precision may miss."""
+
+_LEAST_OF_BUFFER = 0.9
+"""Values of a z-buffer exceed this share of the largest one, unless what they show is very near."""
+
+_BACKGROUND = 0.02
+"""Minimum share of pixels that have the largest value, if it stands for nothing seen."""
+
+_LEAST_NEAR = 0.001
+"""Minimum share of pixels with values just below the largest of 16 bits."""
+
+_FEWEST_VALUES = 32
+_NEAR, _FAR = 0.3, 6.0
+"""Median depth [m] outside of which nearly no frame of a depth camera lies."""
+
+_DISTANCE = re.compile(
+    r"(?:^|[^a-z])(distance|distances|range|ranges|euclidean|radial|ray|rays|raydepth|raylength)(?:[^a-z]|$)"
+)
+_RECORDINGS = "", ".bag", ".mcap", ".db3", ".mkv", ".r3d"
+_NO_DISTANCE = re.compile(r"plane|planar|perpendicular|orthogonal|z_?depth")
+
+
+def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
+    """Describe why values (H, W), read as `metres`, are likely a z-buffer or normalised depth; "" if they are not."""
+    seen = values[np.isfinite(values) & (values > 0)]
+    if not seen.size or not (values.dtype.kind == "f" or values.dtype == np.uint16):
+        return ""
+    least, largest = float(seen.min()), float(seen.max())
+    full = 1.0 if values.dtype.kind == "f" else float(_UINT16_MAX)
+    if largest > full:
+        return ""
+    at_largest, median = float(np.mean(values == seen.max())), float(np.nanmedian(metres))
+    is_usual = _NEAR <= median <= _FAR
+    if least > _LEAST_OF_BUFFER * full:
+        sign = f"all lie between {least:.4g} and {largest:.6g}"
+    elif full > 1 and (is_usual or not _reaches(seen)) and not _is_one(metres[values == _UINT16_MAX]):
+        return ""
+    elif largest >= _FULL * full:
+        sign = f"they reach exactly {full:g}"
+    elif at_largest >= _BACKGROUND and np.unique(seen[:: seen.size // 10_000 + 1]).size >= _FEWEST_VALUES:
+        sign = f"{at_largest:.1%} of the pixels have the largest one, {largest:.4g}, like a background"
+    elif not is_usual:
+        sign = f"their median is {median:.3g}"
+    else:
+        return ""
+    return (
+        f"Values lie in 0 to {full:g}, and {sign}: they may be a z-buffer or normalised depth or inverse depth, which "
+        "is in no unit. Convert them to metres by the near and far plane, or give "
+        f"{'m' if full == 1 else 'mm'} as the encoding if they are depth."
+    )
+
+
+def _is_one(metres: NDArray[np.float32]) -> bool:
+    """Whether the largest value of 16 bits was converted to 1."""
+    return bool(metres.size and abs(metres[0] - 1) < 1 - _FULL)
+
+
+def _reaches(seen: NDArray[np.uint16]) -> bool:
+    """Whether 16-bit values reach the largest one, without a gap below it as there is below an invalid marker."""
+    near = (seen > _LEAST_OF_BUFFER * _UINT16_MAX) & (seen < _UINT16_MAX)
+    return bool(seen.max() == _UINT16_MAX and np.mean(near) >= _LEAST_NEAR)
+
+
+def distance_doubt(path: Path) -> str:
+    """Describe why a file likely holds distances along rays, by its name or its folder's; "" if nothing says so."""
+    if path.suffix.lower() in _RECORDINGS:
+        return ""
+    for name in (path.stem.lower(), path.parent.name.lower()):
+        found = _DISTANCE.search(name)
+        if found and not _NO_DISTANCE.search(name) and (name != path.parent.name.lower() or _is_only(name)):
+            return (
+                f"The name {name} says that values are distances along the rays of the camera, which exceed depth "
+                "towards the borders of the image. Give ray:UNITS,FX,FY,CX,CY with the camera's intrinsics, or m or mm "
+                "if they are depth along the optical axis."
+            )
+    return ""
+
+
+def _is_only(folder: str) -> bool:
+    """Whether a folder's name has no other words than those about distance to the camera."""
+    return all(
+        _DISTANCE.search(word) or word in {"depth", "to", "camera", "image", "images", ""}
+        for word in re.split(r"[^a-z]", folder)
+    )

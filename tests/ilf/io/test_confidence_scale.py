@@ -1,0 +1,69 @@
+"""Confidence maps beside two files, and maps that are not from 0 to 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import ilf
+from ilf.cli import main
+
+LEVELS = np.repeat([0, 1, 2], 4)[None] + np.zeros((9, 1), int)
+
+
+def save(folder: Path, depth: str, confidence: str, levels: np.ndarray) -> tuple[Path, Path]:
+    for name, image in {
+        "rgb.png": np.zeros((*LEVELS.shape, 3), np.uint8),
+        depth: np.full(LEVELS.shape, 2000, np.uint16),
+        confidence: levels,
+    }.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        if name.endswith(".npy"):
+            np.save(folder / name, image)
+        else:
+            Image.fromarray(image).save(folder / name)
+    return folder / "rgb.png", folder / depth
+
+
+@pytest.mark.parametrize(
+    ("depth", "confidence"),
+    [
+        ("depth.png", "confidence.png"),
+        ("depth_07.png", "confidence_07.npy"),
+        ("0007-depth.png", "0007-confidence.png"),
+        ("depth/07.png", "confidence/07.png"),
+        ("depth/depth_07.png", "confidence/confidence_07.png"),
+    ],
+)
+def test_a_confidence_map_beside_two_files_is_used(depth: str, confidence: str, tmp_path: Path, capsys) -> None:
+    files = save(tmp_path, depth, confidence, LEVELS.astype(np.uint8))
+    frame = ilf.load_frame(*files, min_confidence=2)
+    assert np.array_equal(frame.known, LEVELS == 2)
+    assert not frame.plausibility_warnings
+    assert any("confidence map" in note for note in ilf.load_frame(*files).notes)
+    assert ilf.load_frame(*files, min_confidence=2, beside=False).known.all()
+    assert main(["info", *map(str, files), "--min-confidence", "2"]) == 0
+    assert "72 pixels, 66.7% of the known pixels" in capsys.readouterr().out
+    (tmp_path / confidence).unlink()
+    assert main(["info", *map(str, files), "--min-confidence", "2"]) == 0
+    assert "no confidence map" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("levels", [LEVELS * 127.5, LEVELS * 50, LEVELS / 2, 100 - LEVELS * 25])
+@pytest.mark.parametrize("least", [1, 2])
+def test_a_map_of_another_scale_is_doubted(levels: np.ndarray, least: int, tmp_path: Path, capsys) -> None:
+    files = save(tmp_path, "depth.png", "confidence.npy", levels)
+    if levels.max() == 1:
+        if least == 2:
+            with pytest.raises(ilf.IlfError, match="ranges from 0 to 1"):
+                ilf.load_frame(*files, min_confidence=least)
+        return
+    with pytest.warns(ilf.DepthWarning, match=f"to {levels.max():g}, not from 0 to 2"):
+        frame = ilf.load_frame(*files, min_confidence=least)
+    assert frame.plausibility_warnings
+    assert main(["info", *map(str, files), "--min-confidence", str(least)]) == 0
+    assert "warning:" in capsys.readouterr().out
+    assert not ilf.load_frame(*files, min_confidence=levels.max()).plausibility_warnings

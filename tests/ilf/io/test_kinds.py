@@ -1,0 +1,93 @@
+"""Files of kinds that are not read are named by their kind, with what is read instead."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import ilf
+from ilf.cli import main
+from ilf.io.depth import read_depth_values
+from ilf.io.images import read_colour
+
+GREY = np.arange(96, dtype=np.uint16).reshape(8, 12) + 1000
+
+
+def encoded(kind: str) -> bytes:
+    content = io.BytesIO()
+    Image.fromarray(np.zeros((8, 12, 3), np.uint8)).save(content, kind)
+    return content.getvalue()
+
+
+FOREIGN = {
+    "colour.webp": (lambda: encoded("WEBP"), "WebP"),
+    "colour.gif": (lambda: encoded("GIF"), "GIF"),
+    "colour.bmp": (lambda: encoded("BMP"), "BMP"),
+    "colour.jp2": (lambda: encoded("JPEG2000"), "JPEG 2000"),
+    "colour.avif": (lambda: b"\0\0\0\x1cftypavif\0\0\0\0", "AVIF"),
+    "colour.jxl": (lambda: b"\0\0\0\x0cJXL \r\n\x87\n", "JPEG XL"),
+    "bare.jxl": (lambda: b"\xff\x0a" + bytes(9), "JPEG XL"),
+    "report.pdf": (lambda: encoded("PDF"), "PDF"),
+    "page.png": (lambda: b"\n<!DOCTYPE html><title>404</title>", "HTML"),
+    "pointer.png": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
+    "pointer.npy": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
+    "pointer.exr": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
+    "pointer.h5": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
+    "pointer.npz": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
+    "pointer.pcd": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
+    "pointer.heic": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
+    "photo.heic": (lambda: encoded("JPEG"), "JPEG"),
+    "files.zip": (lambda: b"PK\x03\x04" + bytes(60), "zip"),
+    "film.mp4": (lambda: b"\0\0\0\x20ftypisom\0\0\x02\0", "video"),
+    "film.webm": (lambda: b"\x1aE\xdf\xa3" + bytes(30), "video"),
+    "table.csv": (lambda: b"3.1,2.2,,nan,4\n1,2,3,4,5\n", "CSV"),
+    "table.png": (lambda: b"3.1 2.2 1e-3 4\n1 2 3 4\n", "CSV"),
+    "take.svo": (lambda: bytes(64), "ZED"),
+    "take.svo2": (lambda: bytes(64), "ZED"),
+    "data.json": (lambda: b'{"depth": [1, 2]}', "JSON"),
+    "data.mat": (lambda: b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "MATLAB"),
+    "note.png": (lambda: b"hello, this is no image", "text"),
+}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_a_file_of_another_kind_is_named(name: str, tmp_path: Path, capsys) -> None:
+    make, kind = FOREIGN[name]
+    (tmp_path / name).write_bytes(make())
+    Image.fromarray(np.zeros((8, 12, 3), np.uint8)).save(tmp_path / "rgb.png")
+    Image.fromarray(GREY).save(tmp_path / "depth.png")
+    for paths in ((name, "depth.png"), ("rgb.png", name)):
+        with pytest.raises(ilf.IlfError, match=rf"{name} is .*{kind}.*, not (a|an) [A-Z]") as told:
+            ilf.load_frame(*(tmp_path / path for path in paths))
+        assert "despite" not in str(told.value)
+    for command in (["info"], ["complete", "--out", str(tmp_path / "out")], ["batch", "--out", str(tmp_path / "b")]):
+        assert main([command[0], str(tmp_path / name), *command[1:]]) == 1
+        said = capsys.readouterr().err
+        assert kind in said or Path(name).suffix not in {".svo", ".svo2", ".csv", ".webp", ".mp4", ".zip"}
+
+
+@pytest.mark.parametrize("name", ["take.bag", "take.mcap", "take.db3", "take.mkv", "take.r3d", "take.sens", "take.mat"])
+def test_pointers_in_place_of_recordings_are_named(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(FOREIGN["pointer.png"][0]())
+    with pytest.raises(ilf.IlfError, match="Git LFS pointer"):
+        ilf.open_source(tmp_path / name)
+
+
+@pytest.mark.parametrize("largest", [1200, 65535])
+def test_text_pgm_of_16_bits_is_read(largest: int, tmp_path: Path) -> None:
+    rows = "\n".join(" ".join(map(str, row)) for row in GREY)
+    (tmp_path / "depth.pgm").write_text(f"P2\n# by hand\n12 8\n{largest}\n# rows\n{rows}\n")
+    assert np.array_equal(read_depth_values(tmp_path / "depth.pgm"), GREY)
+    for wrong in (f"{largest}\n{rows[:-9]}", f"1010\n{rows}", f"{largest}\n{rows.replace('9', 'x')}"):
+        (tmp_path / "depth.pgm").write_text(f"P2 12 8 {wrong}")
+        with pytest.raises(ilf.IlfError, match="damaged"):
+            read_depth_values(tmp_path / "depth.pgm")
+
+
+def test_text_ppm_is_colour_scaled_by_its_largest_value(tmp_path: Path) -> None:
+    (tmp_path / "rgb.ppm").write_text("P3 2 1 15\n15 0 3  0 15 0")
+    assert read_colour(tmp_path / "rgb.ppm").tolist() == [[[255, 0, 51], [0, 255, 0]]]

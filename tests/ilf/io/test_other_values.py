@@ -1,0 +1,120 @@
+"""Values that are no depth: z-buffers, normalised depth, and distances along rays, which must be doubted aloud."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import ilf
+from ilf.io.float_images import read_exr
+
+NEAR, FAR = 0.1, 10.0
+SHAPE = 60, 80
+
+
+def depth() -> np.ndarray:
+    """A floor and walls, 2 to 5 m [m], and where nothing was hit: inf."""
+    rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    metres = 2 + 0.02 * (SHAPE[0] - rows) + 0.02 * np.abs(columns - 40) + 0.0
+    metres[:10, 30:60] = np.inf
+    return metres
+
+
+def z_buffer(metres: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(metres), FAR / (FAR - NEAR) * (1 - NEAR / metres), 1.0)
+
+
+def normalised(metres: np.ndarray) -> np.ndarray:
+    low, high = metres.min(), metres[np.isfinite(metres)].max()
+    return np.where(np.isfinite(metres), (metres - low) / (high - low), 1.0)
+
+
+VALUES = {
+    "z-buffer": z_buffer(depth()),
+    "z-buffer without background": z_buffer(np.where(np.isfinite(depth()), depth(), 4.0)),
+    "reversed z-buffer": 1 - z_buffer(depth()),
+    "reversed z-buffer, near plane at 1 m": np.where(np.isfinite(depth()), 1 / depth(), 0),
+    "normalised": normalised(depth()),
+    "normalised by the largest": np.where(np.isfinite(depth()), depth() / 4.1, 1.0),
+    "normalised with another background": np.where(np.isfinite(depth()), depth() / 8, 0.9),
+    "inverse, normalised": np.where(np.isfinite(depth()), depth().min() / depth(), 0),
+}
+
+
+def files(folder: Path, values: np.ndarray, name: str = "depth.npy") -> tuple[Path, Path]:
+    Image.fromarray(np.zeros((*SHAPE, 3), np.uint8)).save(folder / "rgb.png")
+    file = folder / name
+    file.parent.mkdir(exist_ok=True)
+    if file.suffix == ".npy":
+        np.save(file, values)
+    elif file.suffix == ".exr":
+        exr = pytest.importorskip("OpenEXR")
+        exr.File({"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}, {"Z": values}).write(str(file))
+        assert np.array_equal(read_exr(ilf._runtime.files.read_file(file)), values)
+    else:
+        Image.fromarray(values).save(file)
+    return folder / "rgb.png", file
+
+
+def told(paths: tuple[Path, Path], **options) -> str:
+    """Warnings and errors of loading a frame."""
+    try:
+        return " ".join(ilf.load_frame(*paths, warn=False, **options).plausibility_warnings)
+    except ilf.IlfError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("values", VALUES.values(), ids=list(VALUES))
+@pytest.mark.parametrize("kind", ["depth.npy", "depth.exr", "float64", "depth.png"])
+def test_values_from_0_to_1_are_doubted(kind: str, values: np.ndarray, tmp_path: Path) -> None:
+    if kind == "depth.png":
+        written, name = np.rint(65535 * values).astype(np.uint16), kind
+    else:
+        written, name = (
+            values.astype(kind if kind == "float64" else np.float32),
+            "depth.npy" if "." not in kind else kind,
+        )
+    paths = files(tmp_path, written, name)
+    text = told(paths)
+    if kind == "depth.png" and written.max() < 65535:
+        assert text, "some doubt about the unit"
+    else:
+        assert "z-buffer" in text or "inverse depth" in text
+    assert "z-buffer" not in told(paths, encoding="mm" if kind == "depth.png" else "m")
+
+
+def test_units_that_only_undo_16_bits_are_doubted(tmp_path: Path) -> None:
+    paths = files(tmp_path, np.rint(65535 * VALUES["normalised"]).astype(np.uint16), "depth.png")
+    assert "z-buffer" in told(paths, depth_units=65535)
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.4])
+def test_depth_in_metres_is_not_doubted(factor: float, tmp_path: Path) -> None:
+    metres = np.where(np.isfinite(depth()), factor * depth() / (1.0 if factor == 1 else 2.5), 0)
+    assert not told(files(tmp_path, metres.astype(np.float32)))
+
+
+DISTANCES = (
+    "distance_to_camera_0001.npy",
+    "range.npy",
+    "depth-euclidean.npy",
+    "distance_to_camera/0001.npy",
+    "ranges/1.npy",
+)
+DEPTHS = "distance_to_image_plane_0001.npy", "orange.npy", "arrange/1.npy", "range_test/depth.npy", "strange_1.npy"
+
+
+@pytest.mark.parametrize("name", DISTANCES)
+def test_ray_is_proposed_where_the_name_says_distance(name: str, tmp_path: Path) -> None:
+    paths = files(tmp_path, np.where(np.isfinite(depth()), depth(), 0).astype(np.float32), name)
+    with pytest.warns(ilf.DepthWarning, match="ray:UNITS,FX,FY,CX,CY"):
+        ilf.load_frame(*paths)
+    assert not told(paths, encoding="ray:1,50,50,40,30")
+
+
+@pytest.mark.parametrize("name", DEPTHS)
+def test_ray_is_not_proposed_for_other_names(name: str, tmp_path: Path) -> None:
+    assert not told(files(tmp_path, np.where(np.isfinite(depth()), depth(), 0).astype(np.float32), name))
