@@ -20,13 +20,13 @@ from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.staging import interrupted
 from ..batch.shard_files import check_shards
-from ..data.camera import CameraIntrinsics, camera_text
+from ..data.camera import CameraIntrinsics, camera_doubt, camera_text
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
 from ..data.parameters import BlockParameters, nearest_preset
 from ..data.results import BlockOutcome
 from ..errors import IlfError, InputError
-from ..io.cameras import IntrinsicsSpec, intrinsics_from
+from ..io.cameras import IntrinsicsSpec, frame_camera, intrinsics_from
 from ..io.depth_reading import DepthReading, read_depth, unique_warnings
 from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import (
@@ -198,12 +198,13 @@ def source_facts(source: Source) -> list[Fact]:
 
 
 def plausibility_facts(source: Source) -> list[Fact]:
-    """List plausibility warnings and errors on reading the first, the middle and the last frame."""
+    """List plausibility warnings, other notes and errors on reading the first, the middle and the last frame."""
     known: set[str] = set()
     facts = []
     for key in dict.fromkeys(source.keys[at] for at in (0, len(source) // 2, -1)):
         try:
-            found = [("warning", text) for text in source.frame_source(key).load().plausibility_warnings]
+            frame = source.frame_source(key).load()
+            found = [("warning" if text in frame.plausibility_warnings else "note", text) for text in frame.notes]
         except IlfError as error:
             found = [("problem", str(error))]
         facts += [Fact(name, f"{key}: {text}") for name, text in found if unique_warnings([text], known)]
@@ -479,8 +480,11 @@ def _depth_facts(path: Path | str, depth: DepthReading, camera: IntrinsicsSpec |
         low, high, median = float(known.min()), float(known.max()), float(np.median(known))
         text = f"{low:.3f} to {high:.3f} m, median {median:.3f} m"
         facts.append(Fact("range", text, {"min_m": low, "max_m": high, "median_m": median}))
-    intrinsics = intrinsics_from(camera, metres.shape)
+    intrinsics, notes = frame_camera(camera, (height, width))
     facts.append(Fact("intrinsics", camera_text(intrinsics), {"intrinsics": _camera_record(intrinsics)}))
+    facts += [Fact("note", text) for text in notes]
+    if intrinsics is not None and (doubt := camera_doubt(intrinsics, (height, width))):
+        facts.append(Fact("warning", doubt))
     try:
         check_depth_scale(metres)
     except InputError as error:

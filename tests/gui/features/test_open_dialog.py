@@ -79,8 +79,8 @@ def test_request_opens_the_very_frame(dialog, folder):
 def test_the_camera_field_says_what_to_type(dialog):
     dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
     assert dialog.camera_text.placeholderText().startswith("Pixels, such as 525, 525")
-    dialog.camera.setCurrentText("From a JSON file")
-    assert dialog.camera_text.placeholderText().startswith("JSON file")
+    dialog.camera.setCurrentText("From a file")
+    assert "FILE#NAME" in dialog.camera_text.placeholderText()
     assert dialog.camera_browse.isVisible()
 
 

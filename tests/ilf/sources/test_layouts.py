@@ -357,7 +357,7 @@ def test_depth_beside_the_images_of_a_transforms_json(tmp_path: Path) -> None:
     (tmp_path / "transforms.json").write_text(json.dumps(data))
     assert ilf.open_source(tmp_path)[1].inputs.depth_units == 2000
     assert set(ilf.open_source(tmp_path).frame_source("images/00001").options.intrinsics) == {
-        *("fx", "fy", "cx", "cy", "width", "height")
+        *("fx", "fy", "cx", "cy", "width", "height", "lens")
     }
     (tmp_path / "transforms.json").write_text('{"frames": [{"file_path": 3}]}')
     with pytest.raises(FormatError, match=r"transforms\.json contains no camera poses"):
@@ -392,7 +392,7 @@ def test_a_layout_is_given_as_text(tmp_path: Path) -> None:
     assert source.notes == ()
     told = ilf.open_source(tmp_path / "void_1500", layout=f"{text} truth=gt/*.png").notes
     assert told == ("There is no file truth=gt/*.png: frames are read without.",)
-    mine = ilf.open_source(tmp_path / "void_1500", layout=text, depth_units=512, intrinsics="50,50,1,1")
+    mine = ilf.open_source(tmp_path / "void_1500", layout=text, depth_units=512, intrinsics="50,50,32,24")
     assert (mine[0].inputs.depth_units, mine[0].intrinsics.fx) == (512, 50), "what the user states precedes the layout"
 
 
