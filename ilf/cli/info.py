@@ -234,8 +234,8 @@ def add_arguments(parser: Parser) -> None:
         "frames, completed, failed, keep, settings (hash). source: path, frames, layout, keys, start_s, "
         "end_s, colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, "
         "depth_width, depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, "
-        "intrinsics, ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, "
-        "encoding, intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
+        "intrinsics, colour_camera, ground_truth, guide, confidence, outside_view_share. run: version, versions, "
+        "colour, depth, encoding, intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
         "block_parameters, networks, invalid_mask, borders, depth_by_hand, guide, neighbours, extrapolated, files, "
         "blocks (as in `ilf complete --json`). Keys without a value are left out."
     )
@@ -451,7 +451,8 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, options: ReadingO
     camera = options.intrinsics if depth_camera is None else depth_camera
     facts = [*_colour_facts(colour, rgb, doubt), *_depth_facts(path, depth, camera)]
     if depth_camera is not None and rgb.shape[:2] != depth.metres.shape:
-        return [*facts, Fact("registered", "on reading, by the intrinsics of both images")]
+        of_colour = _camera_facts("colour camera", options.intrinsics, (rgb.shape[0], rgb.shape[1]))
+        return [*facts, *of_colour, Fact("registered", "on reading, by the intrinsics of both images")]
     try:
         check_same_size(rgb, depth.metres)
     except InputError as error:
@@ -480,17 +481,24 @@ def _depth_facts(path: Path | str, depth: DepthReading, camera: IntrinsicsSpec |
         low, high, median = float(known.min()), float(known.max()), float(np.median(known))
         text = f"{low:.3f} to {high:.3f} m, median {median:.3f} m"
         facts.append(Fact("range", text, {"min_m": low, "max_m": high, "median_m": median}))
-    intrinsics, notes = frame_camera(camera, (height, width))
-    facts.append(Fact("intrinsics", camera_text(intrinsics), {"intrinsics": _camera_record(intrinsics)}))
-    facts += [Fact("note", text) for text in notes]
-    if intrinsics is not None and (doubt := camera_doubt(intrinsics, (height, width))):
-        facts.append(Fact("warning", doubt))
+    facts += _camera_facts("intrinsics", camera, (height, width))
     try:
         check_depth_scale(metres)
     except InputError as error:
         facts.append(Fact("problem", str(error)))
     facts += [Fact("left out", depth.left_out)] if depth.left_out else []
     return [*facts, *(Fact("warning", doubt.text) for doubt in depth.plausibility_warnings)]
+
+
+def _camera_facts(name: str, given: IntrinsicsSpec | None, shape: tuple[int, int]) -> list[Fact]:
+    """List the facts of the camera of an image (H, W)."""
+    camera, notes = frame_camera(given, shape)
+    doubt = "" if camera is None else camera_doubt(camera, shape)
+    return [
+        Fact(name, camera_text(camera), {name.replace(" ", "_"): _camera_record(camera)}),
+        *(Fact("note", text) for text in notes),
+        *([Fact("warning", doubt)] if doubt else []),
+    ]
 
 
 def _ground_truth_facts(options: ReadingOptions, reading: DepthReading) -> list[Fact]:

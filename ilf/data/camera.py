@@ -157,15 +157,15 @@ _OFF_CENTRE, _AT_CENTRE = 0.1, 0.03
 another size; largest distance from the centre of that size."""
 _FIELDS_OF_VIEW = 10.0, 150.0
 _SIZES = (
-    (160, 120), (256, 192), (320, 240), (424, 240), (480, 270), (480, 360), (512, 424), (512, 512), (640, 360),
-    (640, 400), (640, 480), (640, 576), (752, 480), (800, 600), (848, 480), (960, 540), (960, 720), (1024, 768),
-    (1024, 1024), (1242, 375), (1280, 720), (1280, 800), (1280, 960), (1280, 1024), (1296, 968), (1440, 1080),
-    (1600, 1200), (1920, 1080), (1920, 1200), (1920, 1440), (2048, 1536), (2560, 1440), (3840, 2160), (4032, 3024),
-    (4096, 3072),
+    (160, 120), (240, 180), (256, 192), (320, 180), (320, 240), (424, 240), (480, 270), (480, 360), (512, 424),
+    (512, 512), (640, 360), (640, 400), (640, 480), (640, 576), (752, 480), (800, 600), (848, 480), (960, 540),
+    (960, 720), (1024, 768), (1024, 1024), (1242, 375), (1280, 720), (1280, 800), (1280, 960), (1280, 1024),
+    (1296, 968), (1440, 1080), (1600, 1200), (1920, 1080), (1920, 1200), (1920, 1440), (2048, 1536), (2560, 1440),
+    (3840, 2160), (4032, 3024), (4096, 3072),
 )  # fmt: skip
 """Common widths and heights [px] of images."""
-_FACTORS = 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 4 / 3, 3 / 2, 2, 3, 4
-"""Factors by which images are made smaller or larger."""
+_FACTORS = 1 / 4, 1 / 3, 1 / 2, 3 / 2, 2, 3, 4
+"""Factors by which images are made smaller or larger; nearer ones also fit images that were cropped."""
 
 
 def camera_doubt(camera: CameraIntrinsics, shape: tuple[int, int]) -> str:
@@ -316,7 +316,8 @@ def _from_angles(data: Mapping[str, Any], size: tuple[int, int] | None, name: st
 
 
 _OTHER_LENS = re.compile(
-    r"fish|equi|kannala|omni|mei\b|ucm|\bds\b|double.?sphere|\bfov|theta|spher|panoram|ortho|scaramuzza|cylind", re.I
+    r"fish|equi|kannala|omni(?!vision)|\bmei\b|ucm|(^|\s)ds(\s|$)|double.?sphere|\bfov|theta|spher|panoram|ortho|scaramuzza|cylind",
+    re.I,
 )
 """What the names of lens models contain that are not those of pinhole cameras."""
 

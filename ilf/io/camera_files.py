@@ -61,13 +61,13 @@ def read_camera_file(path: Path, entry: str = "") -> StatedCamera:
 def chosen_camera(tree: Any, where: str, entry: str = "") -> StatedCamera:
     """The only camera in a tree of mappings and lists, or the named one; raises as `read_camera_file`."""
     cameras = dict(cameras_in(tree))
+    if entry and isinstance(tree, Mapping) and len(numbers := _numbers(tree.get(entry)) or []) == 4:
+        return {"K": numbers}
     if not cameras:
         raise FormatError(f"{where} contains no camera: neither fx, fy, cx and cy nor a camera matrix (K).")
-    name = entry.lower()
-    found = {
-        key: camera for key, camera in cameras.items() if key.lower() in {name, name.replace(".", "/")} or not name
-    }
-    found = found or {key: camera for key, camera in cameras.items() if name in key.lower().split("/")}
+    named = {key: camera for key, camera in cameras.items() if key.lower() == entry.lower().replace(".", "/")}
+    below = {key: camera for key, camera in cameras.items() if entry.lower() in {"", *key.lower().split("/")}}
+    found = named or below
     names = " or ".join([*(found or cameras)][:8])
     if not found:
         raise FormatError(f"{where} has no camera {entry!r:.40}. It has {names}.")
@@ -213,8 +213,7 @@ def _lettered(tree: Mapping[str, Any], key: str) -> dict[str, Any]:
 
 # Text -> a tree of keys.
 
-_MAX_YAML, _MAX_ALIASES = 2**18, 20
-_MAX_OPENCV = 2**20
+_MAX_TEXT, _MAX_YAML, _MAX_ALIASES = 2**22, 2**18, 20
 _COLMAP = re.compile(r"\s*(\d+)\s+([A-Z][A-Z_]+)\s+(\d+)\s+(\d+)((?:\s+[-+.\de]+)+)\s*")
 _ASSIGNED = re.compile(r"^\s*[\w.]+\s*=", re.MULTILINE)
 
@@ -224,6 +223,8 @@ def _tree_of(content: FileContent) -> Any:
     suffix = content.path.suffix.lower()
     if suffix == ".npy":
         return _of_numbers(content, read_npy(content).ravel().tolist())
+    if suffix != ".json" and len(content.data) > _MAX_TEXT:
+        raise FormatError(f"{content} has more than {_MAX_TEXT >> 20} MiB. Keep the part with the camera.")
     text = content.data.tobytes().decode("utf-8-sig", "replace")
     if suffix == ".json" or text.lstrip()[:1] == "{":
         data = read_json(content)
@@ -254,9 +255,8 @@ def _of_numbers(content: FileContent, numbers: list[float]) -> StatedCamera:
     matrix, count = _square(numbers), len(numbers)
     if count == 4 or (matrix and not (count == 9 and numbers[1] and numbers[3])):
         return {"K": matrix or numbers}
-    if count in {6, 11} and all(number >= 1 and number.is_integer() for number in numbers[:2]):
-        size = dict(zip(("width", "height"), numbers, strict=False))
-        return {**size, "K": numbers[2:6], "distortion": numbers[6:]}
+    if count in {6, 11} and numbers[4] < numbers[0] and numbers[5] < numbers[1]:
+        return {"size": numbers[:2], "K": numbers[2:6], "distortion": numbers[6:]}
     if count in {8, 9}:
         return {"K": numbers[:4], "distortion": numbers[4:]}
     raise FormatError(
@@ -329,8 +329,6 @@ def _of_xml(text: str) -> Any:
 
 
 def _of_opencv(content: FileContent, text: str) -> Any:
-    if len(text) > _MAX_OPENCV:
-        raise ValueError(f"more than {_MAX_OPENCV >> 20} MiB")
     if not text.startswith("%YAML:") and "<opencv_storage" not in text:  # without it, OpenCV reads nothing
         text = "%YAML:1.0\n---\n" + re.sub(r"\A(%YAML.*\n)?(---.*\n)?", "", text)
     return run_in_sandbox(_from_file_storage, text, file=str(content))

@@ -84,6 +84,18 @@ def test_the_camera_field_says_what_to_type(dialog):
     assert dialog.camera_browse.isVisible()
 
 
+def test_a_file_of_two_cameras_is_a_question_and_an_implausible_camera_a_warning(dialog, folder):
+    camera = {"fx": 525.0, "fy": 525.0, "cx": 319.5, "cy": 239.5}
+    (folder / "rig.json").write_text(json.dumps({"color": camera, "depth": camera | {"fx": 0.8, "fy": 0.9}}))
+    dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
+    dialog.camera.setCurrentText("From a file")
+    for name, message in (("", "color or depth?"), ("#color", "fx 525"), ("#depth", "0.8 * 640 = 512.0 px")):
+        dialog.camera_text.setText(f"{folder / 'rig.json'}{name}")
+        dialog.read()
+        assert message in dialog.message.text()
+        assert dialog.open_button.isEnabled() == bool(name)
+
+
 def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
     np.save(folder / "wide.npy", np.arange(8.0).reshape(2, 4))
     np.save(folder / "half.npy", np.pad(np.arange(1.0, 11), (0, 2))[:, None].repeat(16, 1))
