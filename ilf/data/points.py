@@ -225,7 +225,7 @@ def required_intrinsics(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics
     if intrinsics is None:
         raise InputError(
             "Points and normals need the camera's intrinsics, and this frame has none. Give them as a preset "
-            "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a JSON file."
+            "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a file."
         )
     if not isinstance(intrinsics, CameraIntrinsics):
         given = type(intrinsics).__name__

@@ -81,7 +81,7 @@ class LayoutFrames:
             FrameSource(
                 os.path.join(root, frame.rgb),
                 os.path.join(root, frame.depth),
-                options=given.or_else(self._options(frame, pose)),
+                options=given.or_else(self._options(frame, pose, given)),
             )
             for frame, pose in zip(frames, poses, strict=True)
         ]
@@ -153,9 +153,12 @@ class LayoutFrames:
 
     # What belongs to a frame besides colour and depth.
 
-    def _options(self, frame: _Frame, pose: str | tuple[float, ...] | None) -> ReadingOptions:
+    def _options(self, frame: _Frame, pose: str | tuple[float, ...] | None, given: ReadingOptions) -> ReadingOptions:
         layout = self._layout
-        camera, depth_camera = (self._camera(text, frame) for text in (layout.K, layout.depth_K))
+        camera, depth_camera = (
+            self._camera(text, frame) if stated is None else stated
+            for text, stated in ((layout.K, given.intrinsics), (layout.depth_K, given.depth_intrinsics))
+        )
         units, encoding = self._units(frame), layout.encoding
         if layout.distance == "ray":
             ray_camera = depth_camera if camera is None or depth_camera is not None else camera

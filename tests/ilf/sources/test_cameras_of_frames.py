@@ -146,6 +146,17 @@ def test_the_angle_of_view_alone_gives_the_camera(tmp_path, size):
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == pytest.approx((131.25, 131.25, 79.5, 59.5))
 
 
+def test_the_camera_of_a_folder_is_chosen_by_name(tmp_path):
+    _transforms(tmp_path, {})
+    (tmp_path / "images").rename(tmp_path / "color")
+    (tmp_path / "transforms.json").unlink()
+    camera = {"fx": 131.25, "fy": 131.25, "cx": 79.5, "cy": 59.5}
+    (tmp_path / "camera.json").write_text(json.dumps({"color": camera, "depth": camera | {"fx": 91.25}}))
+    with pytest.raises(InputError, match=r"color or depth\?.*camera\.json#color"):
+        ilf.open_source(tmp_path)
+    assert ilf.open_source(tmp_path, intrinsics=f"{tmp_path / 'camera.json'}#color")[0].intrinsics.fx == 131.25
+
+
 def test_paths_of_windows_in_lists_are_read(tmp_path):
     _transforms(tmp_path, dict(PINHOLE), separator="\\")
     source = ilf.open_source(tmp_path)
