@@ -192,8 +192,7 @@ def camera_doubt(camera: CameraIntrinsics, shape: tuple[int, int]) -> str:
             f"{width} = {fx * width:.1f} px is meant: give fx and cx times the width, fy and cy times the height."
         )
     off_centre = max(abs((cx + 0.5) / width - 0.5), abs((cy + 0.5) / height - 0.5))
-    other = _size_around(camera, shape)
-    if off_centre > _OFF_CENTRE and other is not None:
+    if off_centre > _OFF_CENTRE and (other := _size_around(camera, shape)) is not None:
         scaled = f": fx {fx:g} * {width} / {other[0]} = {fx * width / other[0]:.1f} px may be meant"
         return (
             f"{CAMERA_DOUBT}the principal point ({cx:g}, {cy:g}) is about the centre of {other[0]} x {other[1]} "
