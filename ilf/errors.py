@@ -157,8 +157,8 @@ class Cancelled(IlfError):
 
 
 class DepthWarning(UserWarning):
-    """A depth or colour file may have been read wrongly, or some of its values were left out; the message states how
-    to read it."""
+    """A depth or colour file may have been read wrongly, some of its values were left out, or its camera may be that of
+    another image; the message states how to read it."""
 
 
 def warn_of_reading(text: str) -> None:

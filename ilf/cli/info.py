@@ -20,13 +20,13 @@ from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.staging import interrupted
 from ..batch.shard_files import check_shards
-from ..data.camera import CameraIntrinsics, camera_text
+from ..data.camera import CameraIntrinsics, camera_doubt, camera_text
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
 from ..data.parameters import BlockParameters, nearest_preset
 from ..data.results import BlockOutcome
 from ..errors import IlfError, InputError
-from ..io.cameras import IntrinsicsSpec, intrinsics_from
+from ..io.cameras import IntrinsicsSpec, frame_camera, intrinsics_from
 from ..io.depth_reading import DepthReading, read_depth, unique_warnings
 from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import (
@@ -202,14 +202,13 @@ def source_facts(source: Source) -> list[Fact]:
 
 
 def plausibility_facts(source: Source) -> list[Fact]:
-    """List plausibility warnings, notes and errors on reading the first, the middle and the last frame."""
+    """List plausibility warnings, other notes and errors on reading the first, the middle and the last frame."""
     known: set[str] = set()
     facts = []
     for key in dict.fromkeys(source.keys[at] for at in (0, len(source) // 2, -1)):
         try:
             frame = source.frame_source(key).load()
-            found = [("warning", text) for text in frame.plausibility_warnings]
-            found += [("note", text) for text in frame.notes if text not in frame.plausibility_warnings]
+            found = [("warning" if text in frame.plausibility_warnings else "note", text) for text in frame.notes]
         except IlfError as error:
             found = [("problem", str(error))]
         facts += [Fact(name, f"{key}: {text}") for name, text in found if unique_warnings([text], known)]
@@ -239,8 +238,9 @@ def add_arguments(parser: Parser) -> None:
         "per_shard, frames, completed, failed, keep, settings (hash). source: path, frames, layout, keys, start_s, "
         "end_s, colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, "
         "depth_width, depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, "
-        "intrinsics, ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, "
-        "encoding, intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
+        "intrinsics, colour_camera, ground_truth, guide, confidence, outside_view_share. run: version, versions, "
+        "colour, depth, encoding, intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, "
+        "parameters, "
         "block_parameters, networks, invalid_mask, borders, depth_by_hand, guide, neighbours, extrapolated, files, "
         "blocks (as in `ilf complete --json`). Keys without a value are left out."
     )
@@ -462,7 +462,8 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, options: ReadingO
         facts.append(Fact("warning" if orientation.is_doubt else "orientation", orientation.note))
     rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
     if depth_camera is not None and rgb.shape[:2] != metres.shape:
-        return [*facts, Fact("registered", "on reading, by the intrinsics of both images")]
+        of_colour = _camera_facts("colour camera", options.intrinsics, (rgb.shape[0], rgb.shape[1]))
+        return [*facts, *of_colour, Fact("registered", "on reading, by the intrinsics of both images")]
     try:
         check_same_size(rgb, metres)
     except InputError as error:
@@ -491,14 +492,24 @@ def _depth_facts(path: Path | str, depth: DepthReading, camera: IntrinsicsSpec |
         low, high, median = float(known.min()), float(known.max()), float(np.median(known))
         text = f"{low:.3f} to {high:.3f} m, median {median:.3f} m"
         facts.append(Fact("range", text, {"min_m": low, "max_m": high, "median_m": median}))
-    intrinsics = intrinsics_from(camera, metres.shape)
-    facts.append(Fact("intrinsics", camera_text(intrinsics), {"intrinsics": _camera_record(intrinsics)}))
+    facts += _camera_facts("intrinsics", camera, (height, width))
     try:
         check_depth_scale(metres)
     except InputError as error:
         facts.append(Fact("problem", str(error)))
     facts += [Fact("left out", depth.left_out)] if depth.left_out else []
     return [*facts, *(Fact("warning", doubt.text) for doubt in depth.plausibility_warnings)]
+
+
+def _camera_facts(name: str, given: IntrinsicsSpec | None, shape: tuple[int, int]) -> list[Fact]:
+    """List the facts of the camera of an image (H, W)."""
+    camera, notes = frame_camera(given, shape)
+    doubt = "" if camera is None else camera_doubt(camera, shape)
+    return [
+        Fact(name, camera_text(camera), {name.replace(" ", "_"): _camera_record(camera)}),
+        *(Fact("note", text) for text in notes),
+        *([Fact("warning", doubt)] if doubt else []),
+    ]
 
 
 def _ground_truth_facts(options: ReadingOptions, reading: DepthReading) -> list[Fact]:

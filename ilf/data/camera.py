@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +17,11 @@ from ..errors import InputError
 _SHORTEST, _LARGEST = 1e-3, 1e6
 """Minimum focal length and maximum of all intrinsics [px]: beyond them points and normals would exceed float32."""
 
-REMEDY = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a JSON file."
+REMEDY = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a file."
+
+DISTORTION_NOTE = (
+    "The lens distortion of colour and depth is not corrected, which bends the point cloud at its borders."
+)
 
 
 @dataclass(frozen=True)
@@ -142,6 +147,90 @@ def camera_text(camera: CameraIntrinsics | None) -> str:
     return f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}{name}"
 
 
+# Doubts about the camera of a frame.
+
+CAMERA_DOUBT = "The intrinsics may be wrong: "
+"""Beginning of the doubt about the camera of a frame."""
+_NORMALISED = 10.0
+"""Focal length [px] that no camera has; below it, numbers are relative to the image size."""
+_OFF_CENTRE, _AT_CENTRE = 0.1, 0.03
+"""Distance of a principal point from the centre of its image, relative to the image, from which on it may be that of
+another size; largest distance from the centre of that size."""
+_FIELDS_OF_VIEW = 10.0, 150.0
+_SIZES = (
+    (160, 120), (240, 180), (256, 192), (320, 180), (320, 240), (424, 240), (480, 270), (480, 360), (512, 424),
+    (512, 512), (640, 360), (640, 400), (640, 480), (640, 576), (752, 480), (800, 600), (848, 480), (960, 540),
+    (960, 720), (1024, 768), (1024, 1024), (1242, 375), (1280, 720), (1280, 800), (1280, 960), (1280, 1024),
+    (1296, 968), (1440, 1080), (1600, 1200), (1920, 1080), (1920, 1200), (1920, 1440), (2048, 1536), (2560, 1440),
+    (3840, 2160), (4032, 3024), (4096, 3072),
+)  # fmt: skip
+"""Common widths and heights [px] of images."""
+_FACTORS = 1 / 4, 1 / 3, 1 / 2, 3 / 2, 2, 3, 4
+"""Factors by which images are made smaller or larger; nearer ones also fit images that were cropped."""
+
+
+def camera_doubt(camera: CameraIntrinsics, shape: tuple[int, int]) -> str:
+    """Return why intrinsics are implausible for an image, and what to do; "" if they are plausible.
+
+    Parameters
+    ----------
+    camera : CameraIntrinsics
+    shape : (int, int)
+        (H, W) of the image.
+
+    Examples
+    --------
+    >>> camera_doubt(CameraIntrinsics(0.82, 1.09, 0.5, 0.5), (120, 160))[:96]
+    'The intrinsics may be wrong: fx 0.82 is no focal length in pixels. If it is relative to the imag'
+    >>> camera_doubt(CameraIntrinsics(525.0, 525.0, 319.5, 239.5), (480, 640))
+    ''
+    """
+    height, width = shape
+    fx, fy, cx, cy = camera.fx, camera.fy, camera.cx, camera.cy
+    if is_normalised(camera):
+        return (
+            f"{CAMERA_DOUBT}fx {fx:g} is no focal length in pixels. If it is relative to the image's width, {fx:g} * "
+            f"{width} = {fx * width:.1f} px is meant: give fx and cx times the width, fy and cy times the height."
+        )
+    off_centre = max(abs((cx + 0.5) / width - 0.5), abs((cy + 0.5) / height - 0.5))
+    if off_centre > _OFF_CENTRE and (other := _size_around(camera, shape)) is not None:
+        scaled = f": fx {fx:g} * {width} / {other[0]} = {fx * width / other[0]:.1f} px may be meant"
+        return (
+            f"{CAMERA_DOUBT}the principal point ({cx:g}, {cy:g}) is about the centre of {other[0]} x {other[1]} "
+            f"pixels, but the image has {width} x {height}{scaled if other[0] * height == other[1] * width else ''}. "
+            "Give the intrinsics of this image, or a file that also states the width and height that they are for."
+        )
+    if off_centre > 0.25:
+        return (
+            f"{CAMERA_DOUBT}the principal point ({cx:g}, {cy:g}) lies outside the middle half of the image, which has "
+            f"{width} x {height} pixels. Give the intrinsics of this image, in pixels."
+        )
+    view = 2 * math.degrees(math.atan(max(width / fx, height / fy) / 2))
+    if not _FIELDS_OF_VIEW[0] <= view <= _FIELDS_OF_VIEW[1]:
+        return (
+            f"{CAMERA_DOUBT}with fx {fx:g} and fy {fy:g} px, an image of {width} x {height} pixels has a field of view "
+            f"of {view:.3g} degrees. Give the focal lengths of this image, in pixels."
+        )
+    return ""
+
+
+def is_normalised(camera: CameraIntrinsics) -> bool:
+    """Whether the numbers cannot be pixels, but may be relative to the image size."""
+    return max(camera.fx, camera.fy) < _NORMALISED
+
+
+def _size_around(camera: CameraIntrinsics, shape: tuple[int, int]) -> tuple[int, int] | None:
+    """The image size whose centre is nearest to the principal point, of common ones, upright or turned, and of simple
+    parts and multiples of this one; None if none is near."""
+
+    def distance(size: tuple[int, int]) -> float:
+        return max(abs((camera.cx + 0.5) / size[0] - 0.5), abs((camera.cy + 0.5) / size[1] - 0.5))
+
+    scaled = [(max(round(factor * shape[1]), 1), max(round(factor * shape[0]), 1)) for factor in _FACTORS]
+    nearest = min((*_SIZES, *(size[::-1] for size in _SIZES), *scaled), key=distance)
+    return nearest if distance(nearest) <= _AT_CENTRE else None
+
+
 def is_preset(text: str) -> bool:
     """Whether a text is the name of a preset, in upper or lower case."""
     return text.strip().lower() in INTRINSICS
@@ -176,27 +265,71 @@ def as_camera(given: Any, shape: tuple[int, int] | None) -> CameraIntrinsics:
 
 
 def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntrinsics:
-    """Convert parsed JSON, or an equivalent object of a caller, to intrinsics; raise InputError if it is invalid."""
+    """Convert parsed JSON, or an equivalent object of a caller, to intrinsics; raise InputError if it is invalid, or
+    its lens is not that of a pinhole camera."""
     if not isinstance(data, Mapping):
         return camera_from_numbers(data, name)
+    name = data.get("name", name)
+    if problem := lens_problem(data):
+        raise InputError(problem)
+    size, names = stated_size(data), ("fx", "fy", "cx", "cy")
     if "intrinsic_matrix" in data:
         matrix = _array(data["intrinsic_matrix"])
         found = camera_from_numbers(matrix.reshape(3, 3).T if matrix.shape == (9,) else matrix, name)
     elif "K" in data:
         found = camera_from_numbers(data["K"], name)
+    elif "angle_x" in data and not data.keys() >= {*names}:
+        size = size or (shape and (shape[1], shape[0]))
+        found = _from_angles(data, size, name)
     else:
-        missing = [key for key in ("fx", "fy", "cx", "cy") if key not in data]
+        missing = [key for key in names if key not in data]
         if missing:
             raise InputError(
                 f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or K, or intrinsic_matrix."
             )
-        found = camera_from_numbers([data[key] for key in ("fx", "fy", "cx", "cy")], name)
+        found = camera_from_numbers([data[key] for key in names], name)
+    return found if size is None else fitted(found, size, shape)
+
+
+def stated_size(data: Mapping[str, Any]) -> tuple[int, int] | None:
+    """The width and height that intrinsics are for, if stated; raise InputError if they are no image size."""
     if "width" not in data or "height" not in data:
-        return found
+        return None
     size = _array([data["width"], data["height"]])
     if size.shape != (2,) or not (np.isfinite(size).all() and (size >= 1).all()):
         raise InputError("The width and height of the intrinsics must be positive integers.")
-    return fitted(found, (int(size[0]), int(size[1])), shape)
+    return int(size[0]), int(size[1])
+
+
+def _from_angles(data: Mapping[str, Any], size: tuple[int, int] | None, name: str) -> CameraIntrinsics:
+    """Intrinsics from the angles of view [rad] of an image; its principal point is the centre if not stated."""
+    if size is None:
+        raise InputError("Intrinsics by camera_angle_x need the width of the image. Give fx, fy, cx and cy.")
+    angles = _array([data["angle_x"], data.get("angle_y", data["angle_x"])]).astype(float)
+    if not ((angles > 0) & (angles < math.pi)).all():
+        raise InputError("camera_angle_x and camera_angle_y must be angles of view in radians, from 0 to pi.")
+    fx = data.get("fx", size[0] / 2 / math.tan(angles[0] / 2))
+    fy = size[1] / 2 / math.tan(angles[1] / 2) if "angle_y" in data else fx
+    centre = ((length - 1) / 2 for length in size)
+    numbers = {"fx": fx, "fy": fy, **dict(zip(("cx", "cy"), centre, strict=True))}
+    return camera_from_numbers([data.get(key, number) for key, number in numbers.items()], name)
+
+
+_OTHER_LENS = re.compile(
+    r"fish|equi|kannala|omni(?!vision)|\bmei\b|ucm|(^|\s)ds(\s|$)|double.?sphere|\bfov|theta|spher|panoram|ortho|scaramuzza|cylind",
+    re.I,
+)
+"""What the names of lens models contain that are not those of pinhole cameras."""
+
+
+def lens_problem(data: Mapping[str, Any]) -> str:
+    """A sentence that the stated lens model is not that of a pinhole camera; "" if it may be."""
+    told = [str(data[key]) for key in ("lens", "camera_model", "distortion_model", "model") if key in data]
+    lens = next(filter(_OTHER_LENS.search, told), "")
+    return lens and (
+        f"The lens model {lens!r:.40} is not that of a pinhole camera, which clouds and registration need. Undistort "
+        "colour and depth first, and give the intrinsics of these images."
+    )
 
 
 def camera_from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
@@ -233,7 +366,7 @@ def fitted(intrinsics: CameraIntrinsics, size: tuple[int, int], shape: tuple[int
     >>> fitted(CameraIntrinsics(500.0, 500.0, 319.5, 239.5), (640, 480), (240, 320))
     CameraIntrinsics(fx=250.0, fy=250.0, cx=159.5, cy=119.5, name='')
     """
-    if shape is None or size == (shape[1], shape[0]):
+    if shape is None or size == (shape[1], shape[0]) or is_normalised(intrinsics):
         return intrinsics
     scale = shape[1] / size[0]
     if not math.isclose(shape[0], scale * size[1], abs_tol=1.0):

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.addresses import is_address
 from .._runtime.arrays import plain_array, without_mask
-from ..errors import InputError
-from .camera import CameraIntrinsics, as_camera, checked_transform
+from ..errors import InputError, warn_of_reading
+from .camera import CAMERA_DOUBT, CameraIntrinsics, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
 from .neighbours import NeighbourDepth, agrees
 from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
@@ -152,7 +152,7 @@ class RGBDFrame:
         Depth or inverse depth from another source, in any unit; the edge-aware filter follows it as far as it agrees
         with the known depth. A guide of another size but the same aspect ratio is resized.
     notes : tuple of str
-        Values left out on reading, and plausibility warnings, a sentence or two each.
+        Values left out on reading, what its camera lacks, and plausibility warnings, a sentence or two each.
     outside_view : array_like of bool, optional
         Pixels, shape (H, W), that the depth camera could not see at any depth: those of registered depth that lie
         outside its image (`ilf.registration`). It has no effect where depth was measured. They stay missing unless
@@ -160,7 +160,7 @@ class RGBDFrame:
     pose : array_like, optional
         Camera-to-world transform of its points [m], shape (4, 4): x to the right, y down, z forward.
     plausibility_warnings : tuple of str
-        Those of the notes that are plausibility warnings about how its files were read.
+        Those of the notes that are plausibility warnings: about its camera, and how its files were read.
     neighbours : NeighbourDepth, optional
         Depth that other frames have measured (`ilf.with_neighbours`): known depth of less weight where the frame has
         none of its own, except outside the view. It never counts as measured.
@@ -250,7 +250,7 @@ class RGBDFrame:
         if self.neighbours is not None:
             self._add_neighbours(self.neighbours)
         if self.intrinsics is not None:
-            object.__setattr__(self, "intrinsics", as_camera(self.intrinsics, self.shape))
+            self._add_camera(as_camera(self.intrinsics, self.shape))
         if self.pose is not None:
             object.__setattr__(self, "pose", checked_transform(self.pose, "The pose of a frame"))
         if self.ground_truth is not None:
@@ -258,6 +258,17 @@ class RGBDFrame:
         if self.guide is not None:
             object.__setattr__(self, "guide", as_guide(self.guide).resized_to(self.shape))
         check_depth_scale(self.depth, in_file=self.inputs is not None)
+
+    def _add_camera(self, camera: CameraIntrinsics) -> None:
+        """Set the camera, with a doubt in place of that about an earlier camera; readers issue those of files."""
+        object.__setattr__(self, "intrinsics", camera)
+        doubt = camera_doubt(camera, self.shape)
+        is_new = bool(doubt) and doubt not in self.notes
+        for name in ("notes", "plausibility_warnings"):
+            kept = (text for text in getattr(self, name) if not text.startswith(CAMERA_DOUBT))
+            object.__setattr__(self, name, (*kept, *([doubt] if doubt else [])))
+        if is_new and self.inputs is None:
+            warn_of_reading(doubt)
 
     def _add_neighbours(self, neighbours: NeighbourDepth) -> None:
         """Add the neighbours' depth where the frame has none of its own, unless it repeats invalid depth."""

@@ -232,7 +232,7 @@ def required_intrinsics(intrinsics: CameraIntrinsics | ArrayLike | None, shape: 
     if intrinsics is None:
         raise InputError(
             "Points and normals need the camera's intrinsics, and this frame has none. Give them as a preset "
-            "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a JSON file."
+            "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a file."
         )
     return as_camera(intrinsics, shape)
 

@@ -1,22 +1,33 @@
-"""Reading camera intrinsics in many forms: presets, text, numbers, JSON files."""
+"""Camera intrinsics in many forms: presets, text, numbers, files."""
 
 from __future__ import annotations
 
 import difflib
 import math
 import os
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
 
-from .._runtime.files import FileContent, read_file, read_json
+from .._runtime.files import read_json
 from .._runtime.schema import Section
-from ..data.camera import INTRINSICS, REMEDY, CameraIntrinsics, as_camera, camera_from_numbers, camera_of, is_preset
+from ..data.camera import (
+    DISTORTION_NOTE,
+    IMAGE_SIZES,
+    INTRINSICS,
+    REMEDY,
+    CameraIntrinsics,
+    as_camera,
+    camera_from_numbers,
+    is_normalised,
+    is_preset,
+    lens_problem,
+    stated_size,
+)
 from ..errors import FormatError, InputError
-from .float_images import read_npy
+from .camera_files import CAMERA_FILES, ENTRY_MARK, StatedCamera, chosen_camera, read_camera_file
 
 IntrinsicsSpec = CameraIntrinsics | str | os.PathLike[str] | Sequence[float] | Mapping[str, Any] | NDArray[Any]
 
@@ -30,7 +41,7 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
         A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy";
         a row-major 3 x 3 matrix; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix};
         {"intrinsic_matrix": nine numbers, column-major} as written by Open3D; or the path of a file, see
-        `read_camera_file`.
+        `read_camera_file`, followed by #NAME for one of its cameras.
     shape : (int, int), optional
         (H, W) of the frame. Numbers with a known image size (presets; mappings with "width" and "height") are
         scaled to it.
@@ -43,8 +54,8 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     Raises
     ------
     InputError
-        If there is no such preset, the numbers are not valid intrinsics, or their image size has another aspect
-        ratio than the frame.
+        If there is no such preset, the numbers are not valid intrinsics, their image size has another aspect
+        ratio than the frame, their lens is not that of a pinhole camera, or a file has several cameras.
     FormatError
         If the file cannot be read.
 
@@ -55,12 +66,41 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     >>> intrinsics_from("kinect-v2", shape=(212, 256)).fx
     182.728
     """
-    if spec is None:
-        return None
+    return None if spec is None else as_camera(_stated(spec), shape)
+
+
+def frame_camera(
+    spec: IntrinsicsSpec | None, shape: tuple[int, int] | None
+) -> tuple[CameraIntrinsics | None, tuple[str, ...]]:
+    """The camera of a frame (H, W), as `intrinsics_from`, and notes on its lens and on scaling, a sentence or two each.
+
+    It is None, with a note, if it is not a pinhole camera; and if its angle of view alone is known, but not `shape`.
+    """
+    stated = None if spec is None else _stated(spec)
+    size = IMAGE_SIZES.get(stated.strip().lower()) if isinstance(stated, str) else None
+    notes: tuple[str, ...] = ()
+    if isinstance(stated, Mapping):
+        if problem := lens_problem(stated):
+            return None, (f"{stated.get('name') or 'Intrinsics'}: {problem}",)
+        size = stated_size(stated)
+        if shape is size is None and "angle_x" in stated:
+            return None, ()
+        notes = (DISTORTION_NOTE,) if any(stated.get("distortion", ())) else ()
+    camera = None if stated is None else as_camera(stated, shape)
+    if camera is not None and size is not None and shape not in {None, size[::-1]} and not is_normalised(camera):
+        name = camera.name or "given"
+        notes = f"The intrinsics {name} are for {size[0]} x {size[1]} pixels, and are scaled to the image.", *notes
+    return camera, notes
+
+
+def _stated(spec: IntrinsicsSpec) -> Any:
+    """Intrinsics as `as_camera` takes them, with those of a file read."""
+    if isinstance(spec, Mapping):
+        return chosen_camera(spec, "The mapping of intrinsics") | {"name": spec.get("name", "")}
     if isinstance(spec, os.PathLike) or (isinstance(spec, str) and not is_preset(spec)):
         is_text = isinstance(spec, str) and "," in spec and not os.path.exists(spec)
-        return _from_text(str(spec)) if is_text else _from_file(Path(spec), shape)
-    return as_camera(spec, shape)
+        return _from_text(str(spec)) if is_text else _from_file(os.fspath(spec))
+    return spec
 
 
 def _from_text(text: str) -> CameraIntrinsics:
@@ -71,117 +111,15 @@ def _from_text(text: str) -> CameraIntrinsics:
     return camera_from_numbers(numbers, name="")
 
 
-def _from_file(path: Path, shape: tuple[int, int] | None) -> CameraIntrinsics:
-    if path.suffix not in _CAMERA_FILES and len(path.parts) < 2 and not os.path.exists(path):
-        near = difflib.get_close_matches(str(path).lower(), INTRINSICS, 1)
+def _from_file(text: str) -> StatedCamera:
+    """The camera of a file, or of FILE#NAME."""
+    file, _, entry = (text, "", "") if os.path.exists(text) else text.partition(ENTRY_MARK)
+    path = Path(file)
+    if path.suffix not in CAMERA_FILES and len(path.parts) < 2 and not os.path.exists(path):
+        near = difflib.get_close_matches(file.lower(), INTRINSICS, 1)
         hint = f"Did you mean {near[0]}? " if near else ""
-        raise InputError(f"There is no intrinsics preset {str(path)!r}. {hint}Known: {', '.join(INTRINSICS)}. {REMEDY}")
-    data = read_camera_file(path)
-    try:
-        return camera_of(data, shape, name=path.name)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-
-
-# Files with the intrinsics of one camera, in the forms that data sets and recorders write.
-
-_CAMERA_FILES = ".json", ".txt", ".yaml", ".yml", ".npy", ".xml"
-_NAMES = {
-    "fl_x": "fx", "fl_y": "fy", "focal_length_x": "fx", "focal_length_y": "fy", "principal_point_x": "cx",
-    "principal_point_y": "cy", "ppx": "cx", "ppy": "cy", "w": "width", "h": "height", "xres": "width", "yres": "height",
-}  # fmt: skip
-"""Other names of the numbers of a camera -> those of `camera_of`."""
-_KNOWN_NAMES = {*_NAMES, *_NAMES.values(), "K", "intrinsic_matrix"}
-_FIRST_PIXEL_AT_A_HALF = "fl_x"
-"""A name used only by files whose principal point is measured from the corner of the top left pixel."""
-_NAMED_NUMBERS = re.compile(r"^\s*([\w.]+)\s*[:=]\s*(\S.*)$|<(\w+)>\s*([^<>]+?)\s*</\3>", re.MULTILINE)
-
-
-def read_camera_file(path: Path, entry: str = "") -> Any:
-    """Read the intrinsics of a camera.
-
-    Parameters
-    ----------
-    path : Path
-        JSON; NPY with a camera matrix; or text: a camera matrix of 3 or 4 rows and columns, or 3 rows and 4 columns,
-        whose numbers may be in one line; "width height fx fy cx cy ..." in one line; or lines "name: numbers", as in
-        YAML. In JSON and text, names may be those of Open3D, nerfstudio, librealsense and PCL.
-    entry : str
-        The name of one of several matrices in a text file, or of an object in JSON.
-
-    Returns
-    -------
-    object
-        As `camera_of` takes it: a mapping or numbers.
-
-    Raises
-    ------
-    InputError
-        If the file does not exist.
-    FormatError
-        If it is damaged or contains no camera.
-    """
-    content = read_file(path)
-    if path.suffix.lower() == ".json":
-        return _object_of(content, read_json(content), entry)
-    if path.suffix.lower() == ".npy":
-        return _matrix(content, read_npy(content).ravel().tolist())
-    text = content.data.tobytes().decode("utf-8", "replace")
-    named = {(name or tag).lower(): value or inner for name, value, tag, inner in _NAMED_NUMBERS.findall(text)}
-    if entry:
-        if entry.lower() not in named:
-            raise FormatError(f"{content} has no entry {entry!r:.40}.")
-        return _matrix(content, _floats(content, named[entry.lower()]))
-    if named:
-        numbers = {name: _floats(content, value)[0] for name, value in named.items() if name in _KNOWN_NAMES}
-        return _object_of(content, numbers, "")
-    return _matrix(content, _floats(content, text))
-
-
-def _object_of(content: FileContent, data: Any, entry: str) -> Any:
-    """The object in JSON that `camera_of` takes, with its names."""
-    if isinstance(data, Mapping) and (entry or isinstance(data.get("camera"), Mapping)):
-        data = data.get(entry or "camera")
-        if not isinstance(data, Mapping):
-            raise FormatError(f"{content} has no object {entry!r:.40}.")
-    if not isinstance(data, Mapping):
-        return data
-    return named_camera(data)
-
-
-def named_camera(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Intrinsics with the names of `camera_of`, from those of other programs."""
-    found = {_NAMES.get(name, name): value for name, value in data.items() if name in _KNOWN_NAMES}
-    if _FIRST_PIXEL_AT_A_HALF in data:
-        found |= {name: found[name] - 0.5 for name in ("cx", "cy") if isinstance(found.get(name), int | float)}
-        found.setdefault("fy", found["fx"])
-    return found
-
-
-_SIZE_AND_LENS = 11
-"""Numbers in a file of Matterport3D: width, height, fx, fy, cx, cy and five of the lens distortion."""
-
-
-def _floats(content: FileContent, text: str) -> list[float]:
-    try:
-        return [float(word) for word in re.split(r"[\s,;\[\]]+", text.strip("[]; \n\r\t")) if word]
-    except ValueError as error:
-        raise FormatError(f"{content} must contain the numbers of a camera matrix ({error!s:.80}).") from error
-
-
-def _matrix(content: FileContent, numbers: list[float]) -> Any:
-    """The 3 x 3 camera matrix in the numbers of a matrix, or a mapping of the numbers after an image size."""
-    if len(numbers) == _SIZE_AND_LENS:
-        return dict(zip(("width", "height", "fx", "fy", "cx", "cy"), numbers, strict=False))
-    columns = {4: 0, 9: 3, 12: 4, 16: 4}.get(len(numbers))
-    if columns is None:
-        raise FormatError(
-            f"{content} must contain a camera matrix (9, 12 or 16 numbers) or fx fy cx cy, not {len(numbers)} numbers."
-        )
-    if not columns:
-        return numbers
-    rows = [numbers[columns * row : columns * row + 3] for row in range(3)]
-    return [number for row in rows for number in row]
+        raise InputError(f"There is no intrinsics preset {file!r}. {hint}Known: {', '.join(INTRINSICS)}. {REMEDY}")
+    return read_camera_file(path, entry)
 
 
 # Cameras of BOP scenes: scene_camera.json contains intrinsics and a depth scale for every image.

@@ -119,7 +119,7 @@ def check_cloud_and_mesh(frame: RGBDFrame, options: ExportOptions) -> None:
     if frame.intrinsics is None and (options.cloud or options.mesh):
         raise InputError(
             f"A {'point cloud' if options.cloud else 'mesh'} needs the camera's intrinsics, and this frame has none. "
-            "Give them as a preset (such as nyu-kinect-v1), as fx,fy,cx,cy or as a JSON file; or leave out the "
+            "Give them as a preset (such as nyu-kinect-v1), as fx,fy,cx,cy or as a file; or leave out the "
             f"{'cloud' if options.cloud else 'mesh'}."
         )
 

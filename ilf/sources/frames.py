@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.addresses import is_address
 from .._runtime.files import FileContent, read_file, read_json, write_bytes
 from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_opened
-from ..data.camera import CameraIntrinsics, checked_transform
+from ..data.camera import CAMERA_DOUBT, CameraIntrinsics, as_camera, camera_doubt, checked_transform
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import (
     ExportError,
@@ -29,7 +29,7 @@ from ..errors import (
     one_line,
     warn_of_reading,
 )
-from ..io.cameras import IntrinsicsSpec, intrinsics_from
+from ..io.cameras import IntrinsicsSpec, frame_camera
 from ..io.depth import DEPTH_READERS, checked_units, write_depth
 from ..io.depth_reading import DepthReading, read_depth
 from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_scene, single_encoding
@@ -250,8 +250,11 @@ def _load(
     given, sensor_confidence = options.depth_encoding, None
     if frame is not None:
         recorded = read_recorded(rgb, frame, given, options.invalid)
-        camera = intrinsics_from(options.intrinsics, recorded.shape)
-        loaded, reported = recorded.frame(camera, name), recorded.reading.warnings
+        camera, notes = frame_camera(options.intrinsics, recorded.shape)
+        if camera is None and notes:
+            raise InputError(notes[0])
+        loaded = recorded.frame(camera, name)
+        loaded, reported = replace(loaded, notes=(*loaded.notes, *notes)), recorded.reading.warnings
         stated, sensor_confidence = AS_STATED, recorded.stored.confidence
     else:
         files = files_of(rgb, depth, beside)
@@ -264,7 +267,7 @@ def _load(
         loaded, reported = _from_files(files, options, name)
     if FrameSource(rgb, depth, frame).is_result:
         loaded = replace(loaded, notes=(*loaded.notes, f"{depth or rgb}: {COMPLETED_DEPTH}"))
-    for text in reported:
+    for text in (*reported, *(one for one in loaded.notes if one.startswith(CAMERA_DOUBT))):
         report(text)
     chosen = options.checked().or_else(stated)
     if frame is not None and chosen.pose is not None:
@@ -300,8 +303,7 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
             f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {_size(values)} pixels. "
             "Correct its size, or load the two files separately."
         )
-    depth_camera = intrinsics_from(chosen.depth_intrinsics, values.shape)
-    camera = depth_camera if is_same and depth_camera else intrinsics_from(chosen.intrinsics, colour.shape[:2])
+    camera, depth_camera, notes, issued = _cameras(chosen, colour.shape[:2], values.shape)
     inputs = FrameInputs(
         _input_file(rgb_file),
         _input_file(depth_file),
@@ -309,7 +311,7 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
         _numbers(camera),
         encoding=read.encoding.name,
         invalid=read.encoding.invalid,
-        depth_intrinsics=None if is_same else _numbers(depth_camera),
+        depth_intrinsics=_numbers(depth_camera),
         orientations=None if orientation.tags == AS_STORED else orientation.tags,
     )
     beside = filter(None, (chosen.ground_truth, chosen.guide, chosen.confidence))
@@ -320,7 +322,7 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
     try:
         frame = replace(
             frame_of_images(colour, values, camera, inputs, name or files.name),
-            notes=(*of_colour, *of_pair, *read.notes),
+            notes=(*of_colour, *of_pair, *read.notes, *notes),
             plausibility_warnings=(*doubts, *(doubt.text for doubt in read.plausibility_warnings)),
             pose=(files if chosen.pose is None else replace(files, options=chosen)).camera_pose,
         )
@@ -328,13 +330,30 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
             frame = replace(frame, outside_view=read_mask(files.outside_view, colour.shape[:2]))
     except InputError as error:
         raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
-    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings)
+    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued)
 
 
 def _exchanged(colour: NDArray[np.uint8], depth: NDArray[np.float32]) -> str:
     """A hint for an image that is turned by 90 degrees; "" otherwise."""
     is_so = colour.shape[:2] == depth.shape[::-1]
     return " Width and height are exchanged: one of the files is turned by 90 degrees." if is_so else ""
+
+
+def _cameras(
+    options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]
+) -> tuple[CameraIntrinsics | None, CameraIntrinsics | None, tuple[str, ...], tuple[str, ...]]:
+    """The camera of colour, that of depth of another size, notes on both, and those among them to issue as warnings."""
+    if shape == depth_shape:
+        given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
+        camera, notes = frame_camera(given, shape)
+        return camera, None, notes, notes if camera is None else ()
+    camera, notes = frame_camera(options.intrinsics, shape)
+    depth_camera, depth_notes = frame_camera(options.depth_intrinsics, depth_shape)
+    if depth_camera is None or (camera is None and notes):
+        raise InputError((depth_notes if depth_camera is None else notes)[0])
+    doubt = camera_doubt(depth_camera, depth_shape)
+    issued = (f"Depth camera: {doubt}",) if doubt else ()
+    return camera, depth_camera, (*notes, *depth_notes, *issued), issued
 
 
 def frame_of_images(
@@ -494,7 +513,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         encoding = _meta_encoding(meta.get("depth_encoding"))
         single_encoding(encoding, units)
         invalid = None if meta.get("depth_invalid") is None else checked_invalid(meta["depth_invalid"])
-        camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
+        camera = None if meta.get("K") is None else as_camera({"K": meta["K"]}, None)
         min_value = None if meta.get("min_confidence") is None else checked_min_confidence(meta["min_confidence"])
         pose = None if meta.get("pose") is None else checked_transform(meta["pose"], "pose")
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
@@ -595,8 +614,9 @@ def _named_image(root: Path, named: str | None, run: str | None = None) -> Path 
     the colour of a run, the run's record states its hash."""
     if not named:
         return None
-    sha256 = _recorded_colour_sha256(root / run) if run and os.path.dirname(named) else ""
-    if path := first_allowed((named, re.split(r"[\\/]", named)[-1]), root, sha256=sha256):
+    plain = named.replace("\\", "/")
+    sha256 = _recorded_colour_sha256(root / run) if run and os.path.dirname(plain) else ""
+    if path := first_allowed((named, plain, plain.rpartition("/")[2]), root, sha256=sha256):
         return Path(path)
     raise InputError(f"{root / META_NAME} lists {named}, which is missing. Put it beside {META_NAME}, or correct it.")
 

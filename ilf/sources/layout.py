@@ -18,9 +18,6 @@ from ..io.depth import checked_units
 from ..io.encodings import checked_invalid, encoding_of, single_encoding
 from .file_patterns import alternatives, check_pattern, placeholders
 
-ENTRY_MARK = "#"
-"""Separates the path of a camera file from the name of an entry in it."""
-
 GIVEN = "given"
 """Name of a layout that the user has written as text."""
 
@@ -44,9 +41,9 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     truth, confidence : str
         Ground truth and confidence map.
     K : str
-        Intrinsics of colour: a file, see `ilf.io.cameras.read_camera_file`, with the name of one of several cameras in
-        it after #; a preset; or numbers fx,fy,cx,cy, followed by the width and height of the image that they apply to
-        if others are scaled.
+        Intrinsics of colour: a file, see `ilf.io.camera_files.read_camera_file`, with the name of one of several
+        cameras in it after #; a preset; or numbers fx,fy,cx,cy, followed by the width and height of the image that they
+        apply to if others are scaled.
     depth_K : str
         Intrinsics of depth of another size than colour, in the same forms.
     pose : str

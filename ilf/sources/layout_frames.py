@@ -8,17 +8,18 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 from .._runtime.formatting import counted
 from .._runtime.named_places import named_in
-from ..data.camera import CameraIntrinsics, camera_of, is_preset
-from ..errors import FormatError, InputError
-from ..io.cameras import IntrinsicsSpec, intrinsics_from, read_camera_file
+from ..data.camera import CameraIntrinsics, is_preset
+from ..errors import InputError
+from ..io.camera_files import ENTRY_MARK, read_camera_file
+from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import ray_encoding
 from .file_patterns import FilePattern, Folders, Match, alternatives, filled, placeholders
 from .frame_source import FrameSource
-from .layout import ENTRY_MARK, GIVEN, LIST_SUFFIX, Layout, camera_numbers
+from .layout import GIVEN, LIST_SUFFIX, Layout, camera_numbers
 from .pairing import Pairs, natural
 from .reading_options import AS_STATED, ReadingOptions
 from .trajectories import Trajectory, as_camera_to_world, image_name, read_trajectory
@@ -84,7 +85,7 @@ class LayoutFrames:
             FrameSource(
                 os.path.join(root, frame.rgb),
                 os.path.join(root, frame.depth),
-                options=given.or_else(self._options(frame, pose)),
+                options=given.or_else(self._options(frame, pose, given)),
                 stated_in=stated_in,
             )
             for frame, pose in zip(frames, poses, strict=True)
@@ -157,9 +158,12 @@ class LayoutFrames:
 
     # What belongs to a frame besides colour and depth.
 
-    def _options(self, frame: _Frame, pose: str | tuple[float, ...] | None) -> ReadingOptions:
+    def _options(self, frame: _Frame, pose: str | tuple[float, ...] | None, given: ReadingOptions) -> ReadingOptions:
         layout = self._layout
-        camera, depth_camera = (self._camera(text, frame) for text in (layout.K, layout.depth_K))
+        camera, depth_camera = (
+            self._camera(text, frame) if stated is None else stated
+            for text, stated in ((layout.K, given.intrinsics), (layout.depth_K, given.depth_intrinsics))
+        )
         units, encoding = self._units(frame), layout.encoding
         if layout.distance == "ray":
             ray_camera = depth_camera if camera is None or depth_camera is not None else camera
@@ -222,7 +226,7 @@ class LayoutFrames:
         entry = filled(entry, frame.texts) if entry else ""
         found = self._cameras.get((path, entry))
         if found is None:
-            found = self._cameras[path, entry] = _checked_camera(Path(path), entry)
+            found = self._cameras[path, entry] = read_camera_file(Path(path), entry)
         return found
 
     def _trajectory(self, path: str) -> Trajectory:
@@ -263,19 +267,6 @@ def _stem(path: str) -> str:
 def _names(text: str) -> tuple[str, ...]:
     """The placeholders of all alternatives of a pattern."""
     return tuple(name for one in alternatives(text) for name in placeholders(one))
-
-
-def _checked_camera(path: Path, entry: str) -> IntrinsicsSpec:
-    """The intrinsics in a file: with the size of the image that they apply to, if known."""
-    data: Any = read_camera_file(path, entry)
-    try:
-        camera = camera_of(data, None, path.name)
-    except InputError as error:
-        raise FormatError(f"{path}: {error}") from error
-    if not isinstance(data, Mapping) or "width" not in data or "height" not in data:
-        return camera
-    names = "fx", "fy", "cx", "cy"
-    return {**{name: getattr(camera, name) for name in names}, "width": data["width"], "height": data["height"]}
 
 
 def _ray(camera: IntrinsicsSpec | None, units: float) -> str:

@@ -14,7 +14,7 @@ from .._runtime.addresses import Address, is_address
 from .._runtime.files import read_file
 from .._runtime.formatting import counted
 from .._runtime.named_places import note_opened
-from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
+from ..data.camera import camera_from_numbers
 from ..errors import FormatError, InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE, read_cameras
 from ..io.kinds import kind_at
@@ -104,12 +104,12 @@ def sun_frame(root: str | Path, given: ReadingOptions) -> FrameSource:
     return FrameSource(str(colours[0]), str(depths[0]), options=options)
 
 
-def camera_by_name(root: Path) -> CameraIntrinsics | None:
-    """The published camera of a sequence of TUM or Bonn, by its folder's name; None for others."""
+def camera_by_name(root: Path) -> str | None:
+    """The preset of the camera of a sequence of TUM or Bonn, by its folder's name; None for others."""
     name = root.name.lower()
     if number := re.search(r"freiburg([123])", name):
-        return INTRINSICS[f"tum-fr{number[1]}"]
-    return INTRINSICS["bonn"] if name.startswith("rgbd_bonn") else None
+        return f"tum-fr{number[1]}"
+    return "bonn" if name.startswith("rgbd_bonn") else None
 
 
 def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:

@@ -120,8 +120,8 @@ class ReadingOptions:
             label="intrinsics",
             flag="--intrinsics",
             metavar="CAMERA",
-            help="camera preset, fx,fy,cx,cy or a file (JSON, YAML, or a camera matrix as text or NPY), for point "
-            f"clouds and meshes. Presets: {', '.join(INTRINSICS)}",
+            help="camera preset, fx,fy,cx,cy or a file (JSON, YAML, OpenCV's, or numbers as text or NPY; FILE#NAME for "
+            f"one of its cameras), for point clouds and meshes. Presets: {', '.join(INTRINSICS)}",
             short_help="camera preset, fx,fy,cx,cy or a file, for a colour and depth file",
         ),
     )

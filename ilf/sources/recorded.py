@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import CameraIntrinsics
+from ..data.camera import DISTORTION_NOTE, CameraIntrinsics
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import InputError
 from ..io.depth_reading import DepthReading, interpret_depth
@@ -18,7 +18,7 @@ from ..io.images import scaled_colour
 from .naming import recorded_frame_name
 from .opening import opened
 from .recording import Cameras, RecordedFrame
-from .registration import Camera, RawPair, register
+from .registration import RawPair, register
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ class ReadFrame:
             None if camera is None else camera.intrinsics,
             self._name(name),
             inputs=self._inputs(),
-            notes=(*self._notes(), *_distortion_note(camera)),
+            notes=(*self._notes(), *([DISTORTION_NOTE] if camera is not None and any(camera.distortion) else [])),
         )
 
     def _pair(self, name: str | None) -> RawPair:
@@ -166,9 +166,3 @@ def read_recorded(
     return ReadFrame(
         found, key, stored, cameras, interpret_depth(stored.depth, found, given, stored.encoding, known), pose
     )
-
-
-def _distortion_note(camera: Camera | None) -> tuple[str, ...]:
-    if camera is None or not any(camera.distortion):
-        return ()
-    return ("The lens distortion of colour and depth is not corrected, which bends the point cloud at its borders.",)

@@ -17,7 +17,7 @@ from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..data.frame import RGBDFrame
 from ..errors import InputError, ParameterError, PathKind, check_kind
-from ..io.cameras import IntrinsicsSpec, intrinsics_from
+from ..io.cameras import IntrinsicsSpec, frame_camera, intrinsics_from
 from ..io.encodings import EncodingSpec
 from .frame_source import FrameSource
 from .frames import frame_folder
@@ -194,7 +194,7 @@ class Source:
         """
         source = self.frame_source(key)
         camera, depth_camera = (
-            intrinsics_from(given) for given in (source.options.intrinsics, source.options.depth_intrinsics)
+            frame_camera(given, None)[0] for given in (source.options.intrinsics, source.options.depth_intrinsics)
         )
         if depth_camera is not None and source.frame is None:
             return Calibration(camera, depth_camera, np.eye(4))

@@ -22,7 +22,7 @@ TUM_UNITS = 5000.0
 
 
 def read_time_list(path: Path) -> list[tuple[float, str]]:
-    """Times [s] and file names of a list: a time and a name per line, # marks comments.
+    """Times [s] and file names of a list: a time and a name per line, also as Windows writes it; # marks comments.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def read_time_list(path: Path) -> list[tuple[float, str]]:
         if not words or words[0].startswith("#"):
             continue
         try:
-            time, name = float(words[0]), words[1].strip()
+            time, name = float(words[0]), words[1].strip().replace("\\", "/")
             if not (math.isfinite(time) and _is_file_name(name)):
                 raise ValueError
         except (ValueError, IndexError):

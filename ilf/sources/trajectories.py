@@ -14,7 +14,7 @@ import numpy as np
 
 from .._runtime.files import FileContent, read_file, read_json
 from ..errors import FormatError, ParameterError
-from ..io.cameras import named_camera
+from ..io.camera_files import cameras_in
 from ..io.depth import checked_units
 from .poses import OPENGL_AXES, Matrix, as_pose, pose_at_time
 
@@ -161,20 +161,23 @@ def _transforms(content: FileContent) -> Trajectory:
     frames = data.get("frames") if isinstance(data, dict) else None
     if not isinstance(frames, list) or not frames:
         raise ValueError("it has no frames")
-    named = [(image_name(_file(frame["file_path"])), frame) for frame in frames]
+    common = {name: value for name, value in data.items() if name != "frames"}
+    named = [(image_name(_file(frame["file_path"])), common | frame) for frame in frames]
     scale = data.get("depth_unit_scale_factor")
     return Trajectory(
         by_name={name: as_pose(frame["transform_matrix"]) for name, frame in named},
-        cameras={name: named_camera(data | frame) for name, frame in named if "fl_x" in data | frame},
+        cameras={name: camera for name, frame in named for _, camera in [*cameras_in(frame)][:1]},
         depth_files={
-            os.path.normpath(frame["file_path"]): _file(frame.get("depth_file_path") or "") for _, frame in named
+            os.path.normpath(_file(frame["file_path"])): _file(frame.get("depth_file_path") or "") for _, frame in named
         },
         depth_units=None if scale is None else checked_units(1 / float(scale)),
     )
 
 
 def _file(path: Any) -> str:
-    """A path of a file in JSON, or ""; raises ValueError for anything else."""
+    """A path of a file in JSON, also as Windows writes it, or ""; raises ValueError for anything else."""
+    if isinstance(path, str):
+        path = path.replace("\\", "/")
     if not isinstance(path, str) or os.path.basename(os.path.normpath(path or "none")) in {"", ".", ".."}:
         raise ValueError(f"{path!r:.40} is not the path of a file")
     return path

@@ -25,6 +25,7 @@ from ilf._runtime.formatting import counted
 from ilf.data.camera import INTRINSICS
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
+from ilf.io.camera_files import CAMERA_FILES
 from ilf.io.depth import read_depth_values
 from ilf.io.depth_reading import PlausibilityWarning
 from ilf.io.encodings import ENCODING_DESCRIPTIONS, encoding_of_inputs, is_name
@@ -52,7 +53,7 @@ _AUTOMATIC = "Automatic (from meta.json, or by file type)"
 _FROM_META, _NUMBERS, _FILE = (
     "From meta.json, or none (needed for point clouds only)",
     "Numbers: fx, fy, cx, cy",
-    "From a JSON file",
+    "From a file",
 )
 
 
@@ -312,7 +313,9 @@ class OpenFrameDialog(QDialog):
         self.camera_text.setVisible(choice in (_NUMBERS, _FILE))
         self.camera_browse.setVisible(choice == _FILE)
         self.camera_text.setPlaceholderText(
-            "Pixels, such as 525, 525, 319.5, 239.5" if choice == _NUMBERS else "JSON file with fx, fy, cx, cy or K"
+            "Pixels, such as 525, 525, 319.5, 239.5"
+            if choice == _NUMBERS
+            else "JSON, YAML or text; FILE#NAME for one of several"
         )
         self._schedule()
 
@@ -334,8 +337,9 @@ class OpenFrameDialog(QDialog):
             self._choose(Path(path), False)
 
     def _browse_camera(self) -> None:
+        patterns = " ".join(f"*{suffix}" for suffix in CAMERA_FILES)
         path, _ = QFileDialog.getOpenFileName(
-            self, "Choose intrinsics", last_folder(_FOLDER_KEY), "JSON (*.json);;All files (*)"
+            self, "Choose intrinsics", last_folder(_FOLDER_KEY), f"Intrinsics ({patterns});;All files (*)"
         )
         if path:
             self.camera_text.setText(path)
@@ -391,7 +395,7 @@ class OpenFrameDialog(QDialog):
             return None
         if choice == _FILE:
             if not text:
-                raise InputError("Choose the JSON file with the intrinsics.")
+                raise InputError("Choose the file with the intrinsics.")
             return text
         if choice != _NUMBERS:
             return choice

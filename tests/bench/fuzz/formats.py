@@ -61,6 +61,7 @@ _ALL = (
     Format("truth-npy", "gt.npy", seeds.depth_npy, of_bytes, lambda path: load_ground_truth(path, seeds.SHAPE)),
     Format("meta-json", "meta.json", seeds.meta_json, of_json, readers.folder),
     Format("intrinsics-json", "camera.json", seeds.intrinsics_json, of_json, readers.intrinsics),
+    Format("intrinsics-yaml", "camera.yaml", seeds.intrinsics_yaml, of_text, readers.intrinsics),
     Format("preset", "preset.json", seeds.preset, of_json, read_preset),
     Format("blocks-coco", "blocks.json", seeds.blocks("coco"), of_json, readers.blocks),
     Format("blocks-coco-rle", "blocks.json", seeds.blocks("coco-rle"), of_json, readers.blocks),

@@ -242,6 +242,16 @@ def intrinsics_json(folder: Path) -> list[bytes]:
     return [json.dumps(form).encode() for form in forms]
 
 
+def intrinsics_yaml(folder: Path) -> list[bytes]:
+    """As ROS, Kalibr and people write them, and lines of KITTI."""
+    matrix = "[30.0, 0.0, 15.5, 0.0, 30.0, 11.5, 0.0, 0.0, 1.0]"
+    ros = f"image_width: 32\nimage_height: 24\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: {matrix}\n"
+    kalibr = "cam0: &a\n  camera_model: pinhole\n  intrinsics: [30, 30, 15.5, 11.5]\n  resolution: [32, 24]\ncam1: *a\n"
+    numbers = "fx: 30.0  # px\nfy: 30.0\ncx: 15.5\ncy: 11.5\n"
+    kitti = "S_02: 32 24\nK_02: 30 0 15.5 0 30 11.5 0 0 1\nD_02: 0.1 0 0 0 0\n"
+    return [text.encode() for text in (ros, f"{ros}---\n{ros}", kalibr, numbers, kitti)]
+
+
 def preset(folder: Path) -> list[bytes]:
     """With and without parameters of blocks."""
     write_preset(folder / "a.json", UserPreset("soft", ilf.preset("best", smoothness=3)))

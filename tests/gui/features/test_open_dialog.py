@@ -79,9 +79,21 @@ def test_request_opens_the_very_frame(dialog, folder):
 def test_the_camera_field_says_what_to_type(dialog):
     dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
     assert dialog.camera_text.placeholderText().startswith("Pixels, such as 525, 525")
-    dialog.camera.setCurrentText("From a JSON file")
-    assert dialog.camera_text.placeholderText().startswith("JSON file")
+    dialog.camera.setCurrentText("From a file")
+    assert "FILE#NAME" in dialog.camera_text.placeholderText()
     assert dialog.camera_browse.isVisible()
+
+
+def test_a_file_of_two_cameras_is_a_question_and_an_implausible_camera_a_warning(dialog, folder):
+    camera = {"fx": 525.0, "fy": 525.0, "cx": 319.5, "cy": 239.5}
+    (folder / "rig.json").write_text(json.dumps({"color": camera, "depth": camera | {"fx": 0.8, "fy": 0.9}}))
+    dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
+    dialog.camera.setCurrentText("From a file")
+    for name, message in (("", "color or depth?"), ("#color", "fx 525"), ("#depth", "0.8 * 640 = 512.0 px")):
+        dialog.camera_text.setText(f"{folder / 'rig.json'}{name}")
+        dialog.read()
+        assert message in dialog.message.text()
+        assert dialog.open_button.isEnabled() == bool(name)
 
 
 def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):

@@ -514,11 +514,11 @@ def test_complete_prints_one_json_document(files, capsys):
 
 def test_info_prints_one_json_document(files, capsys):
     frame = ilf.load_frame(*files)
-    found = document(capsys, "info", *files, "--intrinsics", "1,2,3,4")["frame"]
+    found = document(capsys, "info", *files, "--intrinsics", "80,81,38,29")["frame"]
     assert (found["width"], found["height"], found["depth_type"]) == (80, 60, "uint16")
     assert found["missing_share"] == pytest.approx(frame.missing_share)
     assert found["max_m"] == pytest.approx(np.nanmax(frame.depth))
-    assert found["intrinsics"] == {"fx": 1.0, "fy": 2.0, "cx": 3.0, "cy": 4.0, "name": ""}
+    assert found["intrinsics"] == {"fx": 80.0, "fy": 81.0, "cx": 38.0, "cy": 29.0, "name": ""}
     assert (found["plausibility_warnings"], found["problems"]) == ([], [])
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
     capsys.readouterr()

@@ -72,17 +72,17 @@ def test_impossible_intrinsics_are_refused(numbers: tuple[float, float, float, f
 @pytest.mark.parametrize(
     "given",
     [
-        np.array([[50.0, 0, 2], [0, 60, 1], [0, 0, 1]]),
-        [[50, 0, 2], [0, 60, 1], [0, 0, 1]],
-        (50, 60, 2, 1),
-        {"fx": 50, "fy": 60, "cx": 2, "cy": 1},
-        CameraIntrinsics(50.0, 60.0, 2.0, 1.0),
+        np.array([[12.0, 0, 1.5], [0, 13, 0.5], [0, 0, 1]]),
+        [[12, 0, 1.5], [0, 13, 0.5], [0, 0, 1]],
+        (12, 13, 1.5, 0.5),
+        {"fx": 12, "fy": 13, "cx": 1.5, "cy": 0.5},
+        CameraIntrinsics(12.0, 13.0, 1.5, 0.5),
     ],
     ids=lambda given: type(given).__name__,
 )
 def test_intrinsics_are_taken_in_the_forms_that_programs_hold(given: object) -> None:
     frame = RGBDFrame(RGB, np.ones((2, 4)), given)  # type: ignore[arg-type]
-    assert frame.intrinsics == CameraIntrinsics(50.0, 60.0, 2.0, 1.0)
+    assert frame.intrinsics == CameraIntrinsics(12.0, 13.0, 1.5, 0.5)
 
 
 def test_intrinsics_of_a_preset_are_scaled_to_the_frame() -> None:

@@ -87,7 +87,7 @@ def test_images_of_pcl_are_a_source(tmp_path: Path) -> None:
     files = {name: tmp_path / f"frame_20130717T175216.303267{name}" for name in ("_rgb.pclzf", "_depth.pclzf", ".xml")}
     files["_depth.pclzf"].write_bytes(_pclzf("depth16", millimetres.tobytes()))
     files["_rgb.pclzf"].write_bytes(_pclzf("rgb24", COLOUR.transpose(2, 0, 1).tobytes()))
-    numbers = {"focal_length_x": 525, "focal_length_y": 525, "principal_point_x": 3.5, "principal_point_y": 2.5}
+    numbers = {"focal_length_x": 12, "focal_length_y": 12, "principal_point_x": 3.5, "principal_point_y": 2.5}
     lines = "".join(f"\t\t<{name}>{value}</{name}>\n" for name, value in numbers.items())
     files[".xml"].write_text(f"<?xml version='1.0'?>\n<rgb>\n{lines}</rgb>\n<depth>\n{lines}</depth>\n")
     source = ilf.open_source(tmp_path)
@@ -95,7 +95,7 @@ def test_images_of_pcl_are_a_source(tmp_path: Path) -> None:
     assert source.layout.startswith("pclzf")
     assert np.array_equal(np.nan_to_num(frame.depth * 1000).round(), millimetres)
     assert np.array_equal(frame.rgb, COLOUR)
-    assert (frame.intrinsics.fx, frame.intrinsics.cx) == (525, 3.5)
+    assert (frame.intrinsics.fx, frame.intrinsics.cx) == (12, 3.5)
     for content, message in (
         (_pclzf("rgb24", COLOUR.tobytes()), "not depth16"),
         (_pclzf("depth16", millimetres.tobytes(), width=9), "header is damaged"),

@@ -142,9 +142,9 @@ def test_colour_of_few_bits_in_16_is_doubted(save, bits, factor):
 
 def test_sources_tell_how_to_read_the_frame_again(save, colour):
     depth = save("depth.png", DEPTH_FILES["u16.png"][0])
-    frame = load_frame(colour, depth, depth_units=2000, intrinsics="500,500,16,12")
+    frame = load_frame(colour, depth, depth_units=2000, intrinsics="50,50,16,12")
     assert frame.sources == {
-        "rgb": str(colour), "depth": str(depth), "depth_units": 2000.0, "intrinsics": [500.0, 500.0, 16.0, 12.0],
+        "rgb": str(colour), "depth": str(depth), "depth_units": 2000.0, "intrinsics": [50.0, 50.0, 16.0, 12.0],
     }  # fmt: skip
     assert frame.name == colour.parent.name
     again = load_frame(**frame.sources)
@@ -378,7 +378,7 @@ def test_folder_is_read_as_its_meta_says(folder):
     np.testing.assert_array_equal(frame.depth, METRES * 2)
     assert (frame.name, frame.intrinsics.fy, frame.sources["depth_units"]) == ("kitchen", 30.5, 500)
     assert frame.sources["depth"] == str(root / "depth.png")
-    changed = load_frame(root, depth_units=1000, intrinsics=[40, 40, 1, 1], name="other")
+    changed = load_frame(root, depth_units=1000, intrinsics=[40, 40, 15, 11], name="other")
     np.testing.assert_array_equal(changed.depth, METRES)
     assert (changed.name, changed.intrinsics.fx) == ("other", 40)
 
@@ -388,7 +388,7 @@ def test_two_files_beside_the_meta_that_speaks_of_them_are_read_as_it_says(folde
     frame = load_frame(root / "rgb.png", root / "depth.png")
     np.testing.assert_array_equal(frame.depth, METRES * 2)
     assert (frame.name, frame.intrinsics.fy) == ("kitchen", 30.5)
-    given = load_frame(root / "rgb.png", root / "depth.png", depth_units=1000, intrinsics=[40, 40, 1, 1])
+    given = load_frame(root / "rgb.png", root / "depth.png", depth_units=1000, intrinsics=[40, 40, 15, 11])
     np.testing.assert_array_equal(given.depth, METRES)
     assert given.intrinsics.fx == 40
 

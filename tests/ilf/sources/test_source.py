@@ -19,7 +19,7 @@ from ilf.sources.pairing import paired_by_time, time_of
 H, W = 48, 64
 MM = (1500 + 7 * np.arange(W)[None] + 20 * np.arange(H)[:, None]).astype(np.uint16)
 MM[10:20, 30:40] = 0
-K = [525, 0, 31.5, 0, 525, 23.5, 0, 0, 1]
+K = [52, 0, 31.5, 0, 52, 23.5, 0, 0, 1]
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def _bop(scales: dict[int, float]) -> str:
 def test_paired_folders_are_a_source(tmp_path, save):
     for number in (10, 2, 1):
         save(f"color/{number}.jpg", f"depth/{number:04d}.png")
-    source = ilf.open_source(tmp_path, intrinsics=(500, 500, 32, 24))
+    source = ilf.open_source(tmp_path, intrinsics=(50, 50, 32, 24))
     assert (len(source), source.keys) == (3, ("color/1", "color/2", "color/10"))
     assert source.timestamps is None
     assert source.is_registered
@@ -57,7 +57,7 @@ def test_paired_folders_are_a_source(tmp_path, save):
 
 def test_reading_from_a_source_warns_of_what_it_doubts(tmp_path, save):
     save("results/frame000000.jpg", "results/depth000000.png", (MM * 6.5535).astype(np.uint16))
-    source = ilf.open_source(tmp_path / "results", intrinsics=(500, 500, 32, 24))
+    source = ilf.open_source(tmp_path / "results", intrinsics=(50, 50, 32, 24))
     for registered in (True, False):
         with pytest.warns(
             DepthWarning, match=r"depth000000\.png: .*most likely replica, with a median of 2\.\d\d m"
@@ -140,9 +140,9 @@ def test_sequences_of_tum_and_bonn(tmp_path, save, folder, fx):
     assert source.pose("rgb/1.1")[:3, 3].tolist() == [4, 5, 6]
     assert _is_read(source.read("rgb/1.1"))
     assert source.calibration("1.0").colour.fx == fx
-    mine = ilf.open_source(root, encoding="0.1mm", intrinsics=(500, 500, 32, 24))
+    mine = ilf.open_source(root, encoding="0.1mm", intrinsics=(50, 50, 32, 24))
     assert mine.read("1.0").inputs.depth_units == 10_000
-    assert mine.calibration("1.0").colour.fx == 500
+    assert mine.calibration("1.0").colour.fx == 50
 
 
 @pytest.mark.parametrize("line", ["{0} rgb/{0}.png {0} depth/{0}.png", "{0} depth/{0}.png {0} rgb/{0}.png"])
@@ -175,7 +175,7 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
     assert both.keys == ("000001/rgb/000000", "000001/rgb/000007", "000002/rgb/000003")
     for key in both.keys:
         assert _is_read(both.read(key))
-        assert both.calibration(key).depth.fx == 525
+        assert both.calibration(key).depth.fx == 52
     (tmp_path / "000001" / "scene_camera.json").write_text('{"0": {"cam_K": [1, 2], "depth_scale": 1}}')
     with pytest.raises(FormatError, match=r"scene_camera\.json"):
         ilf.open_source(tmp_path / "000001")
@@ -204,7 +204,7 @@ def test_no_frame_hides_behind_the_key_of_another(tmp_path, save):
 def test_frames_of_sun_rgbd_have_their_bits_turned_back(tmp_path, save):
     for name in ("NYU0001", "NYU0002"):
         save(f"{name}/image/{name}.jpg", f"{name}/depth/00-{name}.png", (MM << 3) | (MM >> 13))
-        (tmp_path / name / "intrinsics.txt").write_text("525 0 31.5\n0 525 23.5\n0 0 1\n")
+        (tmp_path / name / "intrinsics.txt").write_text("52 0 31.5\n0 52 23.5\n0 0 1\n")
     source = ilf.open_source(tmp_path)
     assert source.keys == ("NYU0001/image/NYU0001", "NYU0002/image/NYU0002")
     frame = source.read("NYU0002")
@@ -244,12 +244,12 @@ def test_command_line_tells_of_sources_and_completes_their_frames(tmp_path, save
     told = capsys.readouterr().out
     assert "in, 8 frames" in told
     assert "rgb/000002 ... rgb/000005" in told
-    assert "depth camera:  fx 525" in told
+    assert "depth camera:  fx 52" in told
     assert main(["info", "in", "--frame", "000003"]) == 0
     told = capsys.readouterr().out
     assert "encoding:     2000 units per metre\n" in told
     assert "range:        1.500 to 2.8" in told
-    assert "fx 525" in told
+    assert "fx 52" in told
     how = ["complete", "in", "--frame", "000003", "--out", "out", "--max-iterations", "20", "--no-cloud", "--quiet"]
     how += ["--png-units", "2000"]
     assert main(how) == 0

@@ -1,0 +1,348 @@
+"""Files with intrinsics, as many programs write them: text to a tree of keys, the cameras in it, and the choice."""
+
+from __future__ import annotations
+
+import configparser
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import cv2
+import numpy as np
+import yaml
+
+from .._runtime.files import FileContent, read_file, read_json
+from .._runtime.sandbox import run_in_sandbox
+from ..data.camera import camera_of, lens_problem
+from ..errors import FormatError, InputError
+from .float_images import read_npy
+
+ENTRY_MARK = "#"
+"""Separates the path of a file from the name of one of its cameras."""
+
+CAMERA_FILES = ".json", ".yaml", ".yml", ".txt", ".npy", ".xml", ".ini", ".conf", ".pincam"
+"""Extensions of files of cameras."""
+
+StatedCamera = dict[str, Any]
+"""A camera as `camera_of` takes it, with what a file states about its lens."""
+
+
+def read_camera_file(path: Path, entry: str = "") -> StatedCamera:
+    """Read the intrinsics of a camera.
+
+    Parameters
+    ----------
+    path : Path
+        JSON, YAML, OpenCV's FileStorage, XML of PCL, or "name = value" in sections, with the keys of Open3D,
+        nerfstudio, librealsense, ROS, OpenCV, Kalibr, ORB-SLAM, KITTI and similar programs; text with numbers alone,
+        see `_of_numbers`; or NPY with a camera matrix.
+    entry : str
+        The name of one of several cameras: a key above its numbers, or all of these, separated by /.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, or has several cameras and none is named.
+    FormatError
+        If it is damaged, or contains no camera, or none of that name.
+    """
+    content = read_file(path)
+    camera = chosen_camera(_tree_of(content), str(content), entry)
+    try:
+        if "angle_x" not in camera and not lens_problem(camera):
+            camera_of(camera, None, "")
+    except InputError as error:
+        raise FormatError(f"{content}: {error}") from error
+    return camera | {"name": path.name}
+
+
+def chosen_camera(tree: Any, where: str, entry: str = "") -> StatedCamera:
+    """The only camera in a tree of mappings and lists, or the named one; raises as `read_camera_file`."""
+    cameras = dict(cameras_in(tree))
+    if entry and isinstance(tree, Mapping) and len(numbers := _numbers(tree.get(entry)) or []) == 4:
+        return {"K": numbers}
+    if not cameras:
+        raise FormatError(f"{where} contains no camera: neither fx, fy, cx and cy nor a camera matrix (K).")
+    named = {key: camera for key, camera in cameras.items() if key.lower() == entry.lower().replace(".", "/")}
+    below = {key: camera for key, camera in cameras.items() if entry.lower() in {"", *key.lower().split("/")}}
+    found = named or below
+    names = " or ".join([*(found or cameras)][:8])
+    if not found:
+        raise FormatError(f"{where} has no camera {entry!r:.40}. It has {names}.")
+    first, *others = found.values()
+    if any(other != first for other in others):
+        example = f"{where}{ENTRY_MARK}{next(iter(found))}"
+        raise InputError(f"{where} has {len(found)} cameras: {names}? Give the one of this image by name: {example}.")
+    return first
+
+
+# A tree of keys -> the cameras in it.
+
+_ALIASES = {
+    "fx": "fx flx focallengthx fu", "fy": "fy fly focallengthy fv",
+    "cx": "cx ppx principalpointx cu u0", "cy": "cy ppy principalpointy cv v0",
+    "width": "width w imagewidth xres", "height": "height h imageheight yres",
+    "K": "k cameramatrix intrinsics camk", "intrinsic_matrix": "intrinsicmatrix",
+    "lens": "lens cameramodel cameratype distortionmodel model modeltype type",
+    "distortion": "distortion distortioncoefficients distortioncoeffs distcoeffs coeffs d",
+    "angle_x": "cameraanglex anglex", "angle_y": "cameraangley angley",
+    "size": "size imagesize resolution", "focal": "focallength", "principal": "principalpoint",
+}  # fmt: skip
+"""Name -> the names that files have for it, in lower case and without punctuation."""
+_NAMES = {alias: name for name, aliases in _ALIASES.items() for alias in aliases.split()}
+_PAIRS = {"size": ("width", "height"), "focal": ("fx", "fy"), "principal": ("cx", "cy")}
+_LISTS = "K", "intrinsic_matrix", "distortion"
+_COEFFICIENTS = "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"
+_LENSES_BY_NUMBER = {"3": "ftheta", "5": "kannala_brandt4"}
+"""Lens models that are no pinhole, by the number that librealsense writes."""
+_SHARED = {"camera", "resolution", "size", "imagesize", "distortion", "distortionparameters", ""}
+"""Keys, in the same form, whose content belongs to the camera beside them; "" is that of YAML's <<."""
+_ABOUT_IMAGE = "width", "height", "lens", "distortion"
+_MAX_DEPTH = 20
+
+
+def cameras_in(
+    tree: Any, known: Mapping[str, Any] | None = None, path: tuple[str, ...] = ()
+) -> Iterator[tuple[str, StatedCamera]]:
+    """Find the cameras in a tree of mappings and lists: their keys, separated by /, and what is stated about them.
+
+    The numbers of a camera are from one mapping; image size and lens may be stated above, for all cameras below.
+    """
+    if isinstance(tree, list):
+        tree = {str(number): item for number, item in enumerate(tree, 1) if isinstance(item, Mapping)}
+    if not isinstance(tree, Mapping) or len(path) > _MAX_DEPTH:
+        return
+    tree = _nested(tree)
+    facts, around = _facts(tree), dict(known or {})
+    below = {key: item for key, item in tree.items() if isinstance(item, Mapping | list) and _numbers(item) is None}
+    for key, item in below.items():
+        shared = _facts(item) if isinstance(item, Mapping) and _plain(key) in _SHARED else {}
+        around |= {} if _numbers_in(shared) else shared
+    around = {name: value for name, value in (around | facts).items() if name in _ABOUT_IMAGE}
+    if numbers := _numbers_in(facts):
+        yield "/".join(path) or "top", around | numbers
+        around = {}
+    else:
+        for key, item in tree.items():
+            if (matrix := _square(_numbers(item) or [])) is not None and _is_camera_matrix(matrix):
+                yield "/".join((*path, key)), around | _lettered(tree, key) | {"K": matrix}
+    for key, item in below.items():
+        yield from cameras_in(item, around, (*path, key))
+
+
+def _plain(key: str) -> str:
+    return re.sub(r"[\W_]", "", key).lower()
+
+
+def _nested(tree: Mapping[Any, Any]) -> dict[str, Any]:
+    """A mapping with "Camera.fx: 1" as "Camera: {fx: 1}"."""
+    found: dict[str, Any] = {}
+    for key, item in tree.items():
+        first, _, rest = str(key).partition(".")
+        if rest and not isinstance(item, Mapping) and isinstance(found.setdefault(first, {}), dict):
+            found[first][rest] = item
+        else:
+            found[str(key)] = item
+    return found
+
+
+def _facts(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """What a mapping itself states about a camera, by the names of `_ALIASES`."""
+    found: dict[str, Any] = {}
+    for key, item in tree.items():
+        name, numbers = _NAMES.get(_plain(str(key)), ""), _numbers(item) or []
+        if name in _PAIRS and len(numbers) == 2:
+            found |= zip(_PAIRS[name], numbers, strict=True)
+        elif name in _LISTS and len(numbers) > 1:
+            found[name] = numbers
+        elif name == "lens" and isinstance(item, str | int | float):
+            told = str(item).removesuffix(".0")
+            found[name] = f"{found.get(name, '')} {_LENSES_BY_NUMBER.get(told, told)}".strip()
+        elif name and name not in {*_PAIRS, *_LISTS, "lens"} and not isinstance(item, Mapping | list):
+            found[name] = item
+    coefficients = [item if isinstance(item := tree.get(name), int | float) else 0.0 for name in _COEFFICIENTS]
+    if any(coefficients):
+        found.setdefault("distortion", coefficients)
+    if tree.get("is_fisheye") is True:
+        found["lens"] = "fisheye"
+    if {"fl_x", "camera_angle_x"} & tree.keys():  # measured from the corner of the top left pixel
+        found |= {name: found[name] - 0.5 for name in ("cx", "cy") if isinstance(found.get(name), int | float)}
+        found |= {"fy": found["fx"]} if "fx" in found and not {"fy", "angle_y"} & found.keys() else {}
+    return found
+
+
+def _numbers_in(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers of a camera among facts; empty if there are not all."""
+    for name in ("intrinsic_matrix", "K"):
+        if any(facts.get(name, ())):  # ROS writes zeros for a camera that is not calibrated
+            return {name: _square(facts[name]) or facts[name]}
+    names = "fx", "fy", "cx", "cy", "angle_x", "angle_y"
+    is_complete = facts.keys() >= {"fx", "fy", "cx", "cy"} or "angle_x" in facts
+    return {name: facts[name] for name in names if name in facts} if is_complete else {}
+
+
+def _numbers(item: Any) -> list[float] | None:
+    """The numbers of a list, a list of rows, or a matrix with its data, in one list; None for anything else."""
+    try:
+        array = np.asarray(item.get("data") if isinstance(item, Mapping) else item)
+    except ValueError:
+        return None
+    return array.astype(float).ravel().tolist() if array.dtype.kind in "iuf" and array.ndim else None
+
+
+def _square(numbers: list[float]) -> list[float] | None:
+    """The 3 x 3 matrix in one of 3 or 4 rows and columns, row by row; None for other numbers."""
+    columns = {9: 3, 12: 4, 16: 4}.get(len(numbers))
+    return [numbers[columns * row + at] for row in range(3) for at in range(3)] if columns else None
+
+
+def _is_camera_matrix(matrix: list[float]) -> bool:
+    fx, skew, cx, below, fy, cy, *last = matrix
+    return min(fx, fy, cx, cy) > 0 and not skew and not below and last == [0, 0, 1]
+
+
+def _lettered(tree: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """Image size and distortion beside a camera matrix, as in KITTI (K_02, S_02, D_02; P_rect_02, S_rect_02) and OpenCV
+    (M1, D1)."""
+    size, distortion = _numbers(tree.get(f"S{key[1:]}")) or [], _numbers(tree.get(f"D{key[1:]}"))
+    found: dict[str, Any] = dict(zip(("width", "height"), size, strict=False)) if len(size) == 2 else {}
+    return found | ({"distortion": distortion} if distortion and key[0] != "P" else {})
+
+
+# Text -> a tree of keys.
+
+_MAX_TEXT, _MAX_YAML, _MAX_ALIASES = 2**22, 2**18, 20
+_COLMAP = re.compile(r"\s*(\d+)\s+([A-Z][A-Z_]+)\s+(\d+)\s+(\d+)((?:\s+[-+.\de]+)+)\s*")
+_ASSIGNED = re.compile(r"^\s*[\w.]+\s*=", re.MULTILINE)
+
+
+def _tree_of(content: FileContent) -> Any:
+    """The content of a file as mappings, lists and numbers; raises FormatError if it is damaged."""
+    suffix = content.path.suffix.lower()
+    if suffix == ".npy":
+        return _of_numbers(content, read_npy(content).ravel().tolist())
+    if suffix != ".json" and len(content.data) > _MAX_TEXT:
+        raise FormatError(f"{content} has more than {_MAX_TEXT >> 20} MiB. Keep the part with the camera.")
+    text = content.data.tobytes().decode("utf-8-sig", "replace")
+    if suffix == ".json" or text.lstrip()[:1] == "{":
+        data = read_json(content)
+        return {"K": data} if isinstance(data, list) and _numbers(data) else data
+    try:
+        if text.startswith("%YAML:") or "!!opencv-matrix" in text or "<opencv_storage" in text:
+            return _of_opencv(content, text)
+        if text.lstrip()[:1] == "<":
+            return _parsed(_of_xml(text))
+        lines = [line.partition("#")[0] for line in text.splitlines()]
+        if cameras := [found.groups() for line in lines if (found := _COLMAP.fullmatch(line))]:
+            return {number: _of_colmap(*camera) for number, *camera in cameras}
+        words = re.split(r"[\s,;\[\]]+", " ".join(lines).strip("[]; \t"))
+        if isinstance(numbers := _number_or_text(" ".join(words)), float | list):
+            return _of_numbers(content, numbers if isinstance(numbers, list) else [numbers])
+        names, values = words[: len(words) // 2], _number_or_text(" ".join(words[len(words) // 2 :]))
+        if isinstance(values, list) and len(names) == len(values) and all(map(str.isidentifier, names)):
+            return dict(zip(names, values, strict=True))  # a line of names and one of numbers
+        return _parsed(_of_sections(text) if _ASSIGNED.search(text) else _of_yaml(text))
+    except (yaml.YAMLError, configparser.Error, ElementTree.ParseError, ValueError, RecursionError) as error:
+        told = " ".join(str(error).split())
+        raise FormatError(f"{content} is not a file of cameras that can be read ({told:.120}).") from error
+
+
+def _of_numbers(content: FileContent, numbers: list[float]) -> StatedCamera:
+    """The camera of numbers alone: a camera matrix of 3 or 4 rows and columns, or of 3 rows and 4 columns; fx fy cx cy,
+    without or with 4 or 5 coefficients of distortion after it, or with width and height before it."""
+    matrix, count = _square(numbers), len(numbers)
+    if count == 4 or (matrix and not (count == 9 and numbers[1] and numbers[3])):
+        return {"K": matrix or numbers}
+    if count in {6, 11} and numbers[4] < numbers[0] and numbers[5] < numbers[1]:
+        return {"size": numbers[:2], "K": numbers[2:6], "distortion": numbers[6:]}
+    if count in {8, 9}:
+        return {"K": numbers[:4], "distortion": numbers[4:]}
+    raise FormatError(
+        f"{content} must contain a camera matrix (9, 12 or 16 numbers) or fx fy cx cy, not {len(numbers)} numbers."
+    )
+
+
+def _of_colmap(model: str, width: str, height: str, parameters: str) -> StatedCamera:
+    """A camera of COLMAP's cameras.txt, with the keys of nerfstudio, which has its models."""
+    numbers = [float(word) for word in parameters.split()]
+    numbers = numbers[:1] * (model == "SIMPLE_PINHOLE" or "RADIAL" in model) + numbers  # one focal length
+    names = "camera_model", "w", "h", "fl_x", "fl_y", "cx", "cy"
+    stated = dict(zip(names, (model, int(width), int(height), *numbers), strict=False))
+    return stated | {"distortion": numbers[4:]}
+
+
+def _number_or_text(text: str) -> float | list[float] | str:
+    """A number or several, separated by blanks, or the text itself."""
+    try:
+        numbers = [float(word) for word in text.replace(",", " ").split()]
+    except ValueError:
+        return text
+    return numbers[0] if len(numbers) == 1 else numbers or text
+
+
+def _parsed(tree: Any) -> Any:
+    """A tree with numbers in place of text with numbers, as in KITTI's files."""
+    if isinstance(tree, Mapping):
+        return {str(key): _parsed(item) for key, item in tree.items()}
+    if isinstance(tree, list):
+        return [_parsed(item) for item in tree]
+    return _number_or_text(re.sub(r"[\[\];]", " ", tree)) if isinstance(tree, str) else tree
+
+
+class _Loader(yaml.BaseLoader):
+    """Mappings, lists and text of YAML, whatever its tags, with so few aliases that they cannot fill the memory."""
+
+    aliases = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        self.aliases += self.check_event(yaml.AliasEvent)
+        if self.aliases > _MAX_ALIASES:
+            raise yaml.YAMLError(f"more than {_MAX_ALIASES} aliases")
+        return super().compose_node(parent, index)
+
+
+def _of_yaml(text: str) -> Any:
+    if len(text) > _MAX_YAML:
+        raise yaml.YAMLError(f"more than {_MAX_YAML >> 10} KiB; keep the part with the camera")
+    documents = [one for one in yaml.load_all(text, _Loader) if one is not None]
+    return documents[0] if len(documents) == 1 else documents
+
+
+def _of_sections(text: str) -> Any:
+    parser = configparser.RawConfigParser(strict=False, inline_comment_prefixes="#")
+    parser.optionxform = str  # type: ignore[assignment, method-assign]
+    parser.read_string(f"[camera]\n{text}")
+    return {name: dict(parser[name]) for name in parser.sections()}
+
+
+def _of_xml(text: str) -> Any:
+    """XML, also with several roots, as PCL writes it."""
+    if "<!" in re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL):
+        raise ValueError("it declares entities")
+
+    def tree(element: ElementTree.Element) -> Any:
+        return {child.tag: tree(child) for child in element} if len(element) else element.text or ""
+
+    return tree(ElementTree.fromstring(f"<cameras>{re.sub(r'<[?].*?[?]>', '', text)}</cameras>"))
+
+
+def _of_opencv(content: FileContent, text: str) -> Any:
+    if not text.startswith("%YAML:") and "<opencv_storage" not in text:  # without it, OpenCV reads nothing
+        text = "%YAML:1.0\n---\n" + re.sub(r"\A(%YAML.*\n)?(---.*\n)?", "", text)
+    return run_in_sandbox(_from_file_storage, text, file=str(content))
+
+
+def _from_file_storage(text: str) -> Any:
+    """The content of a FileStorage of OpenCV, whose reader damaged files can crash."""
+
+    def tree(node: cv2.FileNode) -> Any:
+        if node.isMap():
+            return {key: tree(node.getNode(key)) for key in node.keys()}  # noqa: SIM118
+        if node.isSeq():
+            return [tree(node.at(number)) for number in range(node.size())]
+        return node.string() if node.isString() else node.real()
+
+    storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+    return tree(storage.root())

@@ -1,0 +1,188 @@
+"""Files with intrinsics, as programs and people write them."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from ilf.errors import FormatError, IlfError, InputError
+from ilf.io.cameras import frame_camera, intrinsics_from
+
+SHAPE = (120, 160)
+CAMERA = [131.25, 131.25, 79.5, 59.5]
+K = [131.25, 0.0, 79.5, 0.0, 131.25, 59.5, 0.0, 0.0, 1.0]
+P = [131.25, 0.0, 79.5, 44.8, 0.0, 131.25, 59.5, 0.2, 0.0, 0.0, 1.0, 0.0]
+FLAT = "fx: 131.25\n{0}fy: 131.25\n{0}cx: 79.5\n{0}cy: 59.5\n"
+INFRARED = "ir:\n  model: pinhole\n  fx: 91.25\n  fy: 91.25\n  cx: 64.0\n  cy: 53.0\n"
+OPENCV = """%YAML:1.0
+---
+image_width: 160
+image_height: 120
+camera_matrix: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 131.25, 0., 79.5, 0., 131.25, 59.5, 0., 0., 1. ]
+distortion_coefficients: !!opencv-matrix
+   rows: 1
+   cols: 5
+   dt: d
+   data: [ 0.27, -1.3, 0., 0., 1.88 ]
+"""
+XML = f"""<?xml version="1.0"?>
+<opencv_storage><Camera_Matrix type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt>
+<data>{" ".join(map(str, K))}</data></Camera_Matrix></opencv_storage>"""
+ECHO = f"""header:
+  seq: {{0}}
+  frame_id: "rgb"
+height: 120
+width: 160
+distortion_model: "plumb_bob"
+D: [0.1, 0.0, 0.0, 0.0, 0.0]
+K: {K}
+R: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+P: {P}
+roi:
+  width: 0
+  height: 0
+---
+"""
+ORB = '%YAML:1.0\n\n# colour\nCamera.type: "PinHole"\nCamera1.fx: 131.25 # px\nCamera1.fy: 131.25\nCamera1.cx: 79.5\n'
+ROWS = "camera_matrix:\n  rows: 3\n  cols: 3\n"
+KALIBR = f"cam0:\n  camera_model: pinhole\n  intrinsics: {CAMERA}\n  resolution: [160, 120]\n"
+KITTI = f"calib_time: 09-Jan-2012 13:57:47\nS_02: 160 120\nK_02: {' '.join(map(str, K))}\n"
+TABLE = "width,height,fx,fy,cx,cy\n320,240,262.5,262.5,159.5,119.5\n"
+LARGE = {"width": 1280, "height": 960, "ppx": 639.5, "ppy": 479.5, "fx": 1050.0, "fy": 1050.0}
+ROW = " ".join(map(str, P))
+MATRIX = OPENCV.partition("camera_matrix")[2].partition("distortion")[0]
+WRITTEN = {
+    "section.yaml": "camera:\n  width: 1280\n  height: 960\n  fx: 1050.0\n  fy: 1050.0\n  cx: 639.5\n  cy: 479.5\n",
+    "comments.yml": "# D435\nxres: 160   # px\nyres: 120\n" + FLAT.format(""),
+    "byte order mark.txt": "\ufeff" + FLAT.format(""),
+    "opencv.yaml": OPENCV,
+    "no header.yaml": OPENCV.partition("---\n")[2],
+    "opencv.xml": XML,
+    "opencv.json": json.dumps({"M": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d", "data": K}}),
+    "ros.yaml": f"image_width: 160\nimage_height: 120\n{ROWS}  data: {K}\nprojection_matrix:\n  data: {P}\n",
+    "ros 2.yaml": "header:\n  frame_id: a\nheight: 120\nwidth: 160\nk:\n" + "".join(f"- {number}\n" for number in K),
+    "echo.txt": ECHO.format(1) + ECHO.format(2),
+    "orbslam3.yaml": ORB + "Camera1.cy: 59.5\nCamera1.k1: 0.26\nCamera.width: 160\nCamera.height: 120\n",
+    "vins.yaml": "model_type: PINHOLE\nimage_width: 160\nimage_height: 120\nprojection_parameters:\n  "
+    + FLAT.format("  "),
+    "kalibr.yaml": KALIBR,
+    "realsense.json": json.dumps({"color": {"intrinsics": {**LARGE, "model": "distortion.none", "coeffs": [0] * 5}}}),
+    "open3d.json": json.dumps({"intrinsic_matrix": [131.25, 0, 0, 0, 131.25, 0, 79.5, 59.5, 1], "width": 160}),
+    "kitti.txt": KITTI,
+    "camera.pincam": "320 240 262.5 262.5 159.5 119.5\n",
+    "tum.txt": "# fx fy cx cy d0 d1 d2 d3 d4\n131.25 131.25 79.5 59.5 0.26 -0.95 0.01 0.002 1.16\n",
+    "cameras.txt": "# COLMAP\n#\n1 SIMPLE_RADIAL 160 120 131.25 80 60 0.02\n",
+    "named numbers.txt": "width height fx fy cx cy\n160 120 131.25 131.25 79.5 59.5\n",
+    "numbers.txt": "131.25 131.25 79.5 59.5\n",
+    "table.csv": TABLE,
+    "projection.txt": " ".join(map(str, P)),
+    "assigned.txt": "# Middlebury\ncam0=[131.25 0 79.5; 0 131.25 59.5; 0 0 1]\nwidth=160\nheight=120\n",
+    "sections.conf": "[LEFT_CAM_VGA]\n" + FLAT.format("").replace(": ", "="),
+    "anchors.yaml": "common: &size\n  width: 160\n  height: 120\nrgb:\n  <<: *size\n  " + FLAT.format("  "),
+}  # fmt: skip
+
+
+def _numbers(camera) -> list[float]:
+    return [camera.fx, camera.fy, camera.cx, camera.cy]
+
+
+def _written(folder: Path, name: str, content: str) -> Path:
+    path = folder / name
+    path.write_text(content, "utf-8")
+    return path
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_a_file_with_one_camera_gives_it(tmp_path, name):
+    path = _written(tmp_path, name, WRITTEN[name])
+    assert _numbers(intrinsics_from(path, SHAPE)) == pytest.approx(CAMERA)
+
+
+def test_two_cameras_are_a_question_that_a_name_answers(tmp_path):
+    rig = _written(tmp_path, "rig.yaml", "rgb:\n  model: pinhole\n  " + FLAT.format("  ") + INFRARED)
+    with pytest.raises(InputError, match=r"rgb or ir\?.*rig\.yaml#rgb"):
+        intrinsics_from(rig, SHAPE)
+    assert _numbers(intrinsics_from(f"{rig}#rgb", SHAPE)) == CAMERA
+    assert intrinsics_from(f"{rig}#ir", SHAPE).fx == 91.25
+    with pytest.raises(FormatError, match=r"no camera 'left'.*rgb or ir"):
+        intrinsics_from(f"{rig}#left", SHAPE)
+    rows = _written(tmp_path, "rows.yaml", f"rgb: {CAMERA}\nroi: [0, 0, 160, 120]\n")
+    assert _numbers(intrinsics_from(f"{rows}#rgb", SHAPE)) == CAMERA
+    same = _written(tmp_path, "with#mark.txt", "131.25 131.25 79.5 59.5")
+    assert _numbers(intrinsics_from(str(same))) == CAMERA
+
+
+@pytest.mark.parametrize(
+    ("content", "name"),
+    [
+        (json.dumps({"depth": {"intrinsics": LARGE}, "color": {"intrinsics": LARGE | {"fx": 900.0}}}), "depth"),
+        (KALIBR + KALIBR.replace("cam0", "cam1").replace("131.25", "91.25"), "cam0"),
+        (ORB + "Camera1.cy: 59.5\nCamera2.fx: 91.0\nCamera2.fy: 91.0\nCamera2.cx: 80.0\nCamera2.cy: 60.0\n", "Camera1"),
+        ("1 PINHOLE 160 120 131.25 131.25 80 60\n2 PINHOLE 160 120 91.25 91.25 80 60\n", "1"),
+        (json.dumps({f"{n}.png": {**LARGE, "fx": 1050.0 + n} for n in (0, 1)}), "0.png"),
+        (f"P0: {ROW}\nP2: {ROW.replace('131.25', '91.25')}\nTr: {'0.1 ' * 12}", "P0"),
+        (f"%YAML:1.0\n---\nM1{MATRIX.replace('131.25', '91.25')}M2{MATRIX}", "M2"),
+    ],
+    ids=["realsense", "kalibr", "orb-slam", "colmap", "by image", "kitti", "stereo of opencv"],
+)  # fmt: skip
+def test_cameras_of_a_rig_are_chosen_and_never_mixed(tmp_path, content, name):
+    path = _written(tmp_path, "rig.json" if content[0] == "{" else "rig.yaml", content)
+    with pytest.raises(InputError, match="has 2 cameras"):
+        intrinsics_from(path)
+    assert _numbers(intrinsics_from(f"{path}#{name}", SHAPE)) == pytest.approx(CAMERA)
+
+
+def test_keys_of_two_cameras_are_not_one(tmp_path):
+    halves = "rgb:\n  fx: 131.25\n  fy: 131.25\nir:\n  cx: 64.0\n  cy: 53.0\n"
+    with pytest.raises(FormatError, match="contains no camera"):
+        intrinsics_from(_written(tmp_path, "halves.yaml", halves))
+    sizes = "rgb:\n  " + FLAT.format("  ") + "depth:\n  width: 80\n  height: 60\n"
+    assert _numbers(intrinsics_from(_written(tmp_path, "sizes.yaml", sizes), SHAPE)) == CAMERA
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "fx: [", "a: " + "[" * 20_000, "%YAML:1.0\n---\nfx: [", "%YAML:1.0\n---\na: " + "[" * 100_000, "<a>",
+        "<!DOCTYPE a>", "{", "words only\n", "1 2 3", "525 525 319.5 239.5 640 480",
+        "!!python/object/apply:os.system ['false']", "fx: 1\n" * 60_000, "[camera]\nfx=a\n",
+        "a: &a {x: 1}\nb: &b {<<: [*a, *a]}\n" + "".join(f"c{n}: &b {{<<: [*b, *b]}}\n" for n in range(40)),
+        "fx: wide\nfy: 1\ncx: 2\ncy: 3\n", f"K: {[*K[:8], 2.0]}\n", f"K: {[0.0] * 9}\n", "{\"depth\": " * 5_000,
+    ],
+    ids=lambda content: content[:12],
+)  # fmt: skip
+def test_a_damaged_file_is_one_sentence_with_its_name(tmp_path, content):
+    path = _written(tmp_path, "camera.yaml", content)
+    with pytest.raises(IlfError, match=r"camera\.yaml"):
+        intrinsics_from(path, SHAPE)
+
+
+@pytest.mark.parametrize(
+    ("stated", "note"),
+    [
+        ({"coeffs": [0.1, 0, 0, 0, 0], "model": "distortion.inverse_brown_conrady"}, "distortion"),
+        ({"k1": 0.05, "camera_model": "OPENCV"}, "distortion"),
+        ({"coeffs": [0.0] * 5, "model": 2}, ""),
+        ({"k1": 0.05, "camera_model": "OPENCV_FISHEYE"}, "OPENCV_FISHEYE"),
+        ({"camera_model": "EQUIRECTANGULAR"}, "EQUIRECTANGULAR"),
+        ({"camera_model": "pinhole", "distortion_model": "equidistant"}, "equidistant"),
+        ({"coeffs": [0.1, 0, 0, 0, 0], "model": 5}, "kannala"),
+        ({"width": 320, "height": 240}, "320 x 240"),
+    ],
+)
+def test_lens_and_size_are_noted(tmp_path, stated, note):
+    factor = 2 if "width" in stated else 1
+    numbers = {"fx": 131.25 * factor, "fy": 131.25 * factor, "cx": 80 * factor - 0.5, "cy": 60 * factor - 0.5}
+    path = _written(tmp_path, "camera.json", json.dumps(numbers | stated))
+    camera, notes = frame_camera(str(path), SHAPE)
+    assert len(notes) == bool(note)
+    assert note in "".join(notes)
+    is_pinhole = note in {"", "distortion", "320 x 240"}
+    assert (_numbers(camera) == CAMERA) if is_pinhole else camera is None
+    if not is_pinhole:
+        with pytest.raises(InputError, match=note):
+            intrinsics_from(path, SHAPE)

@@ -1,0 +1,172 @@
+"""The camera that a frame gets: implausible ones are doubted, lenses that are no pinhole are left out and named."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+from ilf.data.camera import CAMERA_DOUBT, IMAGE_SIZES, INTRINSICS, CameraIntrinsics, camera_doubt
+from ilf.errors import DepthWarning, InputError
+from ilf.io.images import encode_image
+
+SHAPE = H, W = 120, 160
+COLOUR = np.zeros((H, W, 3), np.uint8)
+MILLIMETRES = np.linspace(1000, 3000, H * W).astype(np.uint16).reshape(SHAPE)
+TRUE = {
+    "Kinect v1": ((525.0, 525.0, 319.5, 239.5), (640, 480)),
+    "Kinect v2": ((365.5, 365.5, 254.9, 205.4), (512, 424)),
+    "Kinect v2, colour": ((1081.4, 1081.4, 959.5, 539.5), (1920, 1080)),
+    "D435": ((616.1, 616.2, 324.7, 242.1), (640, 480)),
+    "D435, wide": ((425.0, 425.0, 421.3, 240.9), (848, 480)),
+    "Azure Kinect, wide": ((252.1, 252.0, 257.2, 260.5), (512, 512)),
+    "Azure Kinect, 120 degrees": ((504.2, 504.1, 512.3, 513.8), (1024, 1024)),
+    "Azure Kinect, narrow": ((503.9, 504.0, 332.1, 325.9), (640, 576)),
+    "iPhone": ((1339.1, 1339.1, 965.2, 718.4), (1920, 1440)),
+    "iPhone, lidar": ((212.1, 212.1, 127.9, 95.7), (256, 192)),
+    "iPhone, upright": ((1339.1, 1339.1, 718.4, 965.2), (1440, 1920)),
+    "NYU, cropped": ((518.86, 519.47, 284.58, 208.74), (561, 427)),
+    "KITTI": ((721.5, 721.5, 609.6, 172.9), (1242, 375)),
+    "KITTI, cropped": ((721.5, 721.5, 596.1, 149.9), (1216, 352)),
+    "ETH3D": ((726.3, 726.3, 354.6, 186.5), (739, 458)),
+    "ZED": ((1059.0, 1059.0, 962.0, 545.0), (1920, 1080)),
+}
+WRONG = {
+    "normalised": ((0.8203, 1.09375, 0.5, 0.5), r"0\.8203 \* 160 = 131\.2 px"),
+    "960 x 720": ((787.5, 787.5, 477.0, 357.0), r"960 x 720.*131\.2 px"),
+    "240 x 180": ((196.9, 196.9, 119.5, 89.5), r"outside the middle|centre of"),
+    "turned": ((131.25, 131.25, 59.5, 79.5), r"120 x 160"),
+    "off the image": ((131.25, 131.25, 700.0, 10.0), "middle half"),
+    "narrow": ((2000.0, 2000.0, 79.5, 59.5), "4.58 degrees"),
+    "wide": ((15.0, 15.0, 79.5, 59.5), "159 degrees"),
+}
+
+
+@pytest.fixture
+def files(tmp_path):
+    (tmp_path / "rgb.png").write_bytes(encode_image(".png", COLOUR))
+    (tmp_path / "depth.png").write_bytes(encode_image(".png", MILLIMETRES))
+    return [str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")]
+
+
+@pytest.mark.parametrize("name", TRUE)
+def test_true_cameras_are_not_doubted(name):
+    numbers, (width, height) = TRUE[name]
+    assert camera_doubt(CameraIntrinsics(*numbers), (height, width)) == ""
+
+
+@pytest.mark.parametrize("name", INTRINSICS)
+def test_presets_are_not_doubted(name):
+    width, height = IMAGE_SIZES[name]
+    assert camera_doubt(INTRINSICS[name], (height, width)) == ""
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_an_implausible_camera_is_doubted_once(files, name, capsys):
+    numbers, told = WRONG[name]
+    with pytest.warns(DepthWarning, match=told) as caught:
+        frame = ilf.load_frame(*files, intrinsics=numbers)
+    assert len(caught) == len(frame.plausibility_warnings) == len(frame.notes) == 1
+    assert main(["info", *files, "--intrinsics", ",".join(map(str, numbers))]) == 0
+    assert frame.notes[0] in capsys.readouterr().out
+    assert main(["info", *files, "--strict", "--intrinsics", ",".join(map(str, numbers))]) == 1
+    with pytest.warns(DepthWarning, match=told):
+        made = ilf.RGBDFrame(COLOUR, MILLIMETRES / 1000, numbers)
+    assert made.notes == frame.notes
+
+
+def test_a_better_camera_removes_the_doubt():
+    with pytest.warns(DepthWarning):
+        frame = ilf.RGBDFrame(COLOUR, MILLIMETRES / 1000, WRONG["wide"][0])
+    assert replace(frame, intrinsics=(131.25, 131.25, 79.5, 59.5)).notes == ()
+
+
+def test_relative_numbers_are_not_scaled_to_the_image(files, tmp_path):
+    stated = {"fx": 0.8203, "fy": 1.09375, "cx": 0.5, "cy": 0.5, "width": 640, "height": 480}
+    (tmp_path / "camera.json").write_text(json.dumps(stated))
+    with pytest.warns(DepthWarning, match=r"131\.2 px"):
+        ilf.load_frame(*files, intrinsics=str(tmp_path / "camera.json"))
+
+
+def test_the_camera_of_depth_of_another_size_is_doubted(files, tmp_path):
+    (tmp_path / "depth.png").write_bytes(encode_image(".png", MILLIMETRES[::2, ::2]))
+    with pytest.warns(DepthWarning, match=f"Depth camera: {CAMERA_DOUBT}.*160 x 120"):
+        frame = ilf.load_frame(
+            *files, intrinsics=(131.25, 131.25, 79.5, 59.5), depth_intrinsics=(131.25, 131.25, 79.5, 59.5)
+        )
+    assert "Depth camera" in frame.notes[0]
+
+
+def _transforms(folder, facts, separator="/"):
+    for name in ("f0", "f1"):
+        for kind, image in (("images", COLOUR), ("depth", MILLIMETRES)):
+            (folder / kind).mkdir(exist_ok=True)
+            (folder / kind / f"{name}.png").write_bytes(encode_image(".png", image))
+    frames = [
+        {"file_path": f"images{separator}{name}.png", "depth_file_path": f"depth{separator}{name}.png",
+         "transform_matrix": np.eye(4).tolist()}
+        for name in ("f0", "f1")
+    ]  # fmt: skip
+    frames[1] |= facts.pop("second", {})
+    (folder / "transforms.json").write_text(json.dumps({**facts, "frames": frames}))
+
+
+PINHOLE = {"fl_x": 131.25, "fl_y": 131.25, "cx": 80.0, "cy": 60.0, "w": W, "h": H}
+
+
+@pytest.mark.parametrize("lens", ["OPENCV_FISHEYE", "EQUIRECTANGULAR", "FISHEYE624"])
+def test_frames_of_other_lenses_have_no_camera_and_say_why(tmp_path, capsys, lens):
+    _transforms(tmp_path, PINHOLE | {"camera_model": lens, "k1": 0.05})
+    with pytest.warns(DepthWarning, match=lens):
+        frame = ilf.open_source(tmp_path)[0]
+    assert frame.intrinsics is None
+    assert lens in frame.notes[0]
+    assert main(["info", str(tmp_path)]) == 0
+    assert lens in capsys.readouterr().out
+    with pytest.raises(InputError, match="ntrinsics"):
+        ilf.point_cloud(frame.depth, frame.rgb, frame.intrinsics)
+
+
+def test_distortion_of_transforms_is_noted_as_that_of_recordings(tmp_path):
+    _transforms(tmp_path, PINHOLE | {"camera_model": "OPENCV", "k1": 0.05, "second": {"k1": 0.0, "fl_x": 262.5}})
+    source = ilf.open_source(tmp_path)
+    first, second = source
+    assert (first.intrinsics.fx, first.intrinsics.cx, second.intrinsics.fx) == (131.25, 79.5, 262.5)
+    assert "lens distortion of colour and depth is not corrected" in first.notes[0]
+    assert second.notes == ()
+
+
+@pytest.mark.parametrize("size", [{}, {"w": 2 * W, "h": 2 * H}], ids=["of the image", "stated"])
+def test_the_angle_of_view_alone_gives_the_camera(tmp_path, size):
+    angle = 2 * np.arctan(80 / 131.25)
+    _transforms(tmp_path, {"camera_angle_x": angle, **size})
+    camera = ilf.open_source(tmp_path)[0].intrinsics
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == pytest.approx((131.25, 131.25, 79.5, 59.5))
+
+
+def test_the_camera_of_a_folder_is_chosen_by_name(tmp_path):
+    _transforms(tmp_path, {})
+    (tmp_path / "images").rename(tmp_path / "color")
+    (tmp_path / "transforms.json").unlink()
+    camera = {"fx": 131.25, "fy": 131.25, "cx": 79.5, "cy": 59.5}
+    (tmp_path / "camera.json").write_text(json.dumps({"color": camera, "depth": camera | {"fx": 91.25}}))
+    with pytest.raises(InputError, match=r"color or depth\?.*camera\.json#color"):
+        ilf.open_source(tmp_path)
+    assert ilf.open_source(tmp_path, intrinsics=f"{tmp_path / 'camera.json'}#color")[0].intrinsics.fx == 131.25
+
+
+def test_paths_of_windows_in_lists_are_read(tmp_path):
+    _transforms(tmp_path, dict(PINHOLE), separator="\\")
+    source = ilf.open_source(tmp_path)
+    assert source.keys == ("images/f0", "images/f1")
+    assert source[0].intrinsics.fx == 131.25
+    for kind, image in (("rgb", "images"), ("depth", "depth")):
+        (tmp_path / f"{kind}.txt").write_text(f"1.0 {image}\\f0.png\n2.0 {image}\\f1.png\n")
+    (tmp_path / "transforms.json").unlink()
+    listed = ilf.open_source(tmp_path, encoding="mm", intrinsics=(131.25, 131.25, 79.5, 59.5))
+    assert np.array_equal(listed[1].depth, source[1].depth)
+    meta = {"depth_units_per_m": 1000, "rgb": "images\\f0.png", "depth": "depth\\f0.png"}
+    (tmp_path / "meta.json").write_text(json.dumps(meta))
+    assert np.array_equal(ilf.load_frame(tmp_path).depth, source[0].depth)
