@@ -276,6 +276,11 @@ def _scale(
             "Give disparity:FB (focal length [px] times baseline [m]; disparity:1 for inverse depth) if they are, or m "
             "or mm if they are depth."
         )
+    if encoding.units == ENCODINGS["mm"].units and _are_8_bits(values):
+        return PlausibilityWarning(
+            f"No value is above 255, as in an 8-bit image, and depth would end at {np.nanmax(metres):.3f} m: this is "
+            "most likely not raw depth. Export raw 16-bit depth, or give mm, or another encoding, by name."
+        )
     for found in (
         data_set_of(values, metres, encoding, path),
         sensor_scale(values, encoding),
@@ -507,7 +512,7 @@ def interpret_depth(
 ) -> DepthReading:
     """Interpret the values (H, W) of a depth image from `path`, as `read_depth` does."""
     encoding = chosen_encoding(checked_depth_values(values, path), path, given, stated, invalid)
-    if given is None and encoding.units == 1 and _are_8_bits_as_float(values):
+    if given is None and encoding.units == 1 and values.dtype.kind == "f" and _are_8_bits(values):
         raise FormatError(
             f"{path}: its values are whole numbers from 0 to 255, as of an 8-bit image that was stored as float, not "
             "depth in metres: export the raw depth, or give the encoding or units of these values."
@@ -522,9 +527,9 @@ def interpret_depth(
     return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, path, doubt)
 
 
-def _are_8_bits_as_float(values: NDArray[Any]) -> bool:
-    """Whether floats are whole numbers up to 255, and too many different ones for a scene in metres."""
-    known = values[np.isfinite(values)] if values.dtype.kind == "f" else values[:0]
+def _are_8_bits(values: NDArray[Any]) -> bool:
+    """Whether values are whole numbers up to 255, and too many different ones for a scene in metres."""
+    known = values[np.isfinite(values)]
     if not known.size or (known[:: known.size // 1000 + 1] % 1).any() or (known % 1).any():
         return False
     return bool(known.min() >= 0 and known.max() <= 255 and np.unique(known).size >= _FEWEST_VALUES)

@@ -75,7 +75,7 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     times, the last number in the names is compared, where it is unique; these matches count only if they include more
     than half of the files of the smaller set, since a few may occur by chance. Files of other formats are left out.
     """
-    colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
+    colour_names = _colour_files(colours)
     depth_names = depth_files(depths)
     pairs: list[tuple[str, str]] = []
     for key_of in (_whole_stem, _stem_without_kind, _stem_without_zeros):
@@ -150,15 +150,14 @@ def _parts(name: str) -> tuple[str, str]:
 # Files whose names are times.
 
 _TIME = re.compile(
-    r"(?:[A-Za-z]+[-_])?(\d{9,10}\.\d+|\d{9,10}[-_](?:\d{6}|\d{9})|\d{13}|\d{16}|\d{19})|(\d{1,8}\.\d{3,9})"
+    r"(?:[A-Za-z]+[-_])?(\d{1,10}\.\d{3,}|\d{9,10}[-_](?:\d{6}|\d{9})|\d{13}|\d{16}|\d{19})|(\d{1,10}\.\d{2})"
 )
 _UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
 
 
 def time_of(name: str) -> float | None:
-    """The time [s] in a file name. Since 1970, also after a word: seconds with a fraction after a point, - or _, or
-    milli-, micro- or nanoseconds. Since another moment: seconds with a fraction after a point. None if the name is not
-    a time.
+    """The time [s] in a file name, also after a word: seconds with a fraction, or, since 1970, milli-, micro- or
+    nanoseconds; - and _ count as the point of seconds since 1970. None if the name is not a time.
 
     Examples
     --------
@@ -184,18 +183,18 @@ def paired_by_time(colours: Iterable[str], depths: Iterable[str], max_gap: float
     max_gap : float
         Maximum time difference of a pair [s].
     """
-    timed = _timed(colours, depths)
-    pairs = associated(timed[0], timed[1], max_gap)
-    return Pairs(pairs, len(timed[0]) - len(pairs), len(timed[1]) - len(pairs))
+    images, depth_names = _colour_files(colours), depth_files(depths)
+    pairs = associated(_timed(images), _timed(depth_names), max_gap)
+    return Pairs(pairs, len(images) - len(pairs), len(depth_names) - len(pairs))
 
 
-def _timed(colours: Iterable[str], depths: Iterable[str]) -> list[list[tuple[float, str]]]:
-    """Times and names of the colour and the depth files whose names are times."""
-    images = [name for name in colours if name.lower().endswith(COLOUR_SUFFIXES)]
-    return [
-        [(time, name) for name in names if (time := time_of(name)) is not None]
-        for names in (images, depth_files(depths))
-    ]
+def _timed(names: Iterable[str]) -> list[tuple[float, str]]:
+    """Times and names of the files whose names are times."""
+    return [(time, name) for name in names if (time := time_of(name)) is not None]
+
+
+def _colour_files(names: Iterable[str]) -> list[str]:
+    return [name for name in names if _parts(name)[1] in COLOUR_SUFFIXES]
 
 
 def why_unpaired(colours: Collection[str], depths: Collection[str], max_gap: float) -> str:
@@ -208,15 +207,14 @@ def why_unpaired(colours: Collection[str], depths: Collection[str], max_gap: flo
     max_gap : float
         As for `paired_by_time`.
     """
-    images, usable = [name for name in colours if name.lower().endswith(COLOUR_SUFFIXES)], depth_files(depths)
+    images, usable = _colour_files(colours), depth_files(depths)
     for kind, found, names in (("colour", images, colours), ("depth", usable, depths)):
         if not found:
             return f"there is no {kind} file of a supported format{f', only {min(names)}' if names else ''}."
     if shared := paired(colours, depths).shared:
         return f"{shared_text(shared)}."
-    timed = _timed(colours, depths)
-    if timed[0] and timed[1]:
-        return gap_text(timed[0], timed[1], max_gap)
+    if (timed := _timed(images)) and (timed_depths := _timed(usable)):
+        return gap_text(timed, timed_depths, max_gap)
     return f"no colour file has the name or number of a depth file: there are {min(images)} and {min(usable)}."
 
 

@@ -116,7 +116,7 @@ class ImageTopic:
     is_lossless : bool
         Whether depth has the measured values.
     problem : str
-        Why its images, which should be depth, cannot be read; "" if they can.
+        A sentence on why its images, which should be depth, cannot be read; "" if they can.
     """
 
     name: str
@@ -161,8 +161,9 @@ class CameraTopics:
         together = len(list(takewhile(lambda step: step[0] == step[1], steps)))
         sent = sum(topic.base != topic.name for topic in (self.colour, self.depth))
         fewest = min(self.colour.count, self.depth.count)
-        camera = not says_depth(self.depth.name), not self.is_registered, not _is_aligned(self.depth), -together
-        return *camera, not self.depth.is_lossless, -fewest, sent, *self.names
+        named = not says_depth(self.depth.name), "depth" in self.colour.name.lower()
+        camera = not self.is_registered, not _is_aligned(self.depth), -together
+        return *named, *camera, not self.depth.is_lossless, -fewest, sent, *self.names
 
     @property
     def names(self) -> Topics:
@@ -194,7 +195,7 @@ def select_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[
     best = min(cameras, key=lambda camera: camera.rank)
     others = sorted({camera.depth.name for camera in cameras} - {best.depth.name})
     others += sorted({camera.colour.name for camera in cameras} - {best.colour.name})
-    problems = _problems(topics)
+    problems = [topic.problem for topic in topics if topic.problem]
     if not (others or problems):
         return best, ""
     more = f"; there are also {', '.join(others)} (--topics COLOUR,DEPTH)" if others else ""
@@ -207,14 +208,11 @@ def _is_aligned(depth: ImageTopic) -> bool:
 
 
 def _topic_list(topics: Sequence[ImageTopic]) -> str:
+    if not topics:
+        return "It has no images."
     names = [topic.name for topic in topics if not topic.problem]
-    listed = f"Its image topics are {', '.join(names)}." if names else "It has no images."
-    return " ".join([*([listed] if names or not topics else []), *_problems(topics)])
-
-
-def _problems(topics: Sequence[ImageTopic]) -> list[str]:
-    """A sentence for each topic of depth that cannot be read."""
-    return [f"Depth of {topic.name} is not read: {topic.problem}" for topic in topics if topic.problem]
+    listed = f"Its image topics are {', '.join(names)}." if names else ""
+    return " ".join([listed, *(topic.problem for topic in topics if topic.problem)]).strip()
 
 
 _STORAGE = (".db3", ".mcap")
@@ -420,7 +418,8 @@ class RosBag(Recording):
         except FormatError as error:
             if not depth:  # videos have the same message type
                 return None
-            problem = str(error).removeprefix(f"{self.path}: ")
+            reason = str(error).removeprefix(f"{self.path}: ")
+            problem = f"Depth of {name} ({getattr(first, 'format', '') or first.encoding:.60}) is not read: {reason}"
         # in bags of ROS 1, the RealSense library gives all of its streams the same coordinate frame
         stream = None if self._reader.is2 else realsense_stream(name)
         frame_id = first.header.frame_id.strip("/") if stream is None else stream

@@ -309,7 +309,7 @@ def test_depth_of_8_bits_is_refused(tmp_path: Path, kind: str, what: str) -> Non
         (out.compressed if isinstance(data, bytes) else out.image)(topic, data, encoding, 0)
     path = path_of(tmp_path, kind)
     with pytest.raises(
-        InputError, match=f"Depth of {topic} is not read: this is an 8-bit image.*export the raw 16-bit"
+        InputError, match=f"Depth of {topic} .* is not read: this is an 8-bit image.*export the raw 16-bit"
     ):
         ilf.open_source(path)
     asked = ilf.open_source(path, topics=("/camera/rgb/image_raw", topic))
@@ -327,6 +327,16 @@ def test_bytes_stored_as_metres_are_refused_unless_their_unit_is_given(tmp_path:
         source.read(source.keys[0])
     source = ilf.open_source(path, depth_units=100)
     assert np.nanmax(source.read(source.keys[0]).depth) == np.float32(2.48)
+
+
+def test_millimetres_up_to_255_are_doubted(tmp_path: Path) -> None:
+    with bag(tmp_path, "ros1") as out:
+        out.image("/rgb", COLOUR, "rgb8", 0)
+        out.image("/depth", GREY.astype(np.uint16), "16UC1", 0)
+    source = ilf.open_source(tmp_path / "recording.bag")
+    with pytest.warns(ilf.errors.DepthWarning, match="No value is above 255"):
+        assert len(source[0].plausibility_warnings) == 1
+    assert ilf.open_source(tmp_path / "recording.bag", encoding="mm")[0].plausibility_warnings == ()
 
 
 def _write_transports(out: Bag, *transports: str) -> None:
@@ -355,9 +365,13 @@ def _write_transports(out: Bag, *transports: str) -> None:
         (
             ["jpeg", "png"],
             "/compressedDepth",
-            "Depth of /depth_registered/image_raw/compressed is not read: this is an 8-bit",
+            "Depth of /depth_registered/image_raw/compressed (16UC1; jpeg compressed ) is not read: this is an 8-bit",
         ),
-        (["jpeg", "raw"], "", "Depth of /depth_registered/image_raw/compressed is not read: this is an 8-bit"),
+        (
+            ["jpeg", "raw"],
+            "",
+            "Depth of /depth_registered/image_raw/compressed (16UC1; jpeg compressed ) is not read: this is an 8-bit",
+        ),
         (["raw", "png"], "", "there are also /depth_registered/image_raw/compressedDepth"),
         (["metres", "quantised"], "", "there are also /depth_registered/image_raw/compressedDepth"),
         (["rvl"], "/compressedDepth", ""),
@@ -381,6 +395,7 @@ def test_other_pictures_are_neither_depth_nor_colour(tmp_path: Path) -> None:
         for stamp in (0, 33_000_000):
             out.image("/a/ir/image_raw", DEPTH + np.uint16(1), "mono16", stamp)
             out.image("/a/depth/image_raw/shown", COLOUR[::-1], "rgb8", stamp)
+            out.image("/b/depth/image_color", COLOUR[::-1], "rgb8", stamp)
         out.image("/b/depth/image_raw", DEPTH, "mono16", 0)
         out.image("/b/rgb/image_raw", COLOUR, "rgb8", 0)
     frame = ilf.open_source(tmp_path / "recording")[0]
