@@ -114,8 +114,8 @@ def _counts(values: NDArray[np.uint16], invalid: float | None) -> NDArray[np.int
     """Number of pixels of each value that can be depth, (65536,)."""
     counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
     counts[[0, UINT16_MAX]] = 0  # these are never depth, in any storage
-    if invalid in set(range(UINT16_MAX)) - {_NO_DISPARITY, _NO_DISPARITY_SWAPPED}:
-        counts[int(invalid)] = 0
+    if invalid not in {None, _NO_DISPARITY, _NO_DISPARITY_SWAPPED}:  # by the latter two a Kinect v1 is known
+        counts[np.arange(counts.size) == invalid] = 0
     return counts
 
 
