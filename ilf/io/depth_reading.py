@@ -189,7 +189,7 @@ class PlausibilityWarning:
     invalid : float or None
         The value that most likely marks missing depth, if any.
     is_scale : bool
-        Whether the only reason is an unusual scale.
+        Whether the only reason is an unusual scale or a name, which those who state the encoding are not warned of.
     """
 
     text: str
@@ -258,7 +258,7 @@ def plausibility_warnings_of(
     if is_plain and is_known and not found:
         found += [doubt for doubt in (_scale(values, metres, encoding, path),) if doubt]
     if is_plain and path is not None and (text := distance_doubt(path)):
-        found.append(PlausibilityWarning(text))
+        found.append(PlausibilityWarning(text, is_scale=True))
     return tuple(found)
 
 
