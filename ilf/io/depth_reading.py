@@ -114,8 +114,8 @@ def _counts(values: NDArray[np.uint16], invalid: float | None) -> NDArray[np.int
     """Number of pixels of each value that can be depth, (65536,)."""
     counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
     counts[[0, UINT16_MAX]] = 0  # these are never depth, in any storage
-    if invalid in set(range(UINT16_MAX)) - {_NO_DISPARITY, _NO_DISPARITY_SWAPPED}:
-        counts[int(invalid)] = 0
+    if invalid not in {None, _NO_DISPARITY, _NO_DISPARITY_SWAPPED}:  # by the latter two a Kinect v1 is known
+        counts[np.arange(counts.size) == invalid] = 0
     return counts
 
 
@@ -189,7 +189,7 @@ class PlausibilityWarning:
     invalid : float or None
         The value that most likely marks missing depth, if any.
     is_scale : bool
-        Whether the only reason is an unusual scale.
+        Whether the only reason is an unusual scale or a name, which those who state the encoding are not warned of.
     """
 
     text: str
@@ -258,7 +258,7 @@ def plausibility_warnings_of(
     if is_plain and is_known and not found:
         found += [doubt for doubt in (_scale(values, metres, encoding, path),) if doubt]
     if is_plain and path is not None and (text := distance_doubt(path)):
-        found.append(PlausibilityWarning(text))
+        found.append(PlausibilityWarning(text, is_scale=True))
     return tuple(found)
 
 
