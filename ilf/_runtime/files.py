@@ -204,7 +204,7 @@ def file_sha256(path: str | os.PathLike[str]) -> str:
     """Return the SHA-256 of a file's content, of any size; raise InputError if it cannot be read."""
     with open_file(path) as stream:
         try:
-            return hashlib.file_digest(stream, "sha256").hexdigest()  # type: ignore[arg-type]
+            return hashlib.file_digest(stream, "sha256").hexdigest()
         except OSError as error:
             raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
 

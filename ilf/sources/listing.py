@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .._runtime.addresses import Address, is_address
-from .._runtime.files import read_file
+from .._runtime.files import open_file, read_file
 from .._runtime.formatting import counted
 from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
 from ..errors import FormatError, InputError, ParameterError, cause
@@ -326,6 +326,7 @@ def _content(folder: str | Path) -> _Content:
         with os.scandir(folder) as entries:
             shown = [(entry.name, is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
     except NotADirectoryError:
+        open_file(folder).close()  # a pipe or a device is named as such
         told = f"{folder} is a file, but not a recording ({', '.join(recording_suffixes())}). Give the folder that"
         raise InputError(source_plugins().with_notes(f"{told} contains the frames.")) from None
     except FileNotFoundError:

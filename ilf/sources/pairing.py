@@ -85,8 +85,11 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     colours_left, depths_left = _left(colour_names, depth_names, pairs)
     several = {*map(_stem_without_zeros, colours_left)} & {*map(_stem_without_zeros, depths_left)}
     ambiguous = sorted({name for name in colours_left + depths_left if _stem_without_zeros(name) in several})
-    unmatched = (sum(name not in ambiguous for name in names) for names in (colours_left, depths_left))
-    return Pairs(sorted(pairs, key=lambda pair: natural(pair[0])), *unmatched, tuple(ambiguous))
+    without_colour, without_depth = (
+        sum(name not in ambiguous for name in names) for names in (depths_left, colours_left)
+    )
+    in_order = sorted(pairs, key=lambda pair: natural(pair[0]))
+    return Pairs(in_order, without_depth, without_colour, tuple(ambiguous))
 
 
 def _left(
