@@ -23,7 +23,6 @@ from ilf._runtime.addresses import RemoteFiles
 from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.folders import folder_at
 from ilf._runtime.networks import network
-from ilf._runtime.networks.session import Session
 from ilf.cli import main
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.io.depth import read_depth_values
@@ -394,12 +393,12 @@ def test_a_trial_that_does_not_end_is_ended(endless: Path) -> None:
     assert not before or children() <= before
 
 
-@pytest.mark.parametrize("run", ["trial", "session"])
-def test_a_run_that_does_not_end_is_cancellable(endless: Path, monkeypatch: pytest.MonkeyPatch, run: str) -> None:
-    monkeypatch.setattr(network, "TRIAL_S", 60.0)
+@pytest.mark.parametrize("run", ["trial", "here"])
+def test_a_run_that_does_not_end_is_cancellable_and_says_so(endless, monkeypatch, caplog, run: str) -> None:
+    monkeypatch.setattr(network, "TRIAL_S", 60.0 if run == "trial" else 0.2)
     stop = threading.Event()
-    threading.Timer(0.5, stop.set).start()
-    image = {"image": np.zeros((1, 3, 32, 32), np.float32)}
-    work = EdgeNetwork.load if run == "trial" else lambda path: Session(np.fromfile(path, np.uint8)).run(image)
+    threading.Timer(1.0, stop.set).start()
+    work = EdgeNetwork.load if run == "trial" else lambda path: EdgeNetwork(np.fromfile(path, np.uint8), path)
     with cancelled_by(stop), pytest.raises(Cancelled):
         work(endless)
+    assert ("endless.onnx has been running for 0.2 s" in caplog.text) == (run == "here")
