@@ -115,10 +115,6 @@ class Address(str):
         return type(self)(f"{self}/{name}") if name else self
 
 
-class Unreachable(Exception):
-    """A failure of the network as its cause; unlike an OSError, fsspec does not take it for an empty folder."""
-
-
 class RemoteFiles:
     """The files at and below an address.
 
@@ -331,8 +327,8 @@ class RemoteFiles:
 
     def _described(self, address: str, error: BaseException, writing: bool) -> IlfError:
         """The error to raise for an error of the driver."""
-        if isinstance(error, Unreachable):
-            error = error.__cause__ or error
+        if isinstance(error.__cause__, OSError) and not isinstance(error, OSError):
+            error = error.__cause__  # the failure of the network
         status = getattr(error, "status", None)
         text = str(error) or type(error).__name__ if status is None else f"status {status}"
         reason = without_credentials(one_line(text))[:_LONGEST_CAUSE].rstrip(".")

@@ -11,8 +11,6 @@ import aiohttp
 from fsspec.asyn import sync, sync_wrapper
 from fsspec.implementations.http import HTTPFileSystem, HTTPStreamFile
 
-from .addresses import Unreachable
-
 CONNECT_S, SILENCE_S = 10.0, 30.0
 """Time limits of a connection, and of waiting for more bytes [s]."""
 
@@ -87,12 +85,14 @@ class _Stream(HTTPStreamFile):
 
 
 class WebFiles(HTTPFileSystem):
-    """The driver."""
+    """The driver; its arguments are those of the user's configuration of fsspec."""
 
-    def __init__(self) -> None:
-        timeout = aiohttp.ClientTimeout(total=None, sock_connect=CONNECT_S, sock_read=SILENCE_S)
-        session = {"timeout": timeout, "response_class": _Response, "headers": {"Accept-Encoding": "identity"}}
-        super().__init__(use_listings_cache=False, client_kwargs=session)
+    def __init__(self, client_kwargs: dict[str, Any] | None = None, **options: Any) -> None:
+        session = dict(client_kwargs or {})
+        session["headers"] = {"Accept-Encoding": "identity", **session.get("headers", {})}
+        session["timeout"] = aiohttp.ClientTimeout(total=None, sock_connect=CONNECT_S, sock_read=SILENCE_S)
+        session["response_class"] = _Response
+        super().__init__(client_kwargs=session, **{**options, "use_listings_cache": False})
 
     async def _ls_real(self, url: str, detail: bool = True, **kwargs: Any) -> Any:
         try:
@@ -100,14 +100,14 @@ class WebFiles(HTTPFileSystem):
         except FileNotFoundError:
             raise
         except OSError as error:
-            raise Unreachable(url) from error
+            raise aiohttp.ClientError(url) from error  # fsspec takes an OSError for an empty folder
 
     async def _info(self, url: str, **_: Any) -> dict[str, Any]:
         """The size, None if it is not stated, and what changes with the content; fsspec's takes any failure for a
         missing file."""
         session = await self.set_session()
         for method in ("HEAD", "GET"):
-            async with session.request(method, self.encode_url(url), allow_redirects=True) as answer:
+            async with session.request(method, self.encode_url(url), allow_redirects=True, **self.kwargs) as answer:
                 size = None if "Content-Encoding" in answer.headers else answer.headers.get("Content-Length")
                 if method == "HEAD" and (size is None or answer.status >= 400):
                     continue  # some servers do not answer it as they answer GET
@@ -117,4 +117,4 @@ class WebFiles(HTTPFileSystem):
         raise AssertionError
 
     def _open(self, path: str, *_: Any, **__: Any) -> _Stream:
-        return _Stream(self, path, loop=self.loop, session=sync(self.loop, self.set_session))
+        return _Stream(self, path, loop=self.loop, session=sync(self.loop, self.set_session), **self.kwargs)

@@ -240,7 +240,7 @@ class ShardBatch:
             self.folder.remove(table)
         for number in _parts(self.task, name):
             path = self.task.part(name, number)
-            if (row := read_row(path)) is not None and row["status"] != FrameStatus.COMPLETED:
+            if (before := read_row(path)) is not None and before["status"] != FrameStatus.COMPLETED:
                 path.unlink(missing_ok=True)
 
     def _write(self, index: int) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .._runtime.addresses import Address, is_address
-from .._runtime.files import read_file
+from .._runtime.files import open_file, read_file
 from .._runtime.formatting import counted
 from .._runtime.named_places import note_opened
 from ..data.camera import camera_from_numbers
@@ -370,6 +370,7 @@ def _content(folder: str | Path) -> _Content:
         with os.scandir(folder) as entries:
             shown = [(entry.name, is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
     except NotADirectoryError:
+        open_file(folder).close()  # a pipe or a device is named as such
         kind = kind_at(Path(folder)) or ("a file",)
         told = f"{folder} is {kind[0]}, but not a recording that is read ({', '.join(recording_suffixes())}). Give such"
         raise InputError(source_plugins().with_notes(f"{told} one, or the folder that contains the frames.")) from None

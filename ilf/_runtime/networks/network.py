@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import os
 import re
 import time
@@ -11,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from threading import Lock
+from threading import Lock, Timer
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -38,7 +39,7 @@ _RUNNING = ".look"
 _MAX_RUN_S = 3600.0
 
 TRIAL_S = 30.0
-"""Time limit of a trial [s]."""
+"""Time limit of a trial, and time from which the user is told that a network still runs [s]."""
 
 Shapes = dict[str, tuple[int, ...]]
 """Shapes of a network's inputs, by name."""
@@ -261,7 +262,21 @@ class OnnxNetwork:
         return found
 
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        return self._session.run({name or self._session.first_input: values for name, values in inputs.items()})
+        told = Timer(TRIAL_S, self._tell_that_it_runs)
+        told.daemon = True
+        told.start()
+        try:
+            return self._session.run({name or self._session.first_input: values for name, values in inputs.items()})
+        finally:
+            told.cancel()
+
+    def _tell_that_it_runs(self) -> None:
+        logging.getLogger(__name__).warning(
+            "%s has been running for %g s and may not end. Cancel the work (Ctrl+C) and choose another %s, or wait.",
+            self.path.name,
+            TRIAL_S,
+            self.KIND,
+        )
 
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""
