@@ -72,20 +72,20 @@ class Address(str):
                 "the results. Leave them out: credentials come from the driver's own settings (environment variables, "
                 "configuration files)."
             )
+        if "::" in re.sub(r"\[[^/]*", "", text):  # but for the numbers of a server
+            raise InputError(f"{shown} is a chain of addresses, which is never opened. Give the address of the files.")
         protocol, _, rest = text.partition("://")
         try:
             parts = urlsplit(text)
             parts.port  # noqa: B018 - raises ValueError
         except ValueError as error:
             raise InputError(f"{shown} is no valid address ({error}). Correct it.") from None
-        if "::" in protocol + rest.removeprefix(parts.netloc):
-            raise InputError(f"{shown} is a chain of addresses, which is never opened. Give the address of the files.")
         if protocol.lower() not in _PROTOCOLS:
             known = ", ".join(f"{name}://" for name in _PROTOCOLS[:-1])
             raise InputError(
                 f"{shown}: Protocol not known or never opened. Give a path, or an address that begins with {known}."
             )
-        if not text.isprintable() or not parts.netloc or re.search(r"[\s\\\\]", parts.netloc):
+        if not text.isprintable() or not parts.netloc or re.search(r"[\s\\]", parts.netloc):
             raise InputError(f"{shown} is no valid address. Correct it.")
         return super().__new__(cls, f"{protocol.lower()}://{rest.rstrip('/')}")
 

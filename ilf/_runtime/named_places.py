@@ -110,6 +110,12 @@ def named_in(path: str, base: str | os.PathLike[str] | None, sha256: str = "") -
     raise NotAllowed(place)
 
 
+def may_look_at(path: str) -> bool:
+    """Whether asking for the time and the size of a file that a file names tells nobody: it is on this machine, or the
+    user has opened its network share."""
+    return not _is_far(path) or _was_opened(_key(path))
+
+
 def _has_content(path: str, sha256: str) -> bool:
     return os.path.isfile(path) and os.path.getsize(path) <= MAX_FILE_BYTES and file_sha256(path) == sha256
 

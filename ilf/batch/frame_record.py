@@ -14,6 +14,7 @@ from typing import Any
 
 from .._runtime.addresses import is_address
 from .._runtime.files import file_sha256, read_json, write_bytes
+from .._runtime.named_places import may_look_at
 from .._runtime.schema import check_schema, converted
 from ..data.frame import RGBDFrame
 from ..errors import IlfError
@@ -263,7 +264,7 @@ class FrameRecord:
         so that their `current_content` must be compared."""
         if self.reading != reading_sha256(frame):
             return False
-        has_stamps = not any(map(is_address, frame.source.paths))
+        has_stamps = not any(map(is_address, frame.source.paths)) and all(map(may_look_at, self.files))
         return True if has_stamps and self.files == file_stamps(self.files) else None
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from contextlib import suppress
@@ -95,7 +94,7 @@ def _encoded_frame(frame: ProjectFrame) -> bytes:
     return strict_json(data)
 
 
-def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str = "") -> ReadProject:
+def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str | None = None) -> ReadProject:
     """Read the project stored in parts; if project.json cannot be read, build it from the stored frames.
 
     Parameters
@@ -103,8 +102,8 @@ def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str = "
     parts : Parts
     path : Path, optional
         Of the project file, which relative paths refer to.
-    stated_in : str
-        Its folder if the user has opened it, see `Places`; "" for a journal.
+    stated_in : str, optional
+        Its folder if the user has opened it, "" for a journal; see `Places`.
 
     Raises
     ------
@@ -130,7 +129,7 @@ def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str = "
 class _Reader:
     """Decodes a project from its JSON."""
 
-    def __init__(self, data: Section, path: Path | None, stated_in: str) -> None:
+    def __init__(self, data: Section, path: Path | None, stated_in: str | None) -> None:
         self._data, self._path, self._stated_in = data, path, stated_in
         self._problems: list[str] = []
 
@@ -184,7 +183,7 @@ class _Reader:
         for key, path in self._value("given", {}, dict).items():
             with suppress(InputError):
                 if isinstance(path, str):
-                    found[key] = Path(named_in(path, self._stated_in))
+                    found[key] = Path(path if self._stated_in is None else named_in(path, self._stated_in))
         return found
 
 
@@ -205,7 +204,9 @@ def _present(path: str, places: Places) -> str:
     """Return the present path of a moved project's file; the old path if it was not moved along."""
     beside = places.beside(path)
     with suppress(NotAllowed):
-        if beside is not None and os.path.exists(named_in(str(beside), places.stated_in)):
+        if beside is not None and places.stated_in is not None:
+            named_in(str(beside), places.stated_in)
+        if beside is not None and beside.exists():
             return str(beside)
     return path
 
@@ -219,7 +220,7 @@ def _summary(row: Section) -> FrameSummary:
     return summary
 
 
-def frames_with_state(parts: Parts, stated_in: str) -> list[ProjectFrame]:
+def frames_with_state(parts: Parts, stated_in: str | None) -> list[ProjectFrame]:
     """List the frames whose states are stored, with the summaries in these states; `stated_in` as in `Places`."""
     frames = []
     for name in sorted(parts.names()):
@@ -231,7 +232,7 @@ def frames_with_state(parts: Parts, stated_in: str) -> list[ProjectFrame]:
     return frames
 
 
-def _frame_from_part(identity: str, parts: Parts, stated_in: str) -> ProjectFrame:
+def _frame_from_part(identity: str, parts: Parts, stated_in: str | None) -> ProjectFrame:
     """Build a frame's list entry from its stored state."""
     data = read_frame_part(identity, parts)
     frame, source = data.section("frame"), None

@@ -117,7 +117,7 @@ def _read_recoverable(path: Path) -> RecoverableWork | None:
             journal.discard()
         return None
     try:
-        read = decode_project(journal, Path(note.project) if note.project else None)
+        read = decode_project(journal, Path(note.project) if note.project else None, stated_in="")
     except IlfError as error:
         journal.close()
         return RecoverableWork(path, note, problem=str(error))

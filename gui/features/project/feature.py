@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolBar
 
 from ilf._runtime.formatting import counted
+from ilf._runtime.named_places import note_opened
 from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject
 
@@ -70,6 +71,8 @@ class ProjectFeature(Feature):
         self.opening.opened.connect(self.missing.check)
         self.opening.opened.connect(self.folders.note_opened)
         self.saving.saved.connect(lambda path, _: self.folders.note_saved(path))
+        self.saving.saved.connect(lambda path, _: note_opened(path))
+        self.opening.opened.connect(lambda opened: note_opened(opened.path))
         self.saving.saved.connect(self._tell_saved)
         self.saving.failed.connect(lambda error: context.notes.report("The project is not saved", error))
         changed = workspace.frames.session_changed, workspace.frames.sessions_changed, workspace.frames.project_touched

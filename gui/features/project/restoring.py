@@ -11,6 +11,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 
 from ilf._runtime.formatting import counted
+from ilf._runtime.named_places import may_look_at, named_in
 from ilf.errors import IlfError
 from ilf.project.archive import Parts
 from ilf.project.file import OpenedProject, open_project
@@ -153,7 +154,7 @@ def _project_of(left: RecoverableWork) -> tuple[OpenedProject | None, tuple[str,
     without = [frame for frame in left.read.project.frames if frame.has_state and frame.id not in left.stored]
     lost = f" Work on {counted(len(without), 'frame')} that only this file contains is missing." if without else ""
     try:
-        opened = open_project(path)
+        opened = open_project(path if may_look_at(path) else named_in(path, None))
     except IlfError as error:
         return None, (f"{error}{lost} Save the project under a new name.",)
     return opened, opened.problems

@@ -387,6 +387,10 @@ def _size_of(source: FrameSource) -> int:
     size = 0
     if source.frame is not None:
         return size
+    try:
+        source = source.allowed()
+    except InputError:
+        return size
     for path in (source.rgb, source.depth, source.options.ground_truth):
         if path is None:
             continue
