@@ -277,9 +277,10 @@ class RemoteFiles:
             found: list[bytes] = self._driver.cat_ranges(
                 [self._path(name) for name in names], list(starts), list(ends), on_error="return"
             )
-            for error in found:
-                if isinstance(error, BaseException):
-                    raise error
+        for name, content in zip(names, found, strict=True):
+            if isinstance(content, BaseException):
+                with self._reported(self.address / name):
+                    raise content
         return found
 
     def open(self, name: str) -> BinaryIO:

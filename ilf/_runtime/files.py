@@ -102,14 +102,14 @@ class LimitedReader(io.BufferedReader):
     """A stream of any length, of which at most `MAX_FILE_BYTES` are read at a time; more is a FormatError."""
 
     def read(self, size: int | None = -1, /) -> bytes:
-        wanted = MAX_FILE_BYTES + 1 if size is None or size < 0 else size
-        if wanted > MAX_FILE_BYTES and size == wanted:
+        wanted = -1 if size is None else size
+        if wanted > MAX_FILE_BYTES:
             raise self._too_large()
-        parts, left = [], wanted
+        parts, left = [], wanted if wanted >= 0 else MAX_FILE_BYTES + 1
         while left and (part := self.read1(min(left, _PIECE))):
             parts.append(part)
             left -= len(part)
-        if wanted > MAX_FILE_BYTES and not left:
+        if wanted < 0 and not left:
             raise self._too_large()
         return b"".join(parts)
 

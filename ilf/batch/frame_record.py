@@ -17,7 +17,7 @@ from .._runtime.files import file_sha256, read_json, write_bytes
 from .._runtime.named_places import may_look_at
 from .._runtime.schema import check_schema, converted
 from ..data.frame import RGBDFrame
-from ..errors import IlfError
+from ..errors import FormatError, IlfError, InputError
 from ..run.options import RECORD_FILE
 from ..run.record import PROGRAM, array_sha256
 from ..sources.frame_source import FrameSource
@@ -269,12 +269,17 @@ class FrameRecord:
 
 
 def read_frame_record(folder: Path) -> FrameRecord | None:
-    """Read the record in a frame's folder; None if there is no readable one, so that the frame is completed again."""
+    """Read the record in a frame's folder; None if there is none or it is damaged, so that the frame is completed
+    again. Raises InputError if it cannot be read for another reason."""
     try:
         values = read_json(folder / FRAME_FILE)
         check_schema(values, SCHEMA, "frame record")
         return converted(values, FrameRecord, "frame record")
-    except (IlfError, AttributeError):
+    except (FormatError, AttributeError):
+        return None
+    except InputError:
+        if os.path.lexists(folder / FRAME_FILE):
+            raise
         return None
 
 

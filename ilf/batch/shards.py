@@ -187,6 +187,7 @@ class ShardBatch:
         in the others, which another one may be at, the last frame does. Shards that have all parts are written; those
         that another process has finished are added to `elsewhere`."""
         begun = []
+        ensure_folder(Path(self.task.folder))
         for index in indices:
             try:
                 self._part_folder(index).mkdir(parents=True)

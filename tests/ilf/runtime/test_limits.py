@@ -352,7 +352,7 @@ def test_json_that_is_nested_without_end_is_one_line(tmp_path, monkeypatch, caps
     assert main([MEANT.get(word, word) for word in words.split()]) == 1
     told = capsys.readouterr().err
     assert told.count("\n") == 1
-    assert "unexpected" not in told
+    assert "Unexpected" not in told
 
 
 # Networks.
