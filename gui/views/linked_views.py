@@ -478,6 +478,10 @@ class LinkedViews(QWidget):
         """The cell whose colour range is edited: the active one if it has a range, else the first that has."""
         return next((cell for cell in (self.active, *self._sheet.shown) if cell.painter.range_kind), self.active)
 
+    def take_focus(self) -> None:
+        """Give the keyboard focus to the active view."""
+        self.active.view.setFocus()
+
     def choose_content(self) -> None:
         """Open the menu of the cell under the pointer, or of the active one."""
         under = (cell for cell in self._sheet.shown if cell.underMouse())
