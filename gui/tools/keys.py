@@ -124,7 +124,7 @@ class ToolKeys(QObject):
         return top is self._window or (isinstance(top, QDockWidget) and top.parentWidget() is self._window)
 
     def _override(self, event: QKeyEvent) -> bool:
-        """While a stroke is in progress, prevent Ctrl+Z from undoing the previous step, and widgets from using Escape."""
+        """During a stroke, prevent Ctrl+Z from undoing the previous step, and widgets from using Escape."""
         if self._editor.busy and event.matches(QKeySequence.StandardKey.Undo):
             event.accept()
             return True

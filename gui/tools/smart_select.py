@@ -170,13 +170,15 @@ class SmartSelectTool(Tool):
         if warn_if_locked(host, label):
             return True
         name = session.info(label).name
+        before = session.labels.copy()
         patch = _change(session, mask, label, host.options.to_no_block)
-        apart = pixels_apart(session.labels, patch, label)
         self.cancel(host)
-        if not host.commit(patch, f"Smart select {name}"):
+        done = host.commit(patch, f"Smart select {name}", label)
+        if done is None:
             host.show_message(f"The selection changes no pixels of {name}: it is equal, or they are in locked blocks.")
             return True
         host.select([label])
+        apart = pixels_apart(before, done, label)
         if apart:
             host.show_message(f"{disconnected_text(name, apart)} Hold Ctrl at the first click to make a new block.")
         return True
