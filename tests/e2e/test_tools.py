@@ -312,11 +312,11 @@ def test_slivers_are_said_and_cleaned_up_by_what_is_offered(editing: MainWindow,
     editing.editor.set_option("brush_radius", 1.0)
     click(editing, (10, 24))
     assert editing.toasts.message == "1 sliver left."
-    QTest.mouseClick(editing.toasts.shown[-1].command, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(editing.toasts.shown[-1].commands[0], Qt.MouseButton.LeftButton)
     assert session.undo_stack.undoText() == "Clean up"
     assert session.labels[24, 10] == session.labels[5, 5]
     assert "1 sliver" in editing.toasts.message
-    assert [toast for toast in editing.toasts.shown if toast.action is not None] == [], "what was offered is done"
+    assert [toast for toast in editing.toasts.shown if toast.commands] == [], "what was offered is done"
 
 
 def test_blocks_grow_shrink_and_become_smooth_by_the_amount(editing: MainWindow) -> None:
