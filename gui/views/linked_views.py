@@ -368,9 +368,11 @@ class LinkedViews(QWidget):
         self.material.guide = depth
         self._changed("guide")
 
-    def set_runs(self, runs: Iterable[ShownRun], earlier: ShownRun | None = None) -> None:
-        """Set the runs to compare with, at most four, and the run before the current result."""
+    def set_runs(self, runs: Iterable[ShownRun], earlier: ShownRun | None = None, result_number: int = 0) -> None:
+        """Set the runs to compare with, at most four, the run before the current result, and the number of the run
+        that the result is of, 0 for none."""
         self.material.runs, self.material.earlier = tuple(runs), earlier
+        self.material.result_number = result_number
         for run in (*self.material.runs, *([earlier] if earlier else [])):
             self._check(run.depth, "a run")
         self._changed("runs")
