@@ -404,7 +404,8 @@ class ShortcutsFeature(Feature):
             pressed, actions = QKeySequence(event.keyCombination()), self.context.actions
             for name in actions.commands:
                 if not actions[name].isEnabled() and pressed in actions[name].shortcuts():
-                    self.context.notes.show_message(str(actions[name].property(WHY_NOT) or "Not available now."))
+                    why = actions[name].property(WHY_NOT) or "Not available now."
+                    self.context.notes.show_message(f"{plain(actions[name].text())}: {why}")
                     return True
         return False
 

@@ -105,8 +105,8 @@ class SmartSelectTool(Tool):
                 "Backspace: remove last | Esc: cancel"
             )
         return (
-            "Click or drag a box: select for a new block | Shift: add to the selected block | Alt: take away from it | "
-            "Ctrl: new block inside it | Ctrl+wheel: part or object"
+            "Click or drag a box: new block | Shift: add to the selected block | Alt: take away | "
+            "Ctrl: new block in it | Ctrl+wheel: part or object"
         )
 
     @property

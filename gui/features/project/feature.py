@@ -250,7 +250,7 @@ class ProjectFeature(Feature):
         box.setIcon(QMessageBox.Icon.Question)
         box.setTextFormat(Qt.TextFormat.PlainText)
         box.setWindowTitle("Add to the project?")
-        box.setText(f"{place.name} is not in the folder of the project {self.present.name}.")
+        box.setText(f"{place.name} is not of the folder whose project is {self.present.name}.")
         box.setInformativeText("A new project closes its frames first.")
         add = box.addButton("&Add to it", _ACCEPT)
         new = box.addButton("&New project", _ACCEPT)
