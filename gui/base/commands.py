@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QWidget
+from shiboken6 import isValid
 
 from . import theme
 
@@ -157,6 +158,11 @@ class ActionEntry:
     action: QAction
 
     @property
+    def gone(self) -> bool:
+        """Whether its menu has been filled anew since, so that it does not exist any more."""
+        return not isValid(self.action)
+
+    @property
     def keys(self) -> str:
         """Its shortcuts in the system's notation, with the key that switches it on while held."""
         held = f"hold {self.held}" if self.held else ""
@@ -197,7 +203,7 @@ def action_entries(window: QMainWindow) -> list[ActionEntry]:
     return [
         ActionEntry(entry.key, plain(action.text()), entry.where, action)
         for action, entry in found.items()
-        if action.text() and action.isVisible()
+        if not entry.gone and action.text() and action.isVisible()
     ]
 
 

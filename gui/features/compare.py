@@ -63,9 +63,10 @@ class Comparison(QObject):
         self._earlier = None if earlier is None else earlier.completion  # keeps it from being composed again every time
         runs = [_shown(kept, session) for kept in session.compared]
         before = None if earlier is None else _shown(earlier, session)
-        if not _same_runs((*runs, before), self._runs):
+        number = _number_of_result(session)
+        if not _same_runs((*runs, before), self._runs) or number != self._views.material.result_number:
             self._runs = (*runs, before)
-            self._views.set_runs(runs, before)
+            self._views.set_runs(runs, before, number)
 
     def show_a_as_result(self, on: bool) -> None:
         """Show side A with the blocks of its run instead of the result, or go back."""
@@ -82,15 +83,18 @@ class Comparison(QObject):
 
 def earlier_run(session: Session) -> StoredRun | None:
     """The latest stored run whose results are not the current ones."""
-    present = session.valid_results()
-    return next(
-        (
-            kept
-            for kept in reversed(session.run_history)
-            if not all(kept.results.get(label) is result for label, result in present.items())
-        ),
-        None,
-    )
+    return next((kept for kept in reversed(session.run_history) if not _is_present(kept, session)), None)
+
+
+def _number_of_result(session: Session) -> int:
+    """The number of the latest stored run whose results are the current ones; 0 for none."""
+    there = reversed(session.run_history) if session.valid_results() else ()
+    return next((kept.number for kept in there if _is_present(kept, session)), 0)
+
+
+def _is_present(kept: StoredRun, session: Session) -> bool:
+    """Whether the results of a stored run are the current ones."""
+    return all(kept.results.get(label) is result for label, result in session.valid_results().items())
 
 
 def _stored_run(session: Session, side: str) -> StoredRun | None:
@@ -105,7 +109,7 @@ def _shown(kept: StoredRun, session: Session) -> ShownRun:
     completion, labels = kept.completion, kept.run.blocks
     extrapolated = completion.extrapolated if completion.extrapolated.any() else None
     others = None if np.array_equal(labels, session.labels) else (labels, colour_table(session, int(labels.max())))
-    return ShownRun(kept.name, completion.depth, extrapolated, kept.colour, others)
+    return ShownRun(kept.name, completion.depth, extrapolated, kept.colour, others, kept.number)
 
 
 def _same_runs(some: tuple[ShownRun | None, ...], others: tuple[ShownRun | None, ...]) -> bool:

@@ -79,9 +79,9 @@ class EditSummaryLine(QWidget):
             "absolute error, equal where the difference is smaller than its uncertainty (95 %). Expected error: an "
             "estimate. Hold B to see the state before the edit."
         )
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
-        layout.addWidget(self.label, 1)
+        self.row = QHBoxLayout(self)
+        self.row.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
+        self.row.addWidget(self.label, 1)
         self._content: tuple[str, EditSummary | None, str] | None = None
         self._looks = False
         self._empty = ""

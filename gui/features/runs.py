@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtWidgets import QToolButton
 
-from ..base.commands import Command
+from ilf._runtime.formatting import counted
+
+from ..base.commands import Command, keys_text
 from ..work.frame_runs import RunState
 from ..work.runs import LiveSolver
 from .context import Context, Feature
+from .edit_summary import EditSummaryFeature
 
 _LIVE_KEY = "live"
 
@@ -28,8 +32,36 @@ class RunsFeature(Feature):
         self.live = LiveSolver(workspace, runs, live)
         for signal in (workspace.frames.session_changed, runs.state_changed):
             signal.connect(lambda *_: self._show_pause())
+        self._rest = QToolButton()
+        self._rest.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._rest.setToolTip(
+            "Their depth is of other parameters or an earlier state of the block; the views show it in grey"
+        )
+        self._rest.clicked.connect(lambda: context.actions["run"].trigger())
+        changed = workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.parameters.changed
+        later = workspace.runs.results_changed, workspace.runs.results_added, runs.state_changed
+        context.refresh.add("stale blocks", self._offer_rest, changed, later)
         runs.ended.connect(context.notes.show_message)
         runs.failed.connect(lambda error: context.notes.report("The run failed", error))
+
+    def begin(self) -> None:
+        """Put the button that runs stale blocks beside the summary of the last edit."""
+        row = self.context.feature(EditSummaryFeature).line.row
+        row.addWidget(self._rest)
+        row.addStrut(self._rest.sizeHint().height())  # so that the images do not move when it comes
+        self._rest.hide()
+
+    def _offer_rest(self) -> None:
+        """Offer to run the blocks with stale depth, unless they are running."""
+        stale: set[int] = set()
+        if self._workspace.has_session and self._runs.free:
+            session = self._workspace.session
+            session.update_depth()
+            stale = set(session.stale_blocks()).difference(self._runs.resolving)
+        self._rest.setVisible(bool(stale))
+        is_are = "is" if len(stale) == 1 else "are"
+        keys = keys_text(self.context.actions["run"].shortcuts())
+        self._rest.setText(f"{counted(len(stale), 'block')} {is_are} stale: run" + (f" ({keys})" if keys else ""))
 
     def shutdown(self) -> bool:
         """Cancel all runs. True if no thread is left."""

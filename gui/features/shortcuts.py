@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from PySide6.QtCore import QModelIndex, QObject, QSettings, Qt, Signal
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtCore import QEvent, QModelIndex, QObject, QSettings, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..base.commands import TEMPORARY, ActionEntry, Command, action_entries, keys_text, plain
+from ..base.commands import TEMPORARY, WHY_NOT, ActionEntry, Command, action_entries, keys_text, plain
 from ..widgets.basics import Message, PlainLabel
 from .context import Context, Feature
 from .palette.matching import match
@@ -396,6 +396,18 @@ class ShortcutsFeature(Feature):
     def begin(self) -> None:
         """Create the keymap; all commands exist now."""
         self.keymap = Keymap(self.context.window, self.context.panels.persistent)
+        self.context.window.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Say why a command cannot be used if its keys are pressed: nothing in the window has used them."""
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
+            pressed, actions = QKeySequence(event.keyCombination()), self.context.actions
+            for name in actions.commands:
+                if not actions[name].isEnabled() and pressed in actions[name].shortcuts():
+                    why = actions[name].property(WHY_NOT) or "Not available now."
+                    self.context.notes.show_message(f"{plain(actions[name].text())}: {why}")
+                    return True
+        return False
 
     def _ask(self) -> None:
         if self.keymap is not None:

@@ -285,7 +285,8 @@ class ViewsFeature(Feature):
                 *(turned, blocks, workspace.by_hand.proposed),
                 *(workspace.runs.results_changed, workspace.runs.viewed_iteration_changed),
             ),
-            (workspace.runs.results_added, workspace.runs.previews_changed),
+            # in a drag of a slider, the next preview is there before what is stale is marked
+            (workspace.runs.results_added, workspace.runs.previews_changed, workspace.parameters.changed),
         )
 
 

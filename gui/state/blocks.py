@@ -144,6 +144,11 @@ class WorkspaceBlocks(QObject):
         """Whether a stroke is in progress."""
         return self._stroke is not None
 
+    @property
+    def stroke_so_far(self) -> LabelPatch | None:
+        """What the stroke in progress has changed; None for nothing."""
+        return None if self._stroke is None else self._stroke.patch(self._frames.session.labels)
+
     def end_stroke(self, text: str) -> LabelPatch | None:
         """Make the stroke one undo step and return what it changed; None for nothing."""
         patch = self._take_stroke()
@@ -161,8 +166,8 @@ class WorkspaceBlocks(QObject):
         return True
 
     def _take_stroke(self) -> LabelPatch | None:
-        stroke, self._stroke = self._stroke, None
-        return None if stroke is None else stroke.patch(self._frames.session.labels)
+        patch, self._stroke = self.stroke_so_far, None
+        return patch
 
     def _end_strokes(self) -> None:
         self.about_to_change.emit()

@@ -240,7 +240,7 @@ class ShownDepth:
     depth : ndarray of float32, shape (H, W)
         [m], NaN where missing. Changed in place.
     stale : ndarray of bool, shape (H, W)
-        Pixels whose depth is from before their block changed. Changed in place.
+        Pixels whose depth is from before their block or its parameters changed. Changed in place.
     """
 
     def __init__(self, frame: RGBDFrame) -> None:
@@ -280,6 +280,7 @@ class ShownDepth:
         valid: Collection[int],
         completion: Completion | None,
         previews: Iterable[Preview],
+        outdated: Collection[int] = (),
     ) -> Box | None:
         """Bring `depth` and `stale` up to date.
 
@@ -292,6 +293,8 @@ class ShownDepth:
         completion : Completion or None
             The completion from these results, extrapolated depth included.
         previews : iterable of (Block, ndarray)
+        outdated : collection of int
+            Blocks whose results have other parameters than the current ones.
 
         Returns
         -------
@@ -310,6 +313,8 @@ class ShownDepth:
             last = self._last[box]
             stale &= np.isfinite(last)
             part = np.where(stale, last, part)
+        if outdated:
+            stale |= np.isin(here, list(outdated)) & np.isfinite(part)
         self.depth[box], self.stale[box] = part, stale
         for block, preview in previews:
             still = labels[block.box][block.mask] == block.label  # it may have lost pixels since it started

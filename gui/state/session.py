@@ -125,6 +125,8 @@ class Session:
         self._fitting: dict[int, list[BlockResult]] = {}
         self._valid: dict[int, BlockResult] | None = None
         self._last_valid: Mapping[int, BlockResult] = {}
+        self._outdated: frozenset[int] = frozenset()
+        """Blocks whose valid results have other parameters than the current ones."""
         self._completion: Completion | None = None
         self._edits = 0
         self._others = 0
@@ -419,8 +421,16 @@ class Session:
         return self._valid
 
     def _note_others(self, valid: Mapping[int, BlockResult]) -> None:
-        """Mark the current depth as changed where the valid results differ from the last ones."""
+        """Mark the current depth as changed where the valid results, or whether they are outdated, differ."""
         former, self._last_valid = self._last_valid, valid
+        was_outdated = self._outdated
+        self._outdated = frozenset(
+            label
+            for label, result in valid.items()
+            if not result.parameters.same_effect(self.parameters_of(label, self.common))
+        )
+        for label in (was_outdated ^ self._outdated) & valid.keys():
+            self._shown.note(valid[label].block.box)
         for label in former.keys() | valid.keys():
             one, other = former.get(label), valid.get(label)
             for result in (one, other) if one is not other else ():
@@ -503,13 +513,18 @@ class Session:
 
     @property
     def stale(self) -> NDArray[np.bool_]:
-        """Pixels of the current depth that belong to an earlier state of their block."""
+        """Pixels of the current depth that belong to an earlier state, or other parameters, of their block."""
         return self._shown.stale
+
+    def stale_blocks(self) -> list[int]:
+        """Return the blocks with stale depth, in ascending order."""
+        return [int(label) for label in np.unique(self.labels[self.stale]) if label]
 
     def update_depth(self) -> Box | None:
         """Update the current depth and return the changed box (rows, columns); None if nothing changed."""
         completion = self.completion()
-        return self._shown.update(self.labels, self.valid_results(), completion, self.results.previews.values())
+        valid, previews = self.valid_results(), self.results.previews.values()
+        return self._shown.update(self.labels, valid, completion, previews, self._outdated)
 
     def records_of(self, label: int) -> Sequence[IterationRecord]:
         """Return the records of the block so far if it is running, else those of its result."""

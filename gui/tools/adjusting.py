@@ -172,6 +172,8 @@ class AdjustableTool(LineTool):
         super().__init__()
         self._applied: _Applied | None = None
         self._grip: _Grip | None = None
+        self.label = 0
+        """The block that the line is drawn for; 0 for none."""
 
     def change(self, labels: Labels, line: list[Point], session: Session) -> LabelPatch | None:
         """Return the change of a label map of a session by a line; also called in the background."""
@@ -235,10 +237,12 @@ class AdjustableTool(LineTool):
         """Apply a line as one undo step, and keep it for adjustment; False if it changes nothing."""
         before = host.session.labels.copy()
         patch = self.change(before, line.points, host.session)
-        if patch is None or not host.commit(patch, text):
-            self.explain(line.points, host)
+        done = host.commit(patch, text, self.label)
+        if done is None:
+            if patch is None:
+                self.explain(line.points, host)
             return False
-        self.after_change(before, patch, host)
+        self.after_change(before, done, host)
         self._keep(_Applied(line, host.session, before, text, host.undo_index), host)
         return True
 
@@ -290,10 +294,11 @@ class AdjustableTool(LineTool):
         if applied.step is not None:
             host.undo()
         step = None
-        if patch is not None and host.commit(patch, applied.text):
-            self.after_change(applied.before, patch, host)
+        done = host.commit(patch, applied.text, self.label)
+        if done is not None:
+            self.after_change(applied.before, done, host)
             step = host.undo_index
-        else:
+        elif patch is None:
             self.explain(line.points, host)
         self._keep(replace(applied, line=line, step=step), host)
 

@@ -93,16 +93,17 @@ class Host(Protocol):
         """Select blocks."""
         ...
 
-    def commit(self, patch: LabelPatch | None, text: str) -> bool:
-        """Make a change of the label map one undo step; False if there is nothing to change."""
+    def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
+        """Make a change of the label map one undo step, with the slivers and rests that it would leave; return the
+        whole change, None for none. `label` is the block that is painted or drawn, 0 for none."""
         ...
 
     def stroke(self, patch: LabelPatch | None) -> None:
         """Change the label map as part of a stroke."""
         ...
 
-    def end_stroke(self, text: str) -> bool:
-        """Make the stroke one undo step; False if it changed nothing."""
+    def end_stroke(self, text: str, label: int = 0) -> bool:
+        """Make the stroke one undo step, as `commit`; False if it changed nothing."""
         ...
 
     def drop_stroke(self) -> bool:

@@ -81,8 +81,6 @@ class OutlineTool(AdjustableTool):
     def __init__(self) -> None:
         super().__init__()
         self._new = False
-        self._label = 0
-        """The block that got the inside of the line that can be adjusted."""
 
     @property
     def hint(self) -> str:
@@ -127,25 +125,25 @@ class OutlineTool(AdjustableTool):
         outline = AdjustableLine.of(self._pen.stretches, [line[-1], *closing[1:-1], line[0]], self.slack)
         self.cancel(host)
         session = host.session
-        self._label = self._target(host) or session.next_label()
-        self.apply(outline, f"Outline {session.info(self._label).name}", host)
+        self.label = self._target(host) or session.next_label()
+        self.apply(outline, f"Outline {session.info(self.label).name}", host)
         return True
 
     def change(self, labels: Labels, line: list[Point], session: Session) -> LabelPatch | None:
         """Return the change by the outline."""
-        return assign_outline(labels, line, self._label, session.locked)
+        return assign_outline(labels, line, self.label, session.locked)
 
     def explain(self, line: list[Point], host: Host) -> None:
         """Show a message that the outline adds no pixels."""
-        name = host.session.info(self._label).name
+        name = host.session.info(self.label).name
         host.show_message(f"The outline adds no pixels to {name}: they belong to it already, or to locked blocks.")
 
     def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
         """Select the block; show a message if pixels are disconnected from the rest of it."""
-        host.select([self._label])
-        apart = pixels_apart(before, patch, self._label)
+        host.select([self.label])
+        apart = pixels_apart(before, patch, self.label)
         if apart:
-            name = host.session.info(self._label).name
+            name = host.session.info(self.label).name
             host.show_message(
                 f"{disconnected_text(name, apart)} Hold Ctrl at the start of an outline to make a new block."
             )

@@ -125,16 +125,17 @@ class BrushTool(Tool):
         session = host.session
         name = session.info(self._label).name
         if not self._erasing:
-            if not host.end_stroke(f"Paint {name}"):
+            if not host.end_stroke(f"Paint {name}", self._label):
                 warn_if_any_locked(host, np.unique(session.labels[swept.mask]).tolist())
             return
         text = f"Erase from {name}"
         if host.options.to_no_block:
-            host.end_stroke(text)
+            host.end_stroke(text, self._label)
             return
         host.drop_stroke()  # the best neighbour can only be found for all pixels together
         if swept.stroke is not None:
-            host.commit(erase(session.labels, swept.stroke, self._label, session.locked, frame=session.frame), text)
+            patch = erase(session.labels, swept.stroke, self._label, session.locked, frame=session.frame)
+            host.commit(patch, text, self._label)
 
 
 def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = None) -> Preview:

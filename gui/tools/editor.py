@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from ilf._runtime.formatting import grouped
+from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
-from ilf.segmentation.editing.cleaning import count_slivers
-from ilf.segmentation.editing.patches import LabelPatch
+from ilf.segmentation.editing.cleaning import count_slivers, tidied
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 from ..state.inspection import Inspection
 from ..state.session import Session
@@ -202,23 +204,36 @@ class Editor(QObject):
         """Select blocks."""
         self._workspace.blocks.select(labels)
 
-    def commit(self, patch: LabelPatch | None, text: str) -> bool:
-        """Make a change of the label map one undo step."""
-        done = self._workspace.blocks.edit(patch, text)
-        if done and patch is not None:
-            self._count_slivers(patch)
-        return done
+    def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
+        """Make a change of the label map, with what it would leave behind, one undo step."""
+        if patch is None:
+            return None
+        whole = self._tidied(self.session.labels, patch, label)
+        if whole is not None and self._workspace.blocks.edit(whole, text):
+            self._tell_of_rests(patch, whole)
+        return whole
 
     def stroke(self, patch: LabelPatch | None) -> None:
         """Change the label map as part of a stroke."""
         self._workspace.blocks.stroke(patch)
 
-    def end_stroke(self, text: str) -> bool:
-        """Make the stroke one undo step."""
-        patch = self._workspace.blocks.end_stroke(text)
-        if patch is not None:
-            self._count_slivers(patch)
-        return patch is not None
+    def end_stroke(self, text: str, label: int = 0) -> bool:
+        """Make the stroke, with what it would leave behind, one undo step."""
+        blocks, patch = self._workspace.blocks, self._workspace.blocks.stroke_so_far
+        if patch is None:
+            blocks.drop_stroke()
+            return False
+        labels = self.session.labels.copy()
+        patch.revert(labels)
+        whole = self._tidied(labels, patch, label)
+        if whole is not None:
+            whole.apply(labels)
+        blocks.stroke(patch_between(self.session.labels, labels))
+        if whole is None or blocks.end_stroke(text) is None:
+            blocks.drop_stroke()
+            return False
+        self._tell_of_rests(patch, whole)
+        return True
 
     def drop_stroke(self) -> bool:
         """Cancel the stroke."""
@@ -275,9 +290,35 @@ class Editor(QObject):
         """Show a message to the user."""
         self.message.emit(message)
 
-    def _count_slivers(self, patch: LabelPatch) -> None:
-        session = self.session
-        left = count_slivers(session.labels, sliver_size(session.labels.size), patch.box, session.locked)
+    def _tidied(self, labels: NDArray[np.int32], patch: LabelPatch, label: int) -> LabelPatch | None:
+        """The change without slivers and rests; `label` is the block that is painted or drawn."""
+        session, by_hand = self.session, self.session.by_hand
+        known = session.frame.known if by_hand is None else session.frame.known | np.isfinite(by_hand.depth)
+        smallest_block = (session.notes.extraction or BlockParameters()).smallest_block(labels.size)
+        whole = tidied(
+            labels,
+            patch,
+            sliver_size(labels.size),
+            known=known,
+            smallest_block=smallest_block,
+            label=label,
+            locked=session.locked,
+        )
+        if whole is None:
+            self.show_message("Nothing has changed: the new part would be too small to complete without known depth.")
+        return whole
+
+    def _tell_of_rests(self, patch: LabelPatch, whole: LabelPatch) -> None:
+        """Name the blocks whose rest went with the change; count the slivers that stay."""
+        session, lost = self.session, patch.before[patch.before != patch.after]
+        gone = set(np.unique(whole.before).tolist()) - session.counts().keys() - {0}
+        for label in sorted(gone):
+            rest = np.count_nonzero(whole.before == label) - np.count_nonzero(lost == label)
+            if rest:
+                self.show_message(
+                    f"The last {grouped(rest)} px of {session.info(label).name} went to the block beside them."
+                )
+        left = count_slivers(session.labels, sliver_size(session.labels.size), whole.box, session.locked)
         if left:
             self.slivers_left.emit(left)
 

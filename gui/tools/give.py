@@ -152,7 +152,7 @@ def _cut_off(start: Point, line: list[Point], near: float, host: Host) -> None:
         if warn_if_locked(host, cut.taker) or warn_if_locked(host, cut.source):
             return
         name = session.info(cut.taker).name
-        host.commit(cut.patch, f"Give a part of {session.info(cut.source).name} to {name}")
+        host.commit(cut.patch, f"Give a part of {session.info(cut.source).name} to {name}", cut.taker)
         if cut.apart:
             host.show_message(disconnected_text(name, cut.apart))
     elif takers[0] and set(crossed(session.labels, line)) - set(takers[0][:1]):
@@ -171,7 +171,7 @@ def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
             host.show_message(f"{session.info(one).name} is locked. Unlock it in the table of blocks.")
             return
     name = session.info(label).name
-    if not host.commit(give(session.labels, piece, label, session.locked), f"Give a piece to {name}"):
+    if not host.commit(give(session.labels, piece, label, session.locked), f"Give a piece to {name}", label):
         host.show_message(f"This piece already belongs to {name}. Shift+click selects another block.")
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QDockWidget, QLineEdit, QPlainTextEdit, QTextEdit, QWidget
+from shiboken6 import isValid
 
 from ..base.commands import HOLD_KEY
 from ..views.linked_views import LinkedViews
@@ -27,7 +28,7 @@ class ToolKeys(QObject):
 
     They work in the whole window and its panels, but not in text and number fields and not in dialogs, and only when
     they have an effect. During keyboard navigation in the panels, Tab and Space work as usual; Ctrl+Tab moves the
-    focus from the images to the panels.
+    focus from the images to the panels. When a focused part of the window is hidden, the views get the focus.
     """
 
     def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
@@ -54,18 +55,29 @@ class ToolKeys(QObject):
         anything."""
         self._finishers.append(finish)
 
-    def _focus_changed(self, _old: QWidget | None, new: QWidget | None) -> None:
-        """Filter the events of the focused widget; a filter of the program would be called for each of its events."""
-        if new is not None:
-            new.installEventFilter(self)
+    def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
+        """Filter the events of the focused widget; a filter of the program would be called for each of its events.
+
+        Qt gives the focus of a hidden widget to any other one, a list of frames for example: the views take it."""
+        if new is None:
+            return
+        new.installEventFilter(self)
+        if self._views.isAncestorOf(new):
+            self._keyboard_focus = False
+        elif old is not None and isValid(old) and not old.isVisible() and self._belongs(old) and self._belongs(new):
+            self._views.take_focus()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Handle the keys of the tools. Called for every event of the widgets that have had the focus."""
         if isinstance(event, QKeyEvent):
             return self._take(watched, event)
         if isinstance(event, QFocusEvent):
-            if event.reason() in (*_BY_KEYS, Qt.FocusReason.MouseFocusReason):
-                self._keyboard_focus = event.reason() in _BY_KEYS
+            if event.reason() == Qt.FocusReason.MouseFocusReason:
+                self._keyboard_focus = False
+            elif event.reason() in _BY_KEYS:
+                # Qt gives the same reason when the focused widget is hidden or disabled
+                usable = isinstance(watched, QWidget) and watched.isVisible() and watched.isEnabled()
+                self._keyboard_focus |= event.lostFocus() and usable
             elif event.reason() == Qt.FocusReason.PopupFocusReason:
                 self._views.set_space(False)  # the key will be released in the popup
         if watched is self._window and event.type() == QEvent.Type.WindowDeactivate:
@@ -90,45 +102,47 @@ class ToolKeys(QObject):
             return self._override(event)
         if event.key() in (_Key.Key_Tab, _Key.Key_Backtab) and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             if event.type() == QEvent.Type.KeyPress:
+                self._keyboard_focus = True
                 self._window.focusNextPrevChild(event.key() == _Key.Key_Tab)
             return True
-        if self._keyboard_focus and watched is not self._window and not self._views.isAncestorOf(watched):
-            return False
+        navigating = self._keyboard_focus and watched is not self._window
         if event.key() == _Key.Key_Space and event.modifiers() in (_PLAIN, Qt.KeyboardModifier.ShiftModifier):
-            if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
+            if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat() and not navigating:
                 self._views.set_space(True)
-            return True
-        return event.type() == QEvent.Type.KeyPress and self._press(event)
+            return not navigating
+        return event.type() == QEvent.Type.KeyPress and self._press(event, navigating)
 
     def _applies_to(self, watched: QWidget) -> bool:
         focus = QApplication.focusWidget() or self._window
         if watched is not focus or not self._editor.ready or QApplication.activePopupWidget() is not None:
             return False
-        top = watched.window()
-        panel = isinstance(top, QDockWidget) and top.parentWidget() is self._window  # a floating panel
-        return (top is self._window or panel) and not _accepts_text(watched)
+        return self._belongs(watched) and not _accepts_text(watched)
+
+    def _belongs(self, widget: QWidget) -> bool:
+        """Whether a widget is in the window or in a floating panel of it."""
+        top = widget.window()
+        return top is self._window or (isinstance(top, QDockWidget) and top.parentWidget() is self._window)
 
     def _override(self, event: QKeyEvent) -> bool:
-        """Prevent Ctrl+Z from undoing the previous step while a stroke is in progress."""
-        if not (self._editor.busy and event.matches(QKeySequence.StandardKey.Undo)):
-            return False
-        event.accept()
-        return True
+        """During a stroke, prevent Ctrl+Z from undoing the previous step, and widgets from using Escape."""
+        if self._editor.busy and event.matches(QKeySequence.StandardKey.Undo):
+            event.accept()
+            return True
+        return self._editor.busy and event.key() == _Key.Key_Escape
 
-    def _press(self, event: QKeyEvent) -> bool:
+    def _press(self, event: QKeyEvent, navigating: bool) -> bool:
         key, editor = event.key(), self._editor
         if editor.busy and event.matches(QKeySequence.StandardKey.Undo):
             return editor.cancel()
         plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier == _PLAIN
-        if key == _Key.Key_Tab and plain:
-            editor.cycle_tool(1)
-            return True
-        if key == _Key.Key_Backtab:
-            editor.cycle_tool(-1)
-            return True
         if key in (_Key.Key_Return, _Key.Key_Enter) and plain:
             return editor.finish() or any(finish() for finish in self._finishers)
-        return key == _Key.Key_Backspace and plain and editor.undo_last()
+        if key == _Key.Key_Backspace and plain:
+            return editor.undo_last()
+        if navigating or not (key == _Key.Key_Backtab or (key == _Key.Key_Tab and plain)):
+            return False
+        editor.cycle_tool(1 if key == _Key.Key_Tab else -1)
+        return True
 
 
 def _accepts_text(widget: QWidget) -> bool:

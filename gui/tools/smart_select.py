@@ -17,6 +17,7 @@ from ilf.segmentation.selection import select_region
 
 from ..state.session import Session
 from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.pixel_items import filled_path
 from .base import Host, Point, Press, Tool, line_path, warn_if_locked
 from .give import piece_preview
 from .line_preview import disconnected_text
@@ -70,9 +71,9 @@ class SmartSelectTool(Tool):
     box, with Shift a stroke, which acts like a click. Ctrl+wheel steps from part to object. Enter makes the selection a
     block.
 
-    If a block is selected, the selection starts as that block: clicks add to it or take away from it, and Enter changes
-    the block. With Ctrl at the first click, the selection starts empty, for a new block. The preview shows what a click
-    would add, with Alt what it would take away.
+    The first click starts a new block, unless it is in the selected block or with Shift or Alt: then the selection
+    starts as that block, to which clicks add or, with Alt, from which they take away, and Enter changes the block; Ctrl
+    always starts a new one. The preview shows what a click would change; it is hatched where a block changes.
     """
 
     options = ("no_block",)
@@ -85,6 +86,7 @@ class SmartSelectTool(Tool):
         self._clicks = _Clicks()
         self._label = 0
         """The block that the selection changes; 0 for a new one."""
+        self._name = ""
         self._mask: Mask | None = None
         """The selection; None while it is being computed."""
         self._next: Mask | None = None
@@ -97,14 +99,14 @@ class SmartSelectTool(Tool):
     def hint(self) -> str:
         """Hint: what a click, a drag or a key would do."""
         if self._clicks:
-            end = "change the block" if self._label else "make it a block"
+            end = f"change {self._name}" if self._label else "make it a block"
             return (
                 f"Click or Shift+drag: add | with Alt: take away | Ctrl+wheel: part or object | Enter: {end} | "
                 "Backspace: remove last | Esc: cancel"
             )
         return (
-            "Click, Shift+drag or drag a box: select, or add to the selected block | Alt: take away from it | "
-            "Ctrl: new block | Ctrl+wheel: part or object"
+            "Click or drag a box: new block | Shift: add to the selected block | Alt: take away | "
+            "Ctrl: new block in it | Ctrl+wheel: part or object"
         )
 
     @property
@@ -118,7 +120,7 @@ class SmartSelectTool(Tool):
         match event.kind:
             case PointerKind.PRESS:
                 self._press, self._next = Press(event), None
-                self._stroke = [self._press.point] if event.shift else []
+                self._stroke = [self._press.point] if event.shift or event.alt else []
             case PointerKind.MOVE if self._press is not None and self._press.follow(event):
                 self._draw(self._press, event, host)
             case PointerKind.RELEASE if self._press is not None:
@@ -168,13 +170,15 @@ class SmartSelectTool(Tool):
         if warn_if_locked(host, label):
             return True
         name = session.info(label).name
+        before = session.labels.copy()
         patch = _change(session, mask, label, host.options.to_no_block)
-        apart = pixels_apart(session.labels, patch, label)
         self.cancel(host)
-        if not host.commit(patch, f"Smart select {name}"):
+        done = host.commit(patch, f"Smart select {name}", label)
+        if done is None:
             host.show_message(f"The selection changes no pixels of {name}: it is equal, or they are in locked blocks.")
             return True
         host.select([label])
+        apart = pixels_apart(before, done, label)
         if apart:
             host.show_message(f"{disconnected_text(name, apart)} Hold Ctrl at the first click to make a new block.")
         return True
@@ -192,11 +196,12 @@ class SmartSelectTool(Tool):
     def _add(self, press: Press, event: PointerEvent, host: Host) -> None:
         """Add a click or a stroke, or start anew with a box."""
         height, width = host.session.labels.shape
-        label = self._label if self._clicks else _start(event, host)
+        is_box = press.drags and not self._stroke
+        label = self._label if self._clicks else 0 if is_box else _start(event, host)
         if not self._clicks and label and warn_if_locked(host, label):
             self._show(host)
             return
-        if press.drags and not self._stroke:
+        if is_box:
             box = _band(press, event).intersected(QRectF(0, 0, width, height))
             self._clicks = _Clicks() if box.isEmpty() else _Clicks(box=box)
         else:
@@ -208,7 +213,7 @@ class SmartSelectTool(Tool):
                 )
             elif points:
                 self._clicks = self._clicks.added(points, inside=not event.alt)
-        self._stroke, self._label = [], label
+        self._stroke, self._label, self._name = [], label, host.session.info(label).name if label else ""
         if self._clicks:
             self._update(host)
         else:
@@ -250,11 +255,10 @@ class SmartSelectTool(Tool):
     def _show(self, host: Host) -> None:
         """Show the outline of the selection, dashed that of a further click's change, a square at each click inside,
         the strokes, and a cross at each click outside."""
-        path, ahead, half, corners = QPainterPath(), QPainterPath(), _CROSS * self._pixel, []
-        if self._mask is not None and self._mask.any():
-            path.addPath(piece_preview(self._mask).line)
-        if self._next is not None and self._next.any():
-            ahead.addPath(piece_preview(self._next).line)
+        half, corners = _CROSS * self._pixel, list[Point]()
+        path, ahead, changed = _outline(self._mask), _outline(self._next), QPainterPath()
+        if self._label and self._mask is not None:
+            changed = filled_path(self._mask ^ (host.session.labels == self._label))
         for click in self._clicks.clicks:
             (x, y), *further = click.points
             if further:
@@ -266,13 +270,20 @@ class SmartSelectTool(Tool):
                 path.moveTo(x - half, y - slope * half)
                 path.lineTo(x + half, y + slope * half)
         seen = not path.isEmpty() or not ahead.isEmpty() or corners
-        host.show_preview(Preview(path, corners, line_preview=ahead) if seen else None)
+        host.show_preview(Preview(path, corners, area=changed, line_preview=ahead) if seen else None)
+
+
+def _outline(mask: Mask | None) -> QPainterPath:
+    return piece_preview(mask).line if mask is not None and mask.any() else QPainterPath()
 
 
 def _start(event: PointerEvent, host: Host) -> int:
-    """The block that a first click changes: the selected one, with Ctrl a new one."""
-    selected = host.session.selected
-    return selected[0] if selected and not event.ctrl else 0
+    """The block that a first click in the frame changes; 0 for a new one."""
+    session = host.session
+    if event.ctrl or not session.selected:
+        return 0
+    label = session.selected[0]
+    return label if event.shift or event.alt or session.label_at(event.x, event.y) == label else 0
 
 
 def _search(clicks: _Clicks, label: int, host: Host) -> partial[Mask]:

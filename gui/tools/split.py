@@ -187,7 +187,8 @@ def _cut(label: int, line: list[Point], host: Host) -> None:
     name = session.info(label).name
     if warn_if_locked(host, label):
         return
-    if host.commit(split(session.labels, label, line, session.locked, session.next_label()), f"Split {name}"):
+    patch = split(session.labels, label, line, session.locked, session.next_label())
+    if host.commit(patch, f"Split {name}"):
         host.select([label])
-    else:
+    elif patch is None:
         host.show_message(f"The line does not divide {name}: draw it from boundary to boundary.")

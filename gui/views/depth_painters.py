@@ -373,9 +373,9 @@ _ESTIMATING = "Estimating\N{HORIZONTAL ELLIPSIS}"
 
 
 class ExpectedErrorPainter(Painter):
-    """Painter of the expected error. Neither depth in nor the error is changed in place."""
+    """Painter of the expected error, grey where depth is stale. Neither depth in nor the error is changed in place."""
 
-    uses = frozenset({"invalid_mask", "expected-error", "levels", "moment"})
+    uses = frozenset({"invalid_mask", "expected-error", "levels", "moment", "result"})
     range_kind = "expected"
     unit = "mm"
 
@@ -384,6 +384,8 @@ class ExpectedErrorPainter(Painter):
         self._measured = cell.view.add_layer(-0.5)
         cell.view.shows_unsupported = True
         self._drawn: tuple[Depth, Depth, Levels] | None = None
+        self._stale: Mask = np.zeros((0, 0), bool)
+        self._legend: list[tuple[QBrush, str]] = []
         self._marks = mark_table(QColor())
         self._table = error_table()
         cell.bar.set_table(self._table)
@@ -401,20 +403,31 @@ class ExpectedErrorPainter(Painter):
         sampled = sample(error) * _MM
         low, high = levels_of(self.material, "expected", lambda: robust_error_levels(sampled), lambda: error * _MM)
         levels = max(low, _MIN_MM), max(high, 2 * max(low, _MIN_MM))
+        former, self._stale = self._stale, self._stale_pixels(depth.shape)
         self._drawn = depth, error, levels
+        self._write_legend()
         if drawn is not None and drawn[0] is depth and drawn[2] == levels:
-            box = None if drawn[1] is error else changed_box(drawn[1], error)
+            box = union(None if drawn[1] is error else changed_box(drawn[1], error), changed_box(former, self._stale))
             if box is not None:
-                self.cell.view.image.update_indices(box, log_indices(error[box], levels))
+                self.cell.view.image.update_indices(box, log_indices(error[box], levels), self._stale[box])
             return
         self._measured.set_indices(np.isfinite(depth).view(np.uint8), self._marks)
-        self.cell.view.set_picture(log_indices(error, levels), self._table)
+        self.cell.view.set_picture(log_indices(error, levels), self._table, self._stale)
         self.cell.bar.set_levels(levels, logarithmic=True)
+
+    def _stale_pixels(self, shape: tuple[int, ...]) -> Mask:
+        result = self.material.result
+        return np.zeros(shape, bool) if result is None or result.stale is None else result.stale.copy()
+
+    def _write_legend(self) -> None:
+        stale = [(QBrush(_STALE), "stale")] if self._stale.any() else []
+        self.cell.set_legend([*stale, *self._legend])
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         measured = blend(colours.background, colours.text, 0.2 if colours.is_dark else 0.14)
         self._marks = mark_table(measured)
-        self.cell.set_legend([(QBrush(measured), "measured"), (hatch, "missing")])
+        self._legend = [(QBrush(measured), "measured"), (hatch, "missing")]
+        self._write_legend()
         self._drawn = None
 
     def value_at(self, x: int, y: int) -> float | None:

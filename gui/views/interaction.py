@@ -98,11 +98,11 @@ class PreviewItem(ViewItem):
 
     def __init__(self, z: float) -> None:
         super().__init__(z)
-        self._preview: Preview | None = None
+        self.preview: Preview | None = None
 
     def set_preview(self, preview: Preview | None) -> None:
         """Draw another preview; None for nothing."""
-        self._preview = preview
+        self.preview = preview
         if preview is None:
             self.set_extent(None)
             return
@@ -115,7 +115,7 @@ class PreviewItem(ViewItem):
         self.set_extent(extent, _WIDTH + _HANDLE + 3)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        preview = self._preview
+        preview = self.preview
         if preview is None:
             return
         if preview.area is not None:

@@ -368,9 +368,11 @@ class LinkedViews(QWidget):
         self.material.guide = depth
         self._changed("guide")
 
-    def set_runs(self, runs: Iterable[ShownRun], earlier: ShownRun | None = None) -> None:
-        """Set the runs to compare with, at most four, and the run before the current result."""
+    def set_runs(self, runs: Iterable[ShownRun], earlier: ShownRun | None = None, result_number: int = 0) -> None:
+        """Set the runs to compare with, at most four, the run before the current result, and the number of the run
+        that the result is of, 0 for none."""
         self.material.runs, self.material.earlier = tuple(runs), earlier
+        self.material.result_number = result_number
         for run in (*self.material.runs, *([earlier] if earlier else [])):
             self._check(run.depth, "a run")
         self._changed("runs")
@@ -477,6 +479,10 @@ class LinkedViews(QWidget):
     def ranged(self) -> Cell:
         """The cell whose colour range is edited: the active one if it has a range, else the first that has."""
         return next((cell for cell in (self.active, *self._sheet.shown) if cell.painter.range_kind), self.active)
+
+    def take_focus(self) -> None:
+        """Give the keyboard focus to the active view."""
+        self.active.view.setFocus()
 
     def choose_content(self) -> None:
         """Open the menu of the cell under the pointer, or of the active one."""

@@ -40,14 +40,15 @@ Blocks = tuple[NDArray[np.int32], NDArray[np.uint8]]
 
 
 class ShownRun(NamedTuple):
-    """A stored run as the views need it: name, depth [m] with the mask of extrapolated pixels, colour (R, G, B), and
-    blocks if they differ from the current ones."""
+    """A stored run as the views need it: name, depth [m] with the mask of extrapolated pixels, colour (R, G, B),
+    blocks if they differ from the current ones, and its number, 0 for none."""
 
     name: str
     depth: Depth
     extrapolated: Mask | None = None
     colour: tuple[int, int, int] | None = None
     blocks: Blocks | None = None
+    number: int = 0
 
 
 class Layer(NamedTuple):
@@ -128,6 +129,8 @@ class Material:
         self.guide: Depth | None = None
         self.runs: tuple[ShownRun, ...] = ()
         self.earlier: ShownRun | None = None
+        self.result_number = 0
+        """Number of the stored run that the result is of; 0 for none."""
         self.before = Before()
         self.played = False
         self.interpolated: Depth | None = None
@@ -204,9 +207,23 @@ class Material:
 
     @property
     def sides(self) -> tuple[str, str]:
-        """The two depths that are compared, A and B."""
+        """The two depths that are compared, A and B: never a run and itself."""
         first, second = self.chosen_sides
-        return first or self._other(("run-1", EARLIER), "depth-in"), second or "result"
+        if first and not second and self.is_same(first, "result"):
+            return first, self._other((*RUNS, EARLIER), "depth-in" if first != "depth-in" else "result", first)
+        second = second or "result"
+        if not first or self.is_same(first, second):
+            first = self._other((*RUNS, EARLIER), "depth-in" if second != "depth-in" else "result", second)
+        return first, second
+
+    def is_same(self, one: str, other: str) -> bool:
+        """Whether two names are of the same depth, such as that of the run that the result is of."""
+        return self._identity(one) == self._identity(other)
+
+    def _identity(self, depth: str) -> str | int:
+        run = self.run(depth)
+        number = self.result_number if depth == "result" else 0 if run is None else run.number
+        return number or depth
 
     def concrete(self, content: str) -> str:
         """Resolve a content to the concrete one that it currently stands for."""
@@ -215,7 +232,7 @@ class Material:
         if content in (EVALUATION, "error"):
             return "expected-error" if self.ground_truth is None else "error"
         if content == DIFFERENCE:
-            return difference_of("result", self._other(("run-1", EARLIER, "ground_truth"), INTERPOLATED))
+            return difference_of("result", self._other((*RUNS, EARLIER, "ground_truth"), INTERPOLATED, "result"))
         return content
 
     def comparable(self) -> list[str]:
@@ -223,9 +240,10 @@ class Material:
         there = {"depth-in", "result", INTERPOLATED}
         return [depth for depth in COMPARABLE if depth in there or self.layer(depth) is not None]
 
-    def _other(self, depths: tuple[str, ...], otherwise: str) -> str:
-        """The first available one of some depths."""
-        return next((depth for depth in depths if self.layer(depth) is not None), otherwise)
+    def _other(self, depths: tuple[str, ...], otherwise: str, than: str) -> str:
+        """The first available one of some depths that is another one than `than`."""
+        there = (depth for depth in depths if self.layer(depth) is not None and not self.is_same(depth, than))
+        return next(there, otherwise)
 
 
 def _plain(depth: Depth | None) -> Layer | None:

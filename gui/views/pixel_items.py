@@ -311,6 +311,14 @@ def boundary_path(mask: NDArray[np.bool_], x: int = 0, y: int = 0) -> QPainterPa
     )
 
 
+def filled_path(mask: NDArray[np.bool_]) -> QPainterPath:
+    """The pixels of a mask, bool (H, W), as an area to fill."""
+    path = QPainterPath()
+    for row, left, right in zip(*_runs(mask), strict=True):
+        path.addRect(int(left), int(row), int(right - left), 1)
+    return path
+
+
 def _runs(edges: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """Row, start and stop of every run of True along the rows."""
     padded = np.pad(edges, ((0, 0), (1, 1)))

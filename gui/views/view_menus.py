@@ -114,4 +114,6 @@ class SidesMenu(QMenu):
     def _choose(self, depth: str) -> None:
         sides = list(self._views.material.chosen_sides)
         sides[self._side] = depth
+        if self._views.material.is_same(*sides):
+            sides[1 - self._side] = ""
         self._views.sides.choose(*sides)

@@ -93,7 +93,7 @@ _MIN_STAY_MS = 2000
 
 
 class Toast(QFrame):
-    """A note with a button for its command, if any, and a close button. It never takes the focus.
+    """A note with buttons for its commands, if any, and a close button. It never takes the focus.
 
     Signals
     -------
@@ -103,10 +103,11 @@ class Toast(QFrame):
 
     gone = Signal()
 
-    def __init__(self, message: str, action: QAction | None, parent: QWidget) -> None:
+    def __init__(self, message: str, actions: Sequence[QAction], parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("toast")
-        self.action = action
+        self.offered = tuple(actions)
+        self.commands = [self._button(action) for action in actions]
         self.label = PlainLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setWordWrap(True)
@@ -120,22 +121,27 @@ class Toast(QFrame):
         self._grid.setColumnStretch(0, 1)
         self._grid.addWidget(self.label, 0, 0)
         self._grid.addWidget(self.close_button, 0, 1, Qt.AlignmentFlag.AlignTop)
-        buttons = [self.close_button]
-        if action is not None:
-            self.command = QToolButton()
-            self.command.setText(action.text().replace("&", "").rstrip("…"))
-            self.command.setToolTip(action.toolTip())
-            self.command.clicked.connect(action.trigger)
-            action.triggered.connect(self._go)  # also if it is triggered elsewhere
-            self._grid.addWidget(self.command, 1, 0, 1, 2, Qt.AlignmentFlag.AlignRight)
-            buttons.append(self.command)
-        for button in buttons:
+        if self.commands:
+            row = QHBoxLayout()
+            row.addStretch(1)
+            for command in self.commands:
+                row.addWidget(command)
+            self._grid.addLayout(row, 1, 0, 1, 2)
+        for button in (self.close_button, *self.commands):
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             button.setAutoRaise(button is self.close_button)
         self._over = QTimer(self, singleShot=True)
         self._over.timeout.connect(self._go)
         self.show_message(message)
         self._paint()
+
+    def _button(self, action: QAction) -> QToolButton:
+        button = QToolButton()
+        button.setText(action.iconText().rstrip("…"))
+        button.setToolTip(action.toolTip())
+        button.clicked.connect(action.trigger)
+        action.triggered.connect(self._go)  # also if it is triggered elsewhere
+        return button
 
     def show_message(self, message: str) -> None:
         """Show a text."""
@@ -220,12 +226,12 @@ class Toasts(QObject):
         """Text of the newest visible note; "" for none."""
         return self.shown[-1].message if self.shown else ""
 
-    def show_message(self, message: str, milliseconds: int, action: QAction | None = None) -> None:
-        """Show a note for a time, optionally with a command; it replaces notes with the same text or command."""
+    def show_message(self, message: str, milliseconds: int, *actions: QAction) -> None:
+        """Show a note for a time, optionally with commands; it replaces notes with the same text or commands."""
         for former in list(self.shown):
-            if former.message == message or (action is not None and former.action is action):
+            if former.message == message or (actions and former.offered == actions):
                 self._drop(former)
-        toast = Toast(message, action, self._window)
+        toast = Toast(message, actions, self._window)
         toast.gone.connect(lambda: self._drop(toast))
         self.shown.append(toast)
         for old in self.shown[:-MAX_NOTES]:
@@ -245,7 +251,7 @@ class Toasts(QObject):
     def give_way(self) -> None:
         """Remove the notes without a command, which would cover what is worked on."""
         for toast in list(self.shown):
-            if toast.action is None:
+            if not toast.commands:
                 self._drop(toast)
 
     def clear(self) -> None:
@@ -362,9 +368,9 @@ class Notes(QObject):
         self._toasts.show_message(message, _MESSAGE_MS)
         self._log.add(message)
 
-    def offer(self, message: str, action: QAction) -> None:
-        """Show a message with a command, for a longer time."""
-        self._toasts.show_message(message, _COMMAND_MS, action)
+    def offer(self, message: str, *actions: QAction) -> None:
+        """Show a message with commands, for a longer time."""
+        self._toasts.show_message(message, _COMMAND_MS, *actions)
 
     def show_briefly(self, message: str) -> None:
         """Show a short-lived message that is not logged, as at every move of a slider; not over other messages."""

@@ -228,7 +228,8 @@ def folder_projects_dir() -> Path:
 
 
 def folder_project_path(folder: str | os.PathLike[str]) -> Path:
-    """Return the path of the project file of a frame folder: the same for the same folder, existing or not.
+    """Return the path of the project file of a frame folder that is not beside it: the same for the same folder,
+    existing or not.
 
     Examples
     --------

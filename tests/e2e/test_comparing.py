@@ -257,3 +257,16 @@ def test_the_divider_starts_where_it_is_seen(run_twice: tuple[MainWindow, Stored
     seen = window.views.cells["depth-out"].view.visible_box()[1]
     assert seen.stop < window.workspace.session.frame.shape[1] / 2, "the middle of the frame is out of sight"
     assert seen.start < swipe.x < seen.stop
+
+
+def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice: tuple[MainWindow, StoredRun]) -> None:
+    window, best = run_twice
+    runs, views = window.workspace.runs, window.views
+    runs.compare([window.workspace.session.run_history[-1]])
+    window.actions_["compare_two"].trigger()
+    window.refresh.now()
+    assert [views.material.names.get(side, side) for side in views.sides.names] == ["Best", "result"]
+    runs.accept(best)
+    window.refresh.now()
+    assert views.sides.names == ("run-1", "result")
+    assert views.material.result_number == best.number

@@ -6,10 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox, QToolButton
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.filter.feature import FilterFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
 from gui.state.results import ErrorEstimate
@@ -104,3 +107,40 @@ def test_what_cannot_be_found_is_said_once(
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy, timeout=WAIT_MS)
     assert len(said) == 2, "other results, another try"
+
+
+def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_runs_them(
+    opened: MainWindow, qtbot: QtBot, run_all: Run
+) -> None:
+    run_all(opened)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
+    opened.workspace.blocks.select([])
+    session, names = opened.workspace.session, opened.feature(FilterFeature).panel.presets.names
+    button = next(button for button in opened.findChildren(QToolButton) if "stale" in button.text())
+    assert not button.isVisible()
+
+    def choose(preset: str) -> None:
+        names.setCurrentText(preset)
+        names.activated.emit(names.currentIndex())
+        qtbot.waitUntil(lambda: button.isVisible() == (preset == "paper"), timeout=WAIT_MS)
+        opened.refresh.now()
+
+    def grey(content: str) -> bool:
+        colours = opened.views.cells[content].view.image.pixels[session.completion().filled]
+        channels = np.stack([colours >> shift & 255 for shift in (0, 8, 16)])
+        return bool(np.ptp(channels.astype(int), axis=0).max() < 40)
+
+    before = session.completion()
+    choose("paper")
+    assert button.text().startswith("2 blocks are stale")
+    qtbot.waitUntil(lambda: grey("depth-out") and grey("expected-error"), timeout=WAIT_MS)
+    choose("best")
+    assert session.completion() is before
+    qtbot.waitUntil(lambda: not grey("depth-out") and not grey("expected-error"), timeout=WAIT_MS)
+    choose("paper")
+    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: not button.isVisible(), timeout=WAIT_MS)
+    opened.refresh.now()
+    qtbot.waitUntil(lambda: not grey("depth-out"), timeout=WAIT_MS)
+    assert session.changed_blocks() == []

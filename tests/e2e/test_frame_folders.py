@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
@@ -264,3 +265,62 @@ def test_of_a_folder_the_folder_is_remembered(listed: MainWindow, qtbot: QtBot, 
     _go(listed, qtbot)
     recent = listed.feature(RecentFeature)
     assert [key_of(origin) for origin in recent.frames.origins] == [str(folder)]
+
+
+@pytest.fixture
+def in_folder(
+    remembering: Callable[[], MainWindow], qtbot: QtBot, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> MainWindow:
+    """The window with the folder's project, which lies where it does without a setting."""
+    monkeypatch.delenv("ILF_FOLDERS")
+    window = remembering()
+    _open_folder(window, qtbot, folder)
+    return window
+
+
+def _save(window: MainWindow, qtbot: QtBot) -> None:
+    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+        window.actions_["save_project"].trigger()
+
+
+def test_a_folders_project_lies_beside_it_and_saving_says_where(
+    in_folder: MainWindow, remembering: Callable[[], MainWindow], qtbot: QtBot, folder: Path
+) -> None:
+    in_folder.workspace.frames.set_note(in_folder.workspace.frames.entries[1], "mirror")
+    _save(in_folder, qtbot)
+    project = folder.with_name("walk.ilf")
+    assert project.is_file()
+    toast = in_folder.toasts.shown[-1]
+    assert str(project) in toast.message
+    assert [button.text() for button in toast.commands] == ["Show in folder", "Save elsewhere"]
+    again = remembering()
+    _open_folder(again, qtbot, folder)
+    assert again.workspace.frames.entries[1].note == "mirror"
+
+
+@pytest.mark.parametrize("answer", ["&Add to it", "&New project", "Cancel"])
+def test_a_frame_opened_later_joins_the_folders_project_only_if_the_user_wants_it(
+    in_folder: MainWindow, qtbot: QtBot, folder: Path, small_frame: RGBDFrame, answer: str
+) -> None:
+    _save(in_folder, qtbot)
+    project = in_folder.project.present.path
+    other = write_frame(folder.with_name("elsewhere"), small_frame)
+    in_folder.documents.open_paths([folder / "frame-1"])
+    qtbot.waitUntil(lambda: _present(in_folder).name == "frame-1", timeout=WAIT_MS)
+    in_folder.documents.open_paths([other])
+    (box,) = (box for box in in_folder.findChildren(QMessageBox) if box.isVisible())
+    assert "walk" in box.text()
+    next(button for button in box.buttons() if button.text() == answer).click()
+    qtbot.waitUntil(lambda: not in_folder.loader.busy, timeout=WAIT_MS)
+    names = {"&Add to it": COUNT + 1, "&New project": 1, "Cancel": COUNT}
+    qtbot.waitUntil(lambda: len(in_folder.workspace.frames.entries) == names[answer], timeout=WAIT_MS)
+    assert in_folder.project.present.path == (None if answer == "&New project" else project)
+
+
+def test_before_anything_is_done_in_it_a_folders_project_ends_when_another_frame_is_opened(
+    in_folder: MainWindow, qtbot: QtBot, folder: Path, small_frame: RGBDFrame
+) -> None:
+    assert in_folder.project.present.path == folder.with_name("walk.ilf")
+    in_folder.documents.open_paths([write_frame(folder.with_name("elsewhere"), small_frame)])
+    qtbot.waitUntil(lambda: len(in_folder.workspace.frames.entries) == COUNT + 1, timeout=WAIT_MS)
+    assert in_folder.project.present.path is None

@@ -6,11 +6,15 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.blocks.feature import BlocksFeature
+from gui.features.frame_list.film_strip import FilmStripFeature
 from gui.features.quality_check.feature import QualityCheckFeature
 from gui.features.quality_check.invalid_depth import InvalidDepthFeature
 from gui.features.status import StatusFeature
@@ -23,6 +27,7 @@ from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
+from .hand import CTRL, key
 
 HEIGHT, WIDTH = 180, 240
 
@@ -153,6 +158,40 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     for _ in range(4):
         window.actions_["undo"].trigger()
     assert settled(window, qtbot) == "2 flagged places left to check."
+
+
+@pytest.mark.parametrize("focus", ["film strip", "closed panel", "layout", "panels by keys"])
+def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path, frame_folder, focus):
+    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow, timeout=WAIT_MS)
+    session, table = window.workspace.session, window.feature(BlocksFeature).table.view
+    strip = window.feature(FilmStripFeature).strip
+    (strip if focus == "film strip" else table).setFocus()
+    press(window, qtbot, "next_check")
+    assert window.views.isAncestorOf(QApplication.focusWidget())
+    if focus == "film strip":
+        strip.setFocus()
+    elif focus == "closed panel":
+        table.setFocus()
+        next(toggle for toggle in window.panels.toggles() if toggle.text() == "Blocks").trigger()
+    elif focus == "layout":
+        table.setFocus()
+        window.actions_["layout_correct"].trigger()
+    else:
+        key(window, Qt.Key.Key_Tab, CTRL)
+        while window.views.isAncestorOf(QApplication.focusWidget()):
+            key(window, Qt.Key.Key_Tab, CTRL)
+    key(window, Qt.Key.Key_Return)
+    settled(window, qtbot)
+    assert window.workspace.session is session, "no other frame is opened"
+    assert session.undo_stack.undoText() == "Split Block 1"
+    if focus in ("closed panel", "layout"):
+        assert window.views.isAncestorOf(QApplication.focusWidget())
+        window.editor.set_tool("select")
+        key(window, Qt.Key.Key_Tab)
+        assert window.editor.tool_name == "border", "nobody went through the panels by keys"
 
 
 def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, tmp_path):

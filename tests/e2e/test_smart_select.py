@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QPainterPath
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
@@ -37,6 +38,13 @@ def _shown(window: MainWindow) -> tuple[float, float, float, float]:
     return extent.left(), extent.top(), extent.right(), extent.bottom()
 
 
+def _hatched(window: MainWindow) -> QPainterPath:
+    """What the preview hatches."""
+    preview = window.views.cells["colour"].view.preview.preview
+    assert preview is not None
+    return preview.area or QPainterPath()
+
+
 def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting: MainWindow, qtbot: QtBot) -> None:
     session = selecting.workspace.session
     before = session.labels.copy()
@@ -53,12 +61,40 @@ def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting: MainWindow, 
     assert np.array_equal(session.labels, before)
 
 
-def test_with_a_block_selected_it_gets_the_selection(selecting: MainWindow, qtbot: QtBot) -> None:
+@pytest.mark.parametrize("how", ["click", "box"])
+def test_after_enter_a_click_outside_starts_a_new_object(selecting: MainWindow, qtbot: QtBot, how: str) -> None:
+    session = selecting.workspace.session
+    height, width = session.labels.shape
+    click(selecting, (5, 20))
+    _wait(selecting, qtbot)
+    key(selecting, _Key.Key_Return)
+    first = session.selected[0]
+    if how == "click":
+        click(selecting, (50, 20))
+    else:
+        drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
+    _wait(selecting, qtbot)
+    key(selecting, _Key.Key_Return)
+    assert session.labels[20, 5] == first
+    assert session.labels[20, 50] == session.selected[0] != first
+    assert session.undo_stack.count() == 2
+
+
+def test_with_shift_the_selected_block_gets_the_selection_and_the_change_is_hatched(
+    selecting: MainWindow, qtbot: QtBot
+) -> None:
     session = selecting.workspace.session
     left = int(session.labels[20, 5])
-    selecting.workspace.blocks.select([left])
     click(selecting, (50, 20))
     _wait(selecting, qtbot)
+    assert _hatched(selecting).isEmpty(), "a new block is outlined"
+    key(selecting, _Key.Key_Escape)
+    selecting.workspace.blocks.select([left])
+    click(selecting, (50, 20), SHIFT)
+    _wait(selecting, qtbot)
+    assert _hatched(selecting).contains(QPointF(50, 20))
+    assert not _hatched(selecting).contains(QPointF(5, 20))
+    assert session.info(left).name in selecting.editor.tool.hint
     key(selecting, _Key.Key_Return)
     assert session.labels[20, 50] == left
     assert session.undo_stack.count() == 1
@@ -118,11 +154,11 @@ def test_with_a_block_selected_alt_click_takes_a_part_away_and_ctrl_makes_a_new_
     session = selecting.workspace.session
     before, left = session.labels.copy(), int(session.labels[20, 5])
     selecting.workspace.blocks.select([left])
-    for point, modifier in (((50, 20), None), ((50, 20), ALT), ((50, 20), CTRL)):
-        click(selecting, point, *(() if modifier is None else (modifier,)))
+    for point, modifier in (((50, 20), SHIFT), ((50, 20), ALT), ((50, 20), CTRL)):
+        click(selecting, point, modifier)
         _wait(selecting, qtbot)
         key(selecting, _Key.Key_Return)
-        assert (session.labels[20, 50] == left) == (modifier is None)
+        assert (session.labels[20, 50] == left) == (modifier is SHIFT)
         assert session.labels[20, 5] == left
         selecting.workspace.blocks.select([left])
     assert session.labels[20, 50] not in before
@@ -157,7 +193,7 @@ def test_a_locked_block_gets_nothing(selecting: MainWindow, qtbot: QtBot) -> Non
     selecting.workspace.blocks.select([left])
     selecting.actions_["lock_blocks"].trigger()
     before = session.labels.copy()
-    click(selecting, (50, 20))
+    click(selecting, (50, 20), SHIFT)
     _wait(selecting, qtbot)
     key(selecting, _Key.Key_Return)
     assert np.array_equal(session.labels, before)

@@ -312,11 +312,11 @@ def test_slivers_are_said_and_cleaned_up_by_what_is_offered(editing: MainWindow,
     editing.editor.set_option("brush_radius", 1.0)
     click(editing, (10, 24))
     assert editing.toasts.message == "1 sliver left."
-    QTest.mouseClick(editing.toasts.shown[-1].command, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(editing.toasts.shown[-1].commands[0], Qt.MouseButton.LeftButton)
     assert session.undo_stack.undoText() == "Clean up"
     assert session.labels[24, 10] == session.labels[5, 5]
     assert "1 sliver" in editing.toasts.message
-    assert [toast for toast in editing.toasts.shown if toast.action is not None] == [], "what was offered is done"
+    assert [toast for toast in editing.toasts.shown if toast.commands] == [], "what was offered is done"
 
 
 def test_blocks_grow_shrink_and_become_smooth_by_the_amount(editing: MainWindow) -> None:
@@ -365,3 +365,32 @@ def test_the_menu_offers_what_can_be_done_here(editing: MainWindow, qtbot: QtBot
     qtbot.waitUntil(lambda: not editing.editor.working, timeout=WAIT_MS)
     assert session.labels[5, 5] != session.labels[5, 50]
     assert editing.actions_["zoom_block"] in menu.actions()
+
+
+def test_the_rest_of_a_covered_block_goes_in_the_same_undo_step(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    height, width = before.shape
+    covered = session.info(int(before[24, 50])).name
+    editing.workspace.blocks.select([])
+    _take(editing, "outline")
+    drag(editing, [(31, -1), (width, -1), (width, height), (31, height), (31, 0)])
+    assert len(session.counts()) == 2
+    assert covered in editing.toasts.message
+    assert (session.labels[:, 30:] == session.selected[0]).all()
+    assert session.undo_stack.count() == 1
+    editing.actions_["undo"].trigger()
+    assert np.array_equal(session.labels, before)
+
+
+def test_a_part_that_could_not_be_completed_is_not_cut_off(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    mask = np.zeros(session.labels.shape, bool)
+    mask[:6, 58:] = True
+    editing.workspace.blocks.set_invalid_mask(mask, "Mark depth as invalid")
+    session.notes.extraction = session.notes.extraction.changed(min_size=2)
+    _take(editing, "split")
+    drag(editing, [(60, -1), (60, 4), (65, 4)])
+    assert len(session.counts()) == 2
+    assert "without known depth" in editing.toasts.message
+    assert session.undo_stack.undoText() == "Mark depth as invalid"

@@ -6,17 +6,21 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TypeVar
 
-from PySide6.QtCore import Qt
+import pytest
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.base.commands import WHY_NOT
+from gui.features.blocks.feature import BlocksFeature
 from gui.features.palette.palette import PaletteFeature
 from gui.features.project.recent import RecentFeature
 from gui.features.shortcuts import ShortcutsDialog, ShortcutsFeature
 from gui.features.status import StatusFeature
+from gui.views.view_menus import SidesMenu
 from tests.gui.naming import unnamed
 
 P = TypeVar("P")
@@ -93,3 +97,51 @@ def test_messages_leave_the_hint_alone(window: MainWindow, qtbot: QtBot) -> None
         assert window.rect().contains(toast.geometry())
         assert toast.geometry().bottom() < window.feature(StatusFeature).bar.geometry().top()
     window.toasts.clear()
+
+
+@pytest.mark.parametrize("focus", ["view", "table"])
+def test_keys_of_a_command_that_cannot_be_used_say_why(opened: MainWindow, qtbot: QtBot, focus: str) -> None:
+    opened.activateWindow()
+    qtbot.waitUntil(opened.isActiveWindow)
+    opened.workspace.blocks.select([])
+    view, table = opened.views.cells["colour"].view, opened.feature(BlocksFeature).table.view
+    widget = view if focus == "view" else table
+    widget.setFocus()
+    for code, modifiers, command in (
+        (Qt.Key.Key_U, CTRL_SHIFT, "continue_plane"),
+        (Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier, "merge_blocks"),
+        (Qt.Key.Key_F6, Qt.KeyboardModifier.NoModifier, "pause"),
+    ):
+        opened.toasts.clear()
+        QTest.keyClick(widget, code, modifiers)
+        why = opened.actions_[command].property(WHY_NOT)
+        assert why
+        assert [toast.message.partition(": ")[2] for toast in opened.toasts.shown] == [why], command
+
+
+def test_the_palette_survives_menus_that_are_filled_anew(opened: MainWindow, qtbot: QtBot) -> None:
+    palette = _part(opened, PaletteFeature).palette
+    menu = next(menu for menu in opened.findChildren(SidesMenu))
+
+    def at_side(text: str) -> int:
+        return next(
+            row
+            for row, offer in enumerate(palette.offered())
+            if "Side A" in offer.entry.where and offer.entry.text == text
+        )
+
+    palette.toggle()
+    QTest.keyClicks(palette.field, "depth in")
+    palette.list.setCurrentIndex(palette.list.model().index(at_side("Depth in"), 0))
+    menu.fill()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    palette.list.viewport().grab()
+    for code in (Qt.Key.Key_Down, Qt.Key.Key_Up):
+        QTest.keyClick(palette.field, code)
+    QTest.keyClick(palette.field, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: opened.views.sides.chosen[0] == "depth-in")
+    palette.toggle()
+    menu.fill()
+    QTest.keyClicks(palette.field, "side")
+    assert palette.offered()
+    palette.leave()

@@ -59,13 +59,13 @@ class ToolHost:
     def select(self, labels: list[int]) -> None:
         self.workspace.blocks.select(labels)
 
-    def commit(self, patch: LabelPatch | None, text: str) -> bool:
-        return self.workspace.blocks.edit(patch, text)
+    def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
+        return patch if self.workspace.blocks.edit(patch, text) else None
 
     def stroke(self, patch: LabelPatch | None) -> None:
         self.workspace.blocks.stroke(patch)
 
-    def end_stroke(self, text: str) -> bool:
+    def end_stroke(self, text: str, label: int = 0) -> bool:
         return self.workspace.blocks.end_stroke(text) is not None
 
     def drop_stroke(self) -> bool:

@@ -70,6 +70,7 @@ class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):
         self.units = QComboBox(editable=True)
         self.units.addItems([_AUTOMATIC, *_UNITS])
         self.units.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.units.setCompleter(None)  # type: ignore[arg-type]  # it would swallow Enter
         self.units.setToolTip(
             "File units per metre. Automatic: those of the frame's depth if both are whole numbers; otherwise 1000 for "
             "whole numbers and 1 for floating-point depth."

@@ -273,7 +273,7 @@ class BatchFeature(Feature):
         """Open the run of a completed frame; show the message of a failed one."""
         record = self._folder / outcome.folder / RECORD_FILE
         if outcome.status is FrameStatus.COMPLETED and record.exists():
-            self.context.loader.open_run(record)
+            self.context.feature(DocumentsFeature).open_run(record)
         else:
             self.dialog.state.show_message(f"{outcome.frame}: {outcome.message}", "warning")
 

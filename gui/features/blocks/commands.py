@@ -53,7 +53,8 @@ class BlockCommands(QObject):
             self.message.emit("Select two or more blocks to merge: Ctrl+click adds one.")
             return
         apart = not parts_touch(session.labels, chosen)
-        if self._edit(lambda: merge(session.labels, chosen, session.locked), self._text("Merge")):
+        self._editor.cancel()
+        if self._editor.commit(merge(session.labels, chosen, session.locked), self._text("Merge"), chosen[0]):
             self._workspace.blocks.select(chosen[:1])
             if apart:
                 name = session.info(chosen[0]).name
@@ -129,7 +130,7 @@ class BlockCommands(QObject):
         self._editor.cancel()
         for label in list(self._workspace.session.selected):
             self._workspace.blocks.stroke(edit(label))
-        return self._workspace.blocks.end_stroke(text) is not None
+        return self._editor.end_stroke(text, self._workspace.blocks.chosen)
 
     def _edit(self, edit: Callable[[], LabelPatch | None], text: str) -> bool:
         """Edit the label map after cancelling a stroke in progress."""
@@ -181,7 +182,6 @@ class BlockCommands(QObject):
             if label in session.locked:
                 self._editor.show_message(f"{session.info(label).name} is locked. Unlock it to merge it.")
                 return
-        self._editor.commit(
-            merge(session.labels, [taker, other], session.locked), f"Merge into {session.info(taker).name}"
-        )
+        text = f"Merge into {session.info(taker).name}"
+        self._editor.commit(merge(session.labels, [taker, other], session.locked), text, taker)
         self._workspace.blocks.select([taker])

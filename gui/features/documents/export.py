@@ -119,6 +119,7 @@ class ExportDialog(QDialog):
         self.depth_npy = QCheckBox("NPY, float32 metres")
         self.png_units = QComboBox(editable=True)
         self.png_units.addItems(_PNG_UNITS)
+        self.png_units.setCompleter(None)  # type: ignore[arg-type]  # it would swallow Enter
         self.png_units.setToolTip("PNG values per metre; by default those of the frame's depth file")
         self.png_note = Message(lines=2)
         self.expected_error = QCheckBox("Expected error as well (expected_error.*)")

@@ -84,6 +84,8 @@ class DocumentsFeature(Feature):
         """Prepares closing of frames: calls `then` once no work would be lost, unless the user cancels."""
         self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Prepares removal of frames from the list: calls `then` unless the user cancels."""
+        self.join: Callable[[Path, Callable[[], None]], None] = lambda place, then: then()
+        """Prepares opening of a file or folder: calls `then` unless the user cancels."""
         self.close: Callable[[Entry], None] = lambda entry: workspace.frames.remove_entries([entry])
         """Closes a frame."""
 
@@ -190,7 +192,7 @@ class DocumentsFeature(Feature):
         for folder in folders:
             self.open_source(FrameSource(str(folder)))
         for record in records:
-            self._loader.open_run(record)
+            self.open_run(record)
         if len(files) > 2:
             self._notes.report("Open", InputError(_TOO_MANY))
         elif files:
@@ -198,9 +200,16 @@ class DocumentsFeature(Feature):
 
     def open_source(self, source: FrameSource) -> None:
         """Open a frame, or the frames of a folder or a recording; ask first if that would replace the same frame, read
-        with other options, and the work on it."""
+        with other options, and the work on it, or if it is not of the folder of the project."""
         source = source.absolute()
         note_opened(*source.paths)
+        self.join(Path(source.rgb), lambda: self._open_joined(source))
+
+    def open_run(self, record: Path) -> None:
+        """Open the frame, blocks and parameters of a run.json."""
+        self.join(record.absolute(), lambda: self._loader.open_run(record))
+
+    def _open_joined(self, source: FrameSource) -> None:
         if source.depth is None and source.frame is None and contains_frames(source.rgb):
             self.folder_requested.emit(source)
             return
@@ -222,7 +231,7 @@ class DocumentsFeature(Feature):
         """Open the frame, blocks and parameters of a run.json that the user chooses."""
         path, _ = QFileDialog.getOpenFileName(self._window, "Open run", "", "Run record (run.json *.json)")
         if path:
-            self._loader.open_run(Path(path))
+            self.open_run(Path(path))
 
     # blocks
 

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QTimer
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -136,6 +137,9 @@ class OpenFrameDialog(QDialog):
         self.depth_path.textChanged.connect(self._schedule)
         self.guide_path.textChanged.connect(self._schedule)
         self.encoding.editTextChanged.connect(self._schedule)
+        editor = self.encoding.lineEdit()
+        if editor is not None:
+            editor.returnPressed.connect(self.accept)  # the completion of its text swallows the key
         self.invalid.textChanged.connect(self._schedule)
         self.min_confidence.textChanged.connect(self._schedule)
         self.camera_text.textChanged.connect(self._schedule)
@@ -242,9 +246,18 @@ class OpenFrameDialog(QDialog):
         self.depth_preview.show_depth(None)
         self._propose(())
 
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Open by Enter, also while a change is waiting to be read."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.accept()
+        else:
+            super().keyPressEvent(event)
+
     def accept(self) -> None:
-        # a change may still be waiting to be read
-        self.read()
+        """Open what can be read, once."""
+        if self.result() == QDialog.DialogCode.Accepted:
+            return
+        self.read()  # a change may still be waiting
         if self.open_button.isEnabled():
             super().accept()
 

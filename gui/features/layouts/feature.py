@@ -166,12 +166,14 @@ class LayoutsFeature(Feature):
             self.context.actions["swipe"].setChecked(False)  # its contents are not part of a layout
             self._leave(name)
             self._apply(self.store.left(name))
+            self.context.views.take_focus()
         self._show()
 
     def reset(self) -> None:
         """Reset the current layout to its default or saved state."""
         self.store.changed.pop(self.present, None)
         self._apply(self.store.layouts[self.present].arrangement)
+        self.context.views.take_focus()
 
     def save(self, text: str) -> bool:
         """Save the state of the window under a name, replacing an own layout of that name; return False if that is not

@@ -52,7 +52,9 @@ class OfferDelegate(QStyledItemDelegate):
     def paint(
         self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
     ) -> None:
-        offer: Offer = index.data(OFFER_ROLE)
+        offer: Offer | None = index.data(OFFER_ROLE)
+        if offer is None:  # its menu has just been filled anew
+            return
         entry, colours = offer.entry, theme.colours(option.palette)
         enabled = entry.action.isEnabled()
         painter.save()
@@ -206,11 +208,17 @@ class CommandPalette(QFrame):
             self._paint()
 
     def _offer(self) -> None:
+        self._renew()
         self._model.set_offers(offers(self._entries, self.field.text(), self._recent))
         first = self._model.index(0)
         self.list.setCurrentIndex(first)
         self.list.scrollToTop()
         self._explain(first)
+
+    def _renew(self) -> None:
+        """Find the commands again if a menu has been filled anew since."""
+        if any(entry.gone for entry in self._entries):
+            self._entries = action_entries(self._window)
 
     def _move(self, key: Qt.Key) -> None:
         count = self._model.rowCount()
@@ -231,12 +239,16 @@ class CommandPalette(QFrame):
         self.hint.setText(f"{why_not} {hint}" if why_not else hint)
 
     def _run_command(self, index: QModelIndex) -> None:
-        offer = index.data(OFFER_ROLE)
-        if offer is None or not offer.entry.action.isEnabled():
+        if not index.isValid():
             return
-        self._recent.note(offer.entry.key)
+        key = self._model.offers[index.row()].entry.key
+        self._renew()
+        entry = next((entry for entry in self._entries if entry.key == key), None)
+        if entry is None or not entry.action.isEnabled():
+            return
+        self._recent.note(key)
         self.leave()
-        QTimer.singleShot(0, offer.entry.action, offer.entry.action.trigger)  # after the key event
+        QTimer.singleShot(0, entry.action, entry.action.trigger)  # after the key event
 
     def _place(self) -> None:
         width = min(_WIDTH, self._window.width() - 40)
@@ -302,6 +314,8 @@ class _Offers(QAbstractListModel):
         offer = self.offers[index.row()]
         if role == Qt.ItemDataRole.DisplayRole:
             return offer.entry.text
+        if offer.entry.gone:
+            return None
         if role == Qt.ItemDataRole.AccessibleDescriptionRole:
             return offer.entry.why_not or offer.entry.keys
         return offer if role == OFFER_ROLE else None

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QUrl
+from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolBar
 
 from ilf._runtime.formatting import counted
@@ -33,6 +34,7 @@ from .saving import FILE_FILTER, FOLDER_KEY, SaveAsDialog, SaveRequest, Saving, 
 from .view_state import ViewState
 
 _PROGRAM = "ILF Studio"
+_ACCEPT = QMessageBox.ButtonRole.AcceptRole
 
 
 class ProjectFeature(Feature):
@@ -61,6 +63,7 @@ class ProjectFeature(Feature):
         documents.leave = self._leave_frames
         documents.remove = self.closing.remove
         documents.close = self._close_frame
+        documents.join = self._join
         documents.saved_share = lambda: self.saving.share if self.saving.busy else None
         self.saving.changed.connect(documents.exporting_changed)
         context.recorder.is_unsaved = lambda: self.present.unsaved
@@ -118,6 +121,15 @@ class ProjectFeature(Feature):
                 handler=self.save_as,
                 why_off=self._why_empty,
             ),
+            Command(
+                "show_project",
+                "Show project in &folder",
+                "ph.folder-open",
+                "",
+                "Show the folder of the project's file",
+                handler=self._show_folder,
+                why_off=lambda: "" if self._saved_file() else "The project is not saved yet.",
+            ),
         )
 
     def _why_empty(self) -> str:
@@ -125,6 +137,8 @@ class ProjectFeature(Feature):
 
     def begin(self) -> None:
         """Insert the menu of recent projects and the button *Save*."""
+        self.context.actions["show_project"].setIconText("Show in folder")
+        self.context.actions["save_project_as"].setIconText("Save elsewhere…")
         self.recent.setIcon(theme.icon("ph.clock-counter-clockwise", self.recent.palette()))
         insert_menu(self.context.window.menuBar(), self.recent, self.context.actions["open_project"])
         self.recent.fill()
@@ -218,12 +232,57 @@ class ProjectFeature(Feature):
     def _leave_project(self, what: str, then: Callable[[], None]) -> None:
         self.closing.leave(list(self.context.workspace.frames.entries), True, what, then)
 
-    def _begin(self) -> None:
+    def _begin(self, then: Callable[[], None] = lambda: None) -> None:
         self.missing.forget()
         self.folders.forget()
-        self.opening.begin()
+        self.opening.begin(then)
+
+    # what is opened later
+
+    def _join(self, place: Path, then: Callable[[], None]) -> None:
+        """Open a file or folder; ask first if the project is that of another folder, and has a file."""
+        if not self.folders.is_foreign(place) or self.context.feature(DocumentsFeature).discard_silently:
+            then()
+        elif self._saved_file() or self.present.unsaved:
+            self._ask_join(place, then)
+        else:
+            self.folders.forget()
+            self.opening.detach()
+            then()
+
+    def _ask_join(self, place: Path, then: Callable[[], None]) -> None:
+        box = QMessageBox(self.context.window)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Question)
+        box.setTextFormat(Qt.TextFormat.PlainText)
+        box.setWindowTitle("Add to the project?")
+        box.setText(f"{place.name} is not of the folder whose project is {self.present.name}.")
+        box.setInformativeText("A new project closes its frames first.")
+        add = box.addButton("&Add to it", _ACCEPT)
+        new = box.addButton("&New project", _ACCEPT)
+        box.addButton(QMessageBox.StandardButton.Cancel)
+        box.setDefaultButton(new)
+
+        def begin() -> None:
+            self._begin(then)
+
+        def answer() -> None:
+            if box.clickedButton() is add:
+                then()
+            elif box.clickedButton() is new:
+                self._leave_project("a new project is started", begin)
+
+        box.finished.connect(lambda _: answer())
+        box.open()
 
     # saving
+
+    def _saved_file(self) -> bool:
+        return self.present.path is not None and self.present.path.exists()
+
+    def _show_folder(self) -> None:
+        if self.present.path is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.present.path.parent)))
 
     def _save(self, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
         present = self.present
@@ -304,7 +363,13 @@ class ProjectFeature(Feature):
     def _tell_saved(self, path: Path, problems: Sequence[str]) -> None:
         self.recent.note(path)
         count, size = len(self.context.workspace.frames.entries), path.stat().st_size / 1e6
-        self.context.notes.show_message(f"Saved {path.name}: {counted(count, 'frame')}, {size:.1f} MB.")
+        actions = self.context.actions
+        self.context.actions.refresh()
+        self.context.notes.offer(
+            f"Saved {counted(count, 'frame')} to {path} ({size:.1f} MB).",
+            actions["show_project"],
+            actions["save_project_as"],
+        )
         self.context.notes.warn("Saved, but not everything as requested", problems)
 
     def _show_title(self) -> None:

@@ -48,14 +48,23 @@ class Opening(QObject):
             lambda opened: then(lambda: self._leave(lambda: self._take_newest(opened))),
         )
 
-    def begin(self) -> None:
-        """Start an empty project."""
-        self._leave(self._begin)
+    def begin(self, then: Callable[[], None] = lambda: None) -> None:
+        """Start an empty project, then call `then`."""
+
+        def begin() -> None:
+            self._begin()
+            then()
+
+        self._leave(begin)
+
+    def detach(self) -> None:
+        """Make the frames those of a project without a file."""
+        self._present.take(None)
+        self._record("")
 
     def _begin(self) -> None:
         apply_settings(self._context.workspace, Project())
-        self._present.take(None)
-        self._record("")
+        self.detach()
 
     def _leave(self, then: Callable[[], None]) -> None:
         """Close all frames of the current project and discard their stored states, then call `then`."""
@@ -183,7 +192,7 @@ class FolderProjects(QObject):
         self._present = present
         self._open_project = open_project
         self._folder: Path | None = None
-        """The folder that the current project was started with."""
+        """The folder whose project the current one is."""
         self._coming: tuple[Path, FrameSource] | None = None
         """Project that is being opened for a folder, and the source with the reading options of the folder."""
         context.feature(DocumentsFeature).folder_requested.connect(self.open)
@@ -213,9 +222,15 @@ class FolderProjects(QObject):
         """Handle an opened project: if it belongs to a folder, add frames that are new in the folder."""
         coming, self._coming = self._coming, None
         if coming is None or coming[0] != opened.path:
-            self._folder = None
+            beside = opened.path.with_suffix("")
+            self._folder = beside if beside.is_dir() else None
         else:
             self._context.loader.open_folder(coming[1], show=False)
+
+    def is_foreign(self, place: Path) -> bool:
+        """Whether a file or folder is not of the folder whose project the current one is."""
+        folder = self._folder
+        return folder is not None and not Path(os.path.realpath(place)).is_relative_to(os.path.realpath(folder))
 
     def forget(self) -> None:
         """Forget the folder, because another project is started."""
@@ -236,7 +251,11 @@ class FolderProjects(QObject):
         if self._folder != Path(how.rgb):
             return
         if self._present.path is None:
-            self._present.take(folder_project_path(how.rgb), new=True)
+            self._present.take(_new_home(self._folder), new=True)
+            beside = _beside(self._folder)
+            if beside.is_file():
+                text = f"{beside} is a project of this folder: open it to continue the work in it."
+                self._context.notes.show_message(text)
         else:
             self._present.mark_frames_saved()
 
@@ -246,6 +265,18 @@ class FolderProjects(QObject):
             how = self._coming[1]
             self.forget()
             self._context.loader.open_folder(how)
+
+
+def _beside(folder: Path) -> Path:
+    return folder.parent / folder_project_path(folder).name
+
+
+def _new_home(folder: Path) -> Path:
+    """Return where a new project of a folder is saved: beside it if both may be written, or in the user's data folder,
+    or in the one that the user has chosen for all."""
+    beside, chosen = _beside(folder), os.environ.get("ILF_FOLDERS")
+    writable = all(os.access(place, os.W_OK) for place in (folder, folder.parent))
+    return folder_project_path(folder) if chosen or beside.exists() or not writable else beside
 
 
 def _key(folder: Path) -> str:

@@ -228,6 +228,6 @@ class RecentFeature(Feature):
 
     def _open(self, origin: Origin) -> None:
         if isinstance(origin, Path):
-            self.context.loader.open_run(origin)
+            self.context.feature(DocumentsFeature).open_run(origin)
         else:
             self.context.feature(DocumentsFeature).open_source(origin)

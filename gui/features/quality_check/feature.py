@@ -105,7 +105,7 @@ class QualityCheckFeature(Feature):
 
     def begin(self) -> None:
         """Connect the key that applies the remedy."""
-        self.context.feature(ToolsFeature).keys.on_enter(self.apply)
+        self.context.feature(ToolsFeature).keys.on_enter(lambda: self.strip.isVisible() and self.apply())
 
     def _commands(self) -> Sequence[Command]:
         no_frame = self.context.reasons.no_frame
@@ -168,6 +168,7 @@ class QualityCheckFeature(Feature):
         """Show the next place, or the previous one with -1."""
         if not self._workspace.has_session:
             return
+        self._views.take_focus()
         if not self._fresh:
             self._pending_step = by
             self.strip.show_places("Running quality checks…")

@@ -157,6 +157,108 @@ def _reassign(labels: Labels, areas: NDArray[np.int32], to_clean: Mask, locked: 
     return np.where(new >= 0, new, labels).astype(np.int32)
 
 
+# What an edit leaves behind.
+
+_COVERED = 0.9
+"""A block that loses more than this share of its pixels in one edit loses the rest beside them, too."""
+
+
+def tidied(
+    labels: Labels,
+    patch: LabelPatch,
+    smallest: int,
+    *,
+    known: Mask | None = None,
+    smallest_block: float = 0,
+    label: int = 0,
+    locked: Collection[int] = (),
+) -> LabelPatch | None:
+    """Extend an edit by what it would leave behind: rests of blocks, blocks that cannot be completed, and slivers.
+
+    Of a block that loses more than 90 % of its pixels, the rest beside the block that got most of them goes there, too.
+    Changed blocks without known depth and of less than `smallest_block` pixels go to the neighbour with the longest
+    border. Islands, slivers and holes that were none before are cleaned up as by `clean_up`, without the largest area
+    that the edit has changed.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+        The label map before the edit.
+    patch : LabelPatch
+        The edit.
+    smallest : int
+        Minimum number of pixels of areas that stay.
+    known : ndarray of bool, shape (H, W), optional
+        Pixels with known depth; blocks without any stay if left out.
+    smallest_block : float
+    label : int
+        The block that was painted or drawn, which stays as it is; 0 for none.
+    locked : collection of int
+        Blocks that must not change.
+
+    Returns
+    -------
+    LabelPatch or None
+        The whole edit, from `labels`; None if nothing is left of it.
+    """
+    after = labels.copy()
+    patch.apply(after)
+    changed = {int(one) for one in np.unique([patch.before, patch.after])} - {0, label, *locked}
+    for one in changed:
+        _join_rest(labels, after, one)
+    box = bounds(after != labels)
+    if box is None:
+        return None
+    crop, before = _cropped(labels, smallest, box)
+    after[crop] = _without_new_slivers(before, after[crop], smallest, crop, labels.shape, locked)
+    if known is not None:
+        after = _without_useless(after, changed, known, smallest_block, locked)
+    return patch_between(labels, after)
+
+
+def _join_rest(before: Labels, after: Labels, label: int) -> None:
+    """Give what is left of a block that was covered, in place, to the block that covers most of it."""
+    block, rest = before == label, after == label
+    if not 0 < np.count_nonzero(rest) < (1 - _COVERED) * np.count_nonzero(block):
+        return
+    taker = int(np.argmax(np.bincount(after[block & ~rest])))
+    if taker:
+        pieces = _regions(rest.astype(np.int32), background=0)
+        after[have_border(pieces, after == taker)[pieces]] = taker
+
+
+def _without_useless(
+    labels: Labels, changed: Collection[int], known: Mask, smallest_block: float, locked: Collection[int]
+) -> Labels:
+    """Give changed blocks without known depth that are too small to their neighbours."""
+    for _ in range(_PASSES):  # of two that are adjacent, one waits until the other is gone
+        sizes = np.bincount(labels.ravel())
+        useless = np.isin(np.arange(sizes.size), list(changed)) & (sizes < smallest_block)
+        useless[labels[known]] = False
+        if not useless[labels].any():
+            break
+        labels = _reassign(labels, np.where(useless[labels], labels, 0), useless, locked)
+    return labels
+
+
+def _without_new_slivers(
+    before: Labels, after: Labels, smallest: int, crop: Box, shape: tuple[int, ...], locked: Collection[int]
+) -> Labels:
+    """Clean up a crop of the label map after an edit, but not what was to be cleaned up before it."""
+    areas, to_clean = _areas_to_clean(before, smallest, crop, shape)
+    old, edited = to_clean[areas], after
+    for _ in range(_PASSES):
+        areas, to_clean = _areas_to_clean(after, smallest, crop, shape)
+        to_clean &= np.bincount(areas[~old], minlength=to_clean.size) > 0
+        gained = np.bincount(areas[(edited != before) & (after == edited)], minlength=to_clean.size)
+        to_clean[np.argmax(gained)] = False
+        cleaned = _reassign(after, areas, to_clean, locked)
+        if np.array_equal(cleaned, after):
+            break
+        after = cleaned
+    return after
+
+
 # Growing, shrinking and smoothing a block.
 
 

@@ -8,7 +8,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QDialog
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QDialog
 
 from gui.features.documents.frame_files import matching_colour_file, matching_depth_file
 from gui.features.documents.open_frame import OpenFrameDialog
@@ -289,3 +291,26 @@ def test_a_recording_whose_first_frame_is_damaged_can_be_opened(dialog, recordin
     dialog.set_files(str(recording))
     qtbot.waitUntil(lambda: "The first frame cannot be read: The depth of this frame" in dialog.message.text())
     assert dialog.open_button.isEnabled()
+
+
+def test_enter_opens_once_wherever_it_is_pressed_and_before_the_change_is_read(dialog, folder, qtbot):
+    opened = []
+    dialog.accepted.connect(lambda: opened.append(dialog.request().options.depth_units))
+    for field in (dialog.encoding, dialog.invalid, dialog.colour_path):
+        dialog.setResult(0)
+        dialog.show()
+        dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
+        dialog.activateWindow()
+        dialog.encoding.setEditText("")
+        dialog.encoding.setFocus()
+        QTest.keyClicks(QApplication.focusWidget(), "500")  # nothing has been read since
+        field.setFocus()
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
+        qtbot.wait(1)
+    assert opened == [500, 500, 500]
+    dialog.setResult(0)
+    dialog.show()
+    dialog.colour_path.setText(str(folder / "nothing.png"))
+    QTest.keyClick(dialog.colour_path, Qt.Key.Key_Return)
+    assert dialog.isVisible()
+    assert opened == [500, 500, 500]

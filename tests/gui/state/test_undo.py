@@ -144,6 +144,7 @@ def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(
 def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(
     workspace: Workspace, session: Session, results: list[BlockResult]
 ) -> None:
+    workspace.parameters.set(QUICK)
     workspace.runs.store_results(session, results)
     before = session.current_depth().copy()
     assert not session.stale.any()
@@ -170,6 +171,7 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
 ) -> None:
     """What is kept up to date box by box is what would be made anew."""
     random = np.random.default_rng(0)
+    session.take_common(QUICK)
     workspace.runs.store_results(session, results)
     for _ in range(30):
         rows, columns = (sorted(random.choice(40, 2, replace=False)) for _ in range(2))

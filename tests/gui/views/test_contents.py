@@ -313,3 +313,31 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     assert views.layout_name == "depth-in"
     QTest.mouseClick(cell.strip, LEFT, pos=QPoint(cell.strip.width() - 20, 5))
     assert not cell._menu.isVisible(), "the legend opens nothing"
+
+
+@pytest.mark.parametrize(
+    ("chosen", "sides"),
+    [
+        (("", ""), ("run-2", "result")),
+        (("run-1", ""), ("run-1", "run-2")),
+        (("run-1", "result"), ("run-2", "result")),
+        (("", "run-1"), ("run-2", "run-1")),
+        (("", "depth-in"), ("run-1", "depth-in")),
+        (("result", "result"), ("run-2", "result")),
+        (("run-2", "run-2"), ("run-1", "run-2")),
+    ],
+)
+def test_a_run_is_never_compared_with_itself(views, chosen, sides):
+    views.set_result(flat(2.0))
+    mine, other = ShownRun("Mine", flat(2.0), number=4), ShownRun("Other", flat(2.3), number=3)
+    views.set_runs([mine, other], other, result_number=4)
+    views.sides.choose(*chosen)
+    assert views.sides.names == sides
+    views.set_layout("grid-difference")
+    assert views.cells["difference"].concrete == "difference:result:run-2"
+
+
+def test_without_another_run_the_result_is_compared_with_depth_in(views):
+    views.set_result(flat(2.0))
+    views.set_runs([ShownRun("Mine", flat(2.0), number=4)], result_number=4)
+    assert views.sides.names == ("depth-in", "result")

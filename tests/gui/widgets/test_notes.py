@@ -98,8 +98,8 @@ def test_a_command_is_offered_once(window: QMainWindow, toasts: Toasts) -> None:
     action.triggered.connect(lambda: given.append(True))
     toasts.show_message("3 slivers left.", 10_000, action)
     (toast,) = toasts.shown
-    assert toast.command.text() == "Clean up"
-    QTest.mouseClick(toast.command, Qt.MouseButton.LeftButton)
+    assert toast.commands[0].text() == "Clean up"
+    QTest.mouseClick(toast.commands[0], Qt.MouseButton.LeftButton)
     assert given == [True]
     assert toasts.shown == []
     for left in (1, 2):

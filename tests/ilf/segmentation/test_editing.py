@@ -21,6 +21,7 @@ from ilf.segmentation.editing.cleaning import (
     pixels_apart,
     shrink,
     smooth,
+    tidied,
 )
 from ilf.segmentation.editing.cutting import cut_off, extend_to_boundary, split
 from ilf.segmentation.editing.painting import Stroke, assign_outline, brush_stroke, erase, give, inside_outline, paint
@@ -511,3 +512,82 @@ def test_a_line_that_ends_beside_the_boundary_cuts_through_to_it() -> None:
     patch.apply(labels)
     assert labels[42, 69] != labels[60, 50]
     assert labels[65, 69] == labels[60, 50]
+
+
+@holds_for(label_maps, steps, st.integers(1, 9), st.integers(0, 40), arrays(np.bool_, SHAPE))
+def test_a_tidied_edit_leaves_no_block_that_cannot_be_completed_and_keeps_what_was_drawn(
+    labels: np.ndarray,
+    step: tuple[str, list[tuple[float, float]], int, float, set[int]],
+    smallest: int,
+    smallest_block: int,
+    known: np.ndarray,
+) -> None:
+    labels[3:11, 2:12] = 3  # something that is no mere noise
+    kind, points, label, size, locked = step
+    locked &= set(np.unique(labels).tolist())
+    patch = _edit(labels, kind, points, label, size, locked)
+    if patch is None:
+        return
+    before = labels.copy()
+    whole = tidied(labels, patch, smallest, known=known, smallest_block=smallest_block, locked=locked)
+    assert np.array_equal(labels, before), "it gives a patch and changes nothing itself"
+    assert np.array_equal(patch.before, labels[patch.box])
+    after = _applied(labels, whole)
+    _locked_unchanged(labels, after, locked)
+    assert set(np.unique(after)) <= {*np.unique(labels), *np.unique(patch.after)}, "it makes no block"
+    if not locked and np.unique(after).size > 2:
+        for one in np.unique([*patch.before.ravel(), *patch.after.ravel()]):
+            block = after == one
+            assert not one or not block.any() or block.sum() >= smallest_block or known[block].any()
+    if label not in locked and label:
+        target = tidied(labels, patch, smallest, known=known, smallest_block=smallest_block, label=label, locked=locked)
+        edited = _applied(labels, patch)
+        if (edited == label).any():
+            assert (_applied(labels, target) == label).any(), "the block that was drawn stays"
+
+
+WALL = np.ones((60, 80), np.int32)
+WALL[:, 40:] = 2
+
+
+def _change(labels: np.ndarray, *changes: tuple[slice, slice, int]) -> LabelPatch:
+    after = labels.copy()
+    for rows, columns, label in changes:
+        after[rows, columns] = label
+    patch = patch_between(labels, after)
+    assert patch is not None
+    return patch
+
+
+def test_what_an_edit_cuts_off_goes_with_it_and_what_was_there_before_stays() -> None:
+    labels = WALL.copy()
+    labels[50:52, 60:62] = 3  # an island that was there
+    patch = _change(labels, (slice(10, 40), slice(41, 60), 4), (slice(5, 7), slice(70, 72), 4))
+    assert count_slivers(_applied(labels, patch), 40) > count_slivers(labels, 40)
+    after = _applied(labels, tidied(labels, patch, 40, label=4))
+    assert (after[10:40, 40] != 2).all(), "the strip between two blocks"
+    assert after[5, 70] == 2, "a speck beside the object"
+    assert (after[50:52, 60:62] == 3).all()
+    assert (after[10:40, 41:60] == 4).all()
+
+
+def test_of_a_block_that_is_covered_the_rest_beside_goes_too() -> None:
+    labels = WALL.copy()
+    covered = _change(labels, (slice(0, 57), slice(40, 80), 4))
+    assert set(np.unique(_applied(labels, tidied(labels, covered, 1, label=4)))) == {1, 4}
+    labels[:9, :10] = 2  # a part of the block that is elsewhere
+    covered = _change(labels, (slice(0, 60), slice(41, 80), 4))
+    after = _applied(labels, tidied(labels, covered, 1, label=4))
+    assert np.array_equal(after == 2, (labels == 2) & (np.arange(80) < 10))
+    half = _change(WALL, (slice(0, 50), slice(40, 80), 4))
+    assert (_applied(WALL, tidied(WALL, half, 1, label=4))[50:, 40:] == 2).all(), "a sixth is no rest"
+
+
+def test_a_part_that_cannot_be_completed_is_not_cut_off_but_may_be_drawn() -> None:
+    known = np.ones(WALL.shape, bool)
+    known[:10, 60:] = False
+    corner = _change(WALL, (slice(0, 8), slice(65, 80), 3))
+    assert tidied(WALL, corner, 1, known=known, smallest_block=200) is None
+    for kept in ({"smallest_block": 100}, {"label": 3}, {"known": ~known}):
+        patch = tidied(WALL, corner, 1, **({"known": known, "smallest_block": 200} | kept))
+        assert np.array_equal(_applied(WALL, patch), _applied(WALL, corner))
