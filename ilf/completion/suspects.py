@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.blocks import Block
+from ..data.blocks import Block, widened
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.parameters import Parameters
@@ -63,14 +63,10 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
         return suspect
     away = cv2.distanceTransform((~surfaces).astype(np.uint8), cv2.DIST_L2, 5)
     for number in np.flatnonzero(small):
-        x, y, width, height, size = boxes[number]
-
-        def widened(by: int, x: int = x, y: int = y, right: int = x + width, bottom: int = y + height):
-            return np.s_[max(y - by, 0) : bottom + by, max(x - by, 0) : right + by]
-
-        own = widened(0)
+        x, y, width, height, size = boxes[number].tolist()
+        own = slice(y, y + height), slice(x, x + width)
         reach = int(away[own][parts[own] == number].min()) + _AROUND
-        box = widened(reach)
+        box = widened(own, reach)
         island = parts[box] == number
         off = cv2.distanceTransform((~island).astype(np.uint8), cv2.DIST_L2, 5)
         around = depth[box][surfaces[box] & (off <= reach)]
@@ -80,7 +76,7 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
         low, high = np.quantile(around, (0.02, 0.98))
         if low / _FAR_OFF <= level <= high * _FAR_OFF:
             continue
-        near_by = depth[widened(int(_SUPPORT * max(frame.shape)))]
+        near_by = depth[widened(own, int(_SUPPORT * max(frame.shape)))]
         alike = (near_by > level / _FAR_OFF) & (near_by < level * _FAR_OFF)
         if np.count_nonzero(alike) - size < largest:
             suspect[box] |= island
