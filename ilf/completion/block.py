@@ -159,7 +159,7 @@ class BlockTask:
         message = f"{message} {self._outside_note(beyond)}".strip()
         return BlockOutcome(
             label=self.block.label,
-            status=Status.COMPLETED if stepper.settled else Status.ITERATION_LIMIT,
+            status=Status.COMPLETED if stepper.settled and not stepper.remark else Status.ITERATION_LIMIT,
             message=message,
             pixels=raw.size,
             known=int(np.count_nonzero(np.isfinite(raw))),

@@ -180,7 +180,9 @@ class BaseCompletion:
         change = applied_change(network.change(frame.rgb, trusted.depth, completed, contours), trusted.known)
         if further is not None:
             corrected = np.asarray(completed * np.exp(change), np.float32)
-            change = change + fading(trusted.known) * further.change(frame.rgb, trusted.depth, corrected, change, contours)
+            change = change + fading(trusted.known) * further.change(
+                frame.rgb, trusted.depth, corrected, change, contours
+            )
         release_memory(change.size)
         used = tuple(one.sha256 for one in networks if one is not None)
         return corrections.keep(frame, self.extraction, Correction(completed, change, used))

@@ -167,7 +167,7 @@ class BlockOutcome(NanEqual):
     sigma_i: float = math.nan
     outside: int = 0
     by_hand: int = 0
-    suspect: int = 0
+    suspect: int = field(default=0, metadata={"optional": True})
 
     @property
     def defect_rate(self) -> float:

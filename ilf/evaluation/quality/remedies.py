@@ -197,7 +197,6 @@ class _Candidates:
         what = f"a part of Block {label}" if label else "a hole"
         yield Remedy("give", f"Give {what} to Block {taker}", give(labels, piece, taker))
 
-
     def _of_error(self) -> Iterator[Remedy]:
         label, missing = self._place.labels[0], ~self._frame.known
         suggested, wrong = suggest_invalid(self._frame, self._strength), np.zeros(missing.shape, bool)

@@ -64,7 +64,10 @@ def test_a_speck_does_not_rule_the_hole(hole: str, pixels: int, value: float) ->
 def test_denoising_leaves_it_out_and_the_papers_presets_use_it() -> None:
     depth, island = with_island("inside", 38, 12.0)
     frame, blocks = frame_of(depth), np.ones((HEIGHT, WIDTH), np.int32)
-    for parameters, left_out in ((ilf.preset(mode="fill+denoise"), True), (ilf.preset("paper", max_iterations=50), False)):
+    for parameters, left_out in (
+        (ilf.preset(mode="fill+denoise"), True),
+        (ilf.preset("paper", max_iterations=50), False),
+    ):
         done = ilf.complete(frame, blocks, parameters)
         assert np.array_equal(done.depth[island], depth[island].astype(np.float32))
         assert (np.nanmax(np.where(island, 0, done.depth)) < 1.0) == left_out
