@@ -57,7 +57,8 @@ def suggest_invalid(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
     """Find known depth that is likely invalid, for the user to check.
 
     These are flying pixels; speckles, which stand out from the surface around them; suspect islands, which the preset
-    `best` leaves out of the fill; and recognisable objects of glass: a closed contour with colours as around it, where some depth is missing and the rest continues the background.
+    `best` leaves out of the fill; and recognisable objects of glass: a closed contour with colours as around it, where
+    some depth is missing and the rest continues the background.
 
     Parameters
     ----------

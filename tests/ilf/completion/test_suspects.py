@@ -131,6 +131,6 @@ def test_in_sparse_depth_islands_are_the_data(kind: str) -> None:
 
 def test_what_other_depth_near_by_supports_is_used() -> None:
     """The floor seen beside a table, between wide holes."""
-    depth, island = with_island("inside", 200, 3.0)
+    depth, _ = with_island("inside", 200, 3.0)
     depth[:60, :] = 3.2
     assert not suspect_islands(frame_of(depth)).any()
