@@ -15,6 +15,7 @@ from gui.features.blocks.feature import block_rows
 from gui.features.quality_check.feature import QualityCheckFeature
 from gui.features.quality_check.invalid_depth import InvalidDepthFeature
 from gui.features.status import StatusFeature
+from gui.features.views import ErrorFeature
 from gui.project.recorder import SessionSnapshot
 from gui.state.entries import summary_of
 from gui.state.results import ErrorEstimate
@@ -210,6 +211,7 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     first = press(window, qtbot, "next_check")
     assert "Expected error 300 mm" in first
     monkeypatch.setattr(Session, "expected_error", lambda _: None)  # as while an edit is solved
+    monkeypatch.setattr(window.feature(ErrorFeature)._questions, "ask", lambda _: None)  # or it is endless
     labels = session.labels.copy()
     labels[170:, 230:] = 1
     window.workspace.blocks.edit(patch_between(session.labels, labels), "Paint")
