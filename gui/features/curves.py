@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject
 from ilf._runtime.formatting import length_text
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
-from ilf.data.results import BlockResult, IterationRecord
+from ilf.data.results import BlockResult, IterationRecord, Status
 from ilf.run.key_frames import KeyFrame, Track, depth_at_key_frames
 
 from ..state.results import ViewedIteration
@@ -88,6 +88,7 @@ def _block_curve(session: Session, label: int) -> Curve:
         session.records_of(label),
         s_criteria=metres,
         remark=", ".join(remarks),
+        limit="" if label in session.results.live else _limit(result),
         corrected=math.nan if result is None else _corrected_error(result, session.frame),
     )
 
@@ -103,6 +104,12 @@ def _compared_curves(session: Session, labels: Sequence[int]) -> list[Curve]:
                 corrected = _corrected_error(result, kept.run.frame)
                 curves.append(Curve(name, kept.colour, result.history, dashed=True, corrected=corrected))
     return curves
+
+
+def _limit(result: BlockResult | None) -> str:
+    """The sentence on a result whose iteration ended at a limit; "" for others."""
+    at_limit = result is not None and result.outcome.status is Status.ITERATION_LIMIT
+    return result.outcome.message if result is not None and at_limit else ""
 
 
 def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from ilf.completion.confidence.expected_error import expected_error, unsupported
+from ilf.completion.suspects import suspect_islands
 from ilf.data.blocks import Box
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
@@ -44,6 +45,7 @@ class ViewsPresenter(QObject):
         self._views = views
         self._shown: Session | None = None
         self._invalid_mask: NDArray[np.bool_] | None = None
+        self._suspect: NDArray[np.bool_] | None = None
         self._by_hand: tuple[DepthByHand | None, RGBDFrame | None] = (None, None)
         self._table: NDArray[np.uint8] | None = None
         self._boxes: list[Box] = []
@@ -73,7 +75,7 @@ class ViewsPresenter(QObject):
         self._shows_played = False
         if session is not self._shown:
             self._shown, self._table, self._invalid_mask, self._by_hand = session, None, None, (None, None)
-            self._shows_other = False
+            self._shows_other, self._suspect = False, None
             if session is None:
                 self._views.clear()
             else:
@@ -163,6 +165,10 @@ class ViewsPresenter(QObject):
             if session.proposal is not None:
                 depth = session.with_proposal(session.frame.depth if depth is None else depth)
             self._views.set_result(depth, extrapolated, None if depth is None else session.stale)
+            suspect = suspect_islands(completion.frame) if completion is not None and completion.suspect else None
+            if suspect is not self._suspect:
+                self._suspect = suspect
+                self._views.set_suspect(suspect)
 
     def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
         """Show other blocks of the current frame, int32 (H, W), and other completed depth [m], None for none,

@@ -232,4 +232,5 @@ def summary_of(session: Session) -> FrameSummary:
         unrecoverable[0].message if failed else "",
         session.own_parameters,
         session.done,
+        sum(result.outcome.status is Status.ITERATION_LIMIT for result in results.values()),
     )

@@ -86,7 +86,7 @@ class LinkedViews(QWidget):
         self.material = Material()
         self._names: Mapping[int, str] | None = None
         self._shows_missing = False
-        self._shows_by_hand = False
+        self._shows_by_hand = self._shows_suspect = False
         self._overlay = BlockOverlay(1)
         self.extraction = StageModel(self)
         studio = PainterFactory(self.material, self._overlay, self.extraction)
@@ -191,6 +191,8 @@ class LinkedViews(QWidget):
         self._layers.set_outside(None)
         self._layers.set_invalid_mask(None)
         self._layers.set_unsupported(None)
+        self._layers.set_suspect(None)
+        self._shows_suspect = False
         self._write_names()
         self.set_preview(None)
         self.extraction.show_message("")
@@ -312,6 +314,13 @@ class LinkedViews(QWidget):
         self._layers.set_by_hand(mask)
         self._show_marks()
 
+    def set_suspect(self, mask: NDArray[np.bool_] | None) -> None:
+        """Set the pixels with suspect depth, bool (H, W), which the fill has left out; None for none."""
+        self._check(mask, "a mask")
+        self._shows_suspect = mask is not None
+        self._layers.set_suspect(mask)
+        self._show_marks()
+
     def set_missing_shown(self, on: bool) -> None:
         """Set whether missing depth is striped over the colour image."""
         self._shows_missing = on
@@ -326,6 +335,7 @@ class LinkedViews(QWidget):
             cell.set_stripe_legend(
                 missing=stripes,
                 outside=outside is not None and (stripes or not cell.view.shows_missing),
+                suspect=self._shows_suspect,
                 invalid_mask=self.material.invalid_mask is not None,
                 by_hand=self._shows_by_hand,
                 unsupported=cell.view.shows_unsupported and self.material.unsupported is not None,

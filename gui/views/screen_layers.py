@@ -162,6 +162,7 @@ _WIDTH = 2
 
 MISSING = np.uint32(0xE6E6E6E6), np.uint32(0x96000000), 1
 INVALID_DEPTH = np.uint32(0xFFFF9020), np.uint32(0xB4000000), -1
+SUSPECT = np.uint32(0xFFFFE040), np.uint32(0xDC000000), 1
 UNSUPPORTED = np.uint32(0xFFFFFFFF), np.uint32(0xDC000000), -1
 BY_HAND = np.uint32(0xFF9E6ECE), np.uint32(0xA0FFFFFF), 1
 OUTSIDE = np.uint32(0xFF3C8CDC), np.uint32(0x961E4678), -1
@@ -201,6 +202,7 @@ class ScreenLayers:
         self._missing: Mask | None = None
         self._outside: Mask | None = None
         self._invalid_mask: Mask | None = None
+        self._suspect: Mask | None = None
         self._by_hand: Mask | None = None
         self._unsupported: Mask | None = None
         self._lines: dict[Sampling, _Lines] = {}
@@ -280,6 +282,11 @@ class ScreenLayers:
         self._invalid_mask = mask
         self._draw_stripes()
 
+    def set_suspect(self, mask: Mask | None) -> None:
+        """Set the pixels, bool (H, W), striped as suspect in all views; None for none."""
+        self._suspect = mask
+        self._draw_stripes()
+
     def set_by_hand(self, mask: Mask | None) -> None:
         """Set the pixels, bool (H, W), striped as having depth by hand in all views; None for none."""
         self._by_hand = mask
@@ -332,6 +339,7 @@ class ScreenLayers:
             (self._missing if view.shows_missing else None, MISSING),
             (self._outside if self._missing is not None or not view.shows_missing else None, OUTSIDE),
             (self._unsupported if view.shows_unsupported else None, UNSUPPORTED),
+            (self._suspect, SUSPECT),
             (self._invalid_mask, INVALID_DEPTH),
             (self._by_hand, BY_HAND),
         )

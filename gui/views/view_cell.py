@@ -184,6 +184,7 @@ EventHandler = Callable[[ImageView, QEvent], bool]
 
 _MISSING = QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern
 _INVALID_DEPTH = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
+_SUSPECT = QColor(230, 190, 0), Qt.BrushStyle.FDiagPattern
 _OUTSIDE = QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern
 _BY_HAND = QColor(158, 110, 206), Qt.BrushStyle.FDiagPattern
 _UNSUPPORTED = QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern
@@ -230,12 +231,13 @@ class ViewCell(QWidget):
         self.strip.set_legend([*self._stripe_legend, *legend])
 
     def set_stripe_legend(
-        self, missing: bool, outside: bool, invalid_mask: bool, by_hand: bool, unsupported: bool
+        self, missing: bool, outside: bool, suspect: bool, invalid_mask: bool, by_hand: bool, unsupported: bool
     ) -> None:
         """Set which stripes lie over the picture, for the legend."""
         marks = (
             (missing, _MISSING, "missing"),
             (outside, _OUTSIDE, "outside view"),
+            (suspect, _SUSPECT, "suspect"),
             (invalid_mask, _INVALID_DEPTH, "invalid"),
             (by_hand, _BY_HAND, "by hand"),
             (unsupported, _UNSUPPORTED, "unsupported"),

@@ -102,6 +102,7 @@ def completion_report(finished: FinishedRun) -> str:
     return "\n".join([
         f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks) / run.blocks.size)}.",
         _recovered_line(frame, completion, finished.seconds),
+        *_suspect_line(completion),
         *([] if frame.guide is None else [f"Guide: {guide_text(frame)}."]),
         *evaluated,
         f"Written to {finished.folder}: {', '.join(file.name for file in finished.files)}",
@@ -113,9 +114,9 @@ def completion_report(finished: FinishedRun) -> str:
 
 COMPLETION_KEYS = (
     "frame, width, height, preset, parameters, missing_before, missing_after, recovered, from_neighbours, by_hand, "
-    "outside_view (pixels), blocks, iterations, seconds, errors (against ground truth; null without it), folder, "
-    "files, exports, warnings. blocks: label, status, message, pixels, known, recovered, outside, by_hand, "
-    "missing_share, iterations, stages, sigma_i_m, errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, "
+    "outside_view, suspect (pixels), blocks, iterations, seconds, errors (against ground truth; null without it), "
+    "folder, files, exports, warnings. blocks: label, status, message, pixels, known, recovered, outside, by_hand, "
+    "suspect, missing_share, iterations, stages, sigma_i_m, errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, "
     "within_expected_error (share)"
 )
 """The keys of `completion_record`, for the help."""
@@ -138,6 +139,7 @@ def completion_record(finished: FinishedRun, warnings: Iterable[str]) -> dict[st
         "from_neighbours": int(np.count_nonzero(completion.from_neighbours)),
         "by_hand": int(np.count_nonzero(completion.by_hand)),
         "outside_view": int(outside),
+        "suspect": completion.suspect,
         "blocks": [outcome_record(outcome, finished.by_block.get(outcome.label)) for outcome in outcomes],
         "iterations": sum(outcome.iterations for outcome in outcomes),
         "seconds": finished.seconds,
@@ -250,6 +252,16 @@ def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) ->
         f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({recovered / missing:.1%}){of_them}. "
         f"{outside}{effort}"
     )
+
+
+def _suspect_line(completion: Completion) -> list[str]:
+    """Describe the suspect depth that was left out of the fill, as a line; none without any."""
+    if not completion.suspect:
+        return []
+    return [
+        f"{counted(completion.suspect, 'pixel')} of known depth suspect: small islands far off everything near by, "
+        "left out of the fill. They keep their depth; if it is wrong, mark it as invalid (--invalid-mask)."
+    ]
 
 
 def _outside_sentence(frame: RGBDFrame, completion: Completion) -> str:

@@ -20,6 +20,7 @@ from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationR
 from ..segmentation.edges.frame_edges import FrameEdges
 from .filter import edge_parameters, edges_for, guide_suffices, make_stepper, max_pixels
 from .stepper import Stepper
+from .suspects import suspects_in
 
 _MAX_PIXELS, _MAX_FRAMES = 1 << 24, 1.2
 """Maximum number of pixels processed at a time: this many, or this multiple of the frame's pixels if that is more. Each
@@ -152,10 +153,13 @@ class BlockTask:
         by_hand = 0 if self.by_hand is None else int(np.count_nonzero(self.by_hand.pixels))
         if by_hand:
             message = f"{message} {counted(by_hand, 'pixel')} by hand.".strip()
+        suspect = int(np.count_nonzero(suspects_in(self.frame, self.block, self.parameters)))
+        if suspect:
+            message = f"{message} {counted(suspect, 'suspect pixel')} left out of the fill.".strip()
         message = f"{message} {self._outside_note(beyond)}".strip()
         return BlockOutcome(
             label=self.block.label,
-            status=Status.COMPLETED if stepper.settled else Status.ITERATION_LIMIT,
+            status=Status.COMPLETED if stepper.settled and not stepper.remark else Status.ITERATION_LIMIT,
             message=message,
             pixels=raw.size,
             known=int(np.count_nonzero(np.isfinite(raw))),
@@ -165,6 +169,7 @@ class BlockTask:
             sigma_i=history[-1].sigma_i,
             outside=beyond,
             by_hand=by_hand,
+            suspect=suspect,
         )
 
     def _outside_note(self, pixels: int) -> str:
@@ -247,6 +252,8 @@ def block_depth(
     replace = surface > 0
     if parameters.mode == "fill":
         replace &= ~frame.own[block.box][block.mask]
+    else:
+        replace &= ~suspects_in(frame, block, parameters)
     left = frame.unfilled_mask(parameters.outside_view)
     if left is not None:
         replace &= ~left[block.box][block.mask]

@@ -28,6 +28,7 @@ from .block import BlockTask
 from .correction_network import Array, CorrectionNetwork, load_correction_network
 from .filter import edges_for, is_guided
 from .sparse_correction import SparseCorrectionNetwork, load_sparse_correction_network
+from .suspects import suspect_islands, without_suspects
 
 UNCORRECTED = preset("best", correction=False)
 """Parameters of the completions that the network was trained on."""
@@ -175,10 +176,14 @@ class BaseCompletion:
         if left is not None:  # whatever the run's parameters are
             completed[left] = np.nan
         contours = self.edges.probability
-        change = applied_change(network.change(frame.rgb, frame.depth, completed, contours), frame.known)
+        trusted = without_suspects(frame)
+        completed[suspect_islands(frame)] = np.nan
+        change = applied_change(network.change(frame.rgb, trusted.depth, completed, contours), trusted.known)
         if further is not None:
             corrected = np.asarray(completed * np.exp(change), np.float32)
-            change = change + fading(frame.known) * further.change(frame.rgb, frame.depth, corrected, change, contours)
+            change = change + fading(trusted.known) * further.change(
+                frame.rgb, trusted.depth, corrected, change, contours
+            )
         release_memory(change.size)
         used = tuple(one.sha256 for one in networks if one is not None)
         return corrections.keep(frame, self.extraction, Correction(completed, change, used))

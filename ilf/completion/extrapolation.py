@@ -12,6 +12,7 @@ from ..data.parameters import BlockParameters
 from ..data.presets import preset
 from ..data.results import Completion, IterationRecord
 from .completion import iterate
+from .suspects import suspect_islands
 
 
 def extrapolation_steps(
@@ -35,7 +36,8 @@ def extrapolation_steps(
         extrapolated &= ~left
     if not extrapolated.any():
         return completion
-    completed = RGBDFrame(frame.rgb, completion.depth, guide=frame.guide)
+    trusted = np.where(suspect_islands(frame), np.float32(np.nan), completion.depth)
+    completed = RGBDFrame(frame.rgb, trusted, guide=frame.guide)
     whole = np.ones(frame.shape, np.int32)
     iteration = iterate(completed, whole, 1, preset("best", trend=False), extraction=extraction)
     yield from iteration

@@ -17,6 +17,7 @@ from .edge_aware.iteration import EdgeAwareIteration
 from .edge_aware.view import max_window
 from .pass_band.iteration import PassBandIteration
 from .stepper import Stepper
+from .suspects import frame_for
 
 
 def make_stepper(
@@ -55,7 +56,8 @@ def make_stepper(
     edges = edges or edges_for(frame, parameters, extraction)
     if edges is None:
         return PassBandIteration(frame, block, parameters, by_hand)
-    return EdgeAwareIteration(frame, block, parameters, edges, drawn, by_hand, carried)
+    trusted = frame_for(frame, block, parameters)
+    return EdgeAwareIteration(trusted, block, parameters, edges, drawn, by_hand, carried)
 
 
 def max_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:

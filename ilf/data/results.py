@@ -152,6 +152,8 @@ class BlockOutcome(NanEqual):
         Pixels of the block outside the depth camera's view. They count as neither missing nor recovered.
     by_hand : int
         Pixels of the block with depth by hand. They count as missing, and as recovered.
+    suspect : int
+        Known pixels of the block in suspect islands, which were left out of the fill and keep their depth.
     """
 
     label: int
@@ -165,6 +167,7 @@ class BlockOutcome(NanEqual):
     sigma_i: float = math.nan
     outside: int = 0
     by_hand: int = 0
+    suspect: int = field(default=0, metadata={"optional": True})
 
     @property
     def defect_rate(self) -> float:
@@ -278,10 +281,11 @@ class Completion:
         filled, from_neighbours, by_hand, extrapolated, left = (int(np.count_nonzero(mask)) for mask in masks)
         counts = {"measured by neighbours": from_neighbours, "by hand": by_hand, "extrapolated": extrapolated}
         parts = ", ".join(f"{grouped(count)} {what}" for what, count in counts.items() if count)
+        suspect = f", {grouped(self.suspect)} suspect" if self.suspect else ""
         return (
             f"{self.frame.name!r}: {width} x {height} pixels, {counted(len(self.results), 'block')}, "
             f"{counted(filled, 'pixel')} filled{f' ({parts})' if parts else ''}, "
-            f"{grouped(left)} still missing"
+            f"{grouped(left)} still missing{suspect}"
         )
 
     def _repr_html_(self) -> str:
@@ -366,6 +370,12 @@ class Completion:
             if result.by_hand is not None:
                 stated[result.block.box][result.block.mask] = result.by_hand.pixels
         return stated & self.filled
+
+    @property
+    def suspect(self) -> int:
+        """Number of known pixels in suspect islands that were left out of the fill: small, surrounded by missing depth
+        and far off everything near by. They keep their depth."""
+        return sum(outcome.suspect for outcome in self.outcomes.values())
 
     @property
     def history(self) -> dict[int, History]:

@@ -44,6 +44,8 @@ class FrameSummary:
         Whether the frame has parameters of its own while the project's parameters apply to all frames.
     done : bool
         Whether the user has marked it as done.
+    not_converged : int
+        Number of blocks whose last run ended at a limit of iterations.
     """
 
     stage: Stage = Stage.UNTOUCHED
@@ -56,6 +58,7 @@ class FrameSummary:
     problem: str = ""
     own_parameters: bool = False
     done: bool = False
+    not_converged: int = field(default=0, metadata={"optional": True})
 
     @property
     def has_work(self) -> bool:

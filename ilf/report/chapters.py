@@ -379,6 +379,8 @@ def _summary(figures: FrameStatistics) -> Facts:
         facts.append(Fact("Missing after", f"{left / frame.depth.size:.1%} ({grouped(left)} pixels)"))
         if by_hand := int(np.count_nonzero(completion.by_hand)):
             facts.append(Fact("Depth by hand", f"{grouped(by_hand)} of the filled pixels"))
+        if completion.suspect:
+            facts.append(Fact("Suspect", f"{grouped(completion.suspect)} measured pixels, left out of the fill"))
         if extrapolated := int(np.count_nonzero(completion.extrapolated)):
             facts.append(Fact("Extrapolated", f"{grouped(extrapolated)} pixels that no block has filled"))
         expected = figures.whole_expected

@@ -13,12 +13,14 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.blocks.feature import BlocksFeature
+from gui.features.blocks.feature import BlocksFeature, block_rows
 from gui.features.frame_list.film_strip import FilmStripFeature
 from gui.features.quality_check.feature import QualityCheckFeature
 from gui.features.quality_check.invalid_depth import InvalidDepthFeature
 from gui.features.status import StatusFeature
+from gui.features.views import ErrorFeature
 from gui.project.recorder import SessionSnapshot
+from gui.state.entries import summary_of
 from gui.state.results import ErrorEstimate
 from gui.state.session import Session
 from gui.work.loading import restore
@@ -247,12 +249,36 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     first = press(window, qtbot, "next_check")
     assert "Expected error 300 mm" in first
     monkeypatch.setattr(Session, "expected_error", lambda _: None)  # as while an edit is solved
+    monkeypatch.setattr(window.feature(ErrorFeature)._questions, "ask", lambda _: None)  # or it is endless
     labels = session.labels.copy()
     labels[170:, 230:] = 1
     window.workspace.blocks.edit(patch_between(session.labels, labels), "Paint")
     assert settled(window, qtbot).partition(": ")[2] == first.partition(": ")[2], (
         "high errors of other blocks stay until they are computed again"
     )
+
+
+def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path, run_all):
+    """A speck in a hole is striped and counted; a block that could not become steady is amber, with its sentence."""
+    rows, columns = np.indices((HEIGHT, WIDTH))
+    depth = 1 / (1.0 + 0.002 * columns + 0.05 * (rows // 30 % 2))
+    hole = (rows - 90) ** 2 + (columns - 120) ** 2 < 50**2
+    speck = (rows - 95) ** 2 + (columns - 115) ** 2 < 12
+    depth[hole] = np.nan
+    depth[speck] = 12.0
+    frame = RGBDFrame(np.full((HEIGHT, WIDTH, 3), 120, np.uint8), depth)
+    open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / "speck", frame))))
+    workspace = window.workspace
+    workspace.blocks.replace(np.ones((HEIGHT, WIDTH), np.int32), "One block")
+    workspace.parameters.set(workspace.session.common.replace(s_criteria=0.0))
+    run_all(window)
+    outcome = workspace.session.completion().outcomes[1]
+    assert outcome.suspect == np.count_nonzero(speck)
+    assert np.array_equal(window.views._layers._suspect, speck)
+    row = block_rows(workspace.session, window.runs)[0]
+    assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
+    assert "Step limit" in row.detail
+    assert summary_of(workspace.session).not_converged == 1
 
 
 def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):

@@ -193,6 +193,7 @@ STATES: dict[str, str] = {
     **STAGE_WORDS,
     "note": "With a note",
     "check": "To check",
+    "not converged": "Not converged",
     "done": "Done",
     "not done": "Not done",
     "unsaved": "Unsaved",
@@ -254,6 +255,7 @@ def states_of(entry: Entry) -> tuple[str, ...]:
     found = ["all", str(summary.stage)]
     found.append("done" if summary.done else "not done")
     found += ["note"] * bool(summary.note) + ["check"] * bool(summary.to_check) + ["unsaved"] * entry.unsaved
+    found += ["not converged"] * bool(summary.not_converged)
     return tuple(found)
 
 

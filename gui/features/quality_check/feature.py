@@ -185,9 +185,13 @@ class QualityCheckFeature(Feature):
         self._pending_step = 1
         if remedy.kind == "checked":
             blocks.mark_checked(request.place.labels)
-        elif remedy.invalid is None:
+        elif remedy.patch is not None:
             blocks.edit(remedy.patch, self._named(remedy.text))
-        else:
+        elif remedy.by_hand is not None:
+            self._workspace.by_hand.set_depth(remedy.by_hand, np.isfinite(remedy.by_hand), "Continue plane")
+            self._pending_step = 0
+            self.go(1)  # blocks and known depth are the same
+        elif remedy.invalid is not None:
             former = request.search.frame.invalid_mask
             mask = remedy.invalid if former is None else former | remedy.invalid
             try:

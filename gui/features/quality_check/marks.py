@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QColor, QPainterPath
 from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
@@ -71,6 +72,8 @@ def _preview(remedy: Remedy | None) -> Preview | None:
         path = boundary_path(remedy.patch.before != remedy.patch.after, columns.start, rows.start)
     elif remedy.invalid is not None:
         path = boundary_path(remedy.invalid)
+    elif remedy.by_hand is not None:
+        path = boundary_path(np.isfinite(remedy.by_hand))
     else:
         return None
     return Preview(path, dashed=True)

@@ -46,6 +46,8 @@ class Curve:
         The stop criterion [m] of the block; None if a run does not use it.
     remark : str
         Remark on the criterion.
+    limit : str
+        Sentence on the limit at which the iteration ended; "" if it has converged, or is running.
     corrected : float
         Error [m] against ground truth after the learned correction, which follows the last iteration; NaN without
         correction or ground truth.
@@ -57,6 +59,7 @@ class Curve:
     dashed: bool = False
     s_criteria: float | None = None
     remark: str = ""
+    limit: str = ""
     corrected: float = math.nan
 
     def has_same_style(self, other: Curve) -> bool:

@@ -432,7 +432,7 @@ class CurvesPanel(QWidget):
         self.readout.show_rows(
             table,
             [
-                Row(curve.name, self._line_colour(curve), curve.dashed, row)
+                Row(curve.name, self._line_colour(curve), curve.dashed, row, curve.limit)
                 for (curve, _), row in zip(pairs, texts, strict=True)
             ],
         )

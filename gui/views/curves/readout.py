@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ...base import theme
+from ...widgets.basics import literal_text
 
 _PAD = 6
 _KEY = 14
@@ -27,12 +28,18 @@ class Column(NamedTuple):
 
 
 class Row(NamedTuple):
-    """One curve: name, style, and a text for each column."""
+    """One curve: name, style, a text for each column, and the limit at which it ended before it converged, if any."""
 
     name: str
     colour: tuple[int, int, int]
     dashed: bool
     texts: tuple[str, ...]
+    limit: str = ""
+
+    @property
+    def title(self) -> str:
+        """The name, and that it has not converged."""
+        return f"{self.name}: not converged" if self.limit else self.name
 
 
 class Readout(QWidget):
@@ -55,7 +62,9 @@ class Readout(QWidget):
         self._columns, self._rows = list(columns), list(rows)
         if len(rows) != count:
             self.updateGeometry()
-        self.setAccessibleDescription(self.text)
+        limits = "\n".join(f"{row.title}. {row.limit}" for row in rows if row.limit)
+        self.setToolTip(literal_text(limits) if limits else "")
+        self.setAccessibleDescription("\n".join(filter(None, (self.text, limits))))
         self.update()
 
     def set_max_rows(self, max_rows: int) -> None:
@@ -68,7 +77,7 @@ class Readout(QWidget):
         """The visible text, line by line."""
         shown = self._shown_columns()
         return "\n".join(
-            "   ".join([row.name, *(f"{column.name} {row.texts[at]}".strip() for at, column in shown)])
+            "   ".join([row.title, *(f"{column.name} {row.texts[at]}".strip() for at, column in shown)])
             for row in self._shown_rows()
         )
 
@@ -91,9 +100,9 @@ class Readout(QWidget):
                 pen.setCapStyle(Qt.PenCapStyle.FlatCap)
             painter.setPen(pen)
             painter.drawLine(line.left(), line.center().y(), line.left() + _KEY, line.center().y())
-            painter.setPen(colours.text)
+            painter.setPen(colours.warning if row.limit else colours.text)
             room = QRect(line.left() + _KEY + 6, line.top(), left - line.left() - _KEY - 6, line.height())
-            name = self.fontMetrics().elidedText(row.name, Qt.TextElideMode.ElideRight, room.width())
+            name = self.fontMetrics().elidedText(row.title, Qt.TextElideMode.ElideRight, room.width())
             painter.drawText(room, _LEFT, name)
             x = left
             for at, column in columns:
@@ -115,7 +124,7 @@ class Readout(QWidget):
     @property
     def _name_end(self) -> int:
         """Right end of the names: width of the widest, up to a share of the widget."""
-        widest = max((self.fontMetrics().horizontalAdvance(row.name) for row in self._rows), default=0)
+        widest = max((self.fontMetrics().horizontalAdvance(row.title) for row in self._rows), default=0)
         return _PAD + _KEY + 6 + min(widest + 1, self.width() // _NAME_SHARE)
 
     def _width_of(self, column: Column) -> int:

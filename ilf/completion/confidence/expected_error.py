@@ -22,6 +22,7 @@ from ..block import required_known_pixels
 from ..completion import guide_hold_out
 from ..edge_aware.view import beyond_sensor_range
 from ..filter import is_guided
+from ..suspects import suspect_islands, without_suspects
 from .features import (
     FLOOR,
     Walks,
@@ -211,16 +212,24 @@ def expected_error(completion: Completion) -> Array:
 
 def _modelled_error(completion: Completion) -> Array:
     """The expected error where no depth was known, NaN elsewhere."""
-    frame = completion.frame
+    frame, depth = _trusted(completion)
     model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
     model[completion.extrapolated] = _NUMBERS[DEFAULT_MODEL]
-    error = _error(frame, completion.depth, model, _edges_of(completion))
+    error = _error(frame, depth, model, _edges_of(completion))
     error[(model == _NUMBERS[DEFAULT_MODEL]) & ~_without_measurements(completion)] *= np.float32(_guide_factor(frame))
     beyond = _beyond_range(completion)
     error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
     return error
+
+
+def _trusted(completion: Completion) -> tuple[RGBDFrame, Array]:
+    """Frame and completed depth without the suspect islands, if any were left out of the fill."""
+    frame = completion.frame
+    if not any(result.outcome.suspect for result in completion.results.values()):
+        return frame, completion.depth
+    return without_suspects(frame), np.where(suspect_islands(frame), np.float32(np.nan), completion.depth)
 
 
 def unsupported(completion: Completion) -> NDArray[np.bool_]:
@@ -253,12 +262,12 @@ def unsupported(completion: Completion) -> NDArray[np.bool_]:
     False
     """
     check_kind(completion, Completion, *_COMPLETION)
-    frame = completion.frame
-    filled = filled_pixels(frame, completion.depth)
+    frame, depth = _trusted(completion)
+    filled = filled_pixels(frame, depth)
     if not filled.any():
         return filled
     nearest, farthest = np.nanquantile(frame.depth, (_NEAREST, _FARTHEST))
-    outside = (completion.depth > (1 + _OUTSIDE) * farthest) | (completion.depth < (1 - _OUTSIDE) * nearest)
+    outside = (depth > (1 + _OUTSIDE) * farthest) | (depth < (1 - _OUTSIDE) * nearest)
     steps, freely = walks_with_edges(frame, _edges_of(completion)).steps, _walks_without_edges(frame).steps
     closed_off = (steps > _CLOSED_OFF * freely) & (steps > _MIN_STEPS)
     beyond, without = _beyond_range(completion), _without_measurements(completion)
@@ -322,7 +331,7 @@ def _without_measurements(completion: Completion) -> NDArray[np.bool_]:
 
 def _edges_of(completion: Completion) -> Array:
     """The edges that the blocks' filter used, including the blocks' drawn borders."""
-    frame = completion.frame
+    frame, _ = _trusted(completion)
     results = completion.results.values()
     asked_for = next((result.edges for result in results if result.edges is not None), None)
     edges = default_edges(frame) if asked_for is None else find_edges(frame, asked_for).strength

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -182,10 +183,10 @@ def flying_pixels(frame: RGBDFrame) -> Mask:
     return known & (neighbours >= _FEW) & (alike <= np.float32(_LEAST_SHARE) * neighbours)
 
 
-_JAGGED, _FEWEST_BESIDE = 0.05, 200
-"""Jumps are jagged if this share of the pixels beside them differs from three or all of the four pixels around it, and
-there are enough pixels to tell. Structured light registered to colour has 5 to 12 %, other sensors at most 4 %, exact
-jumps and thin objects less than 1 %."""
+_JAGGED, _FEWEST_BESIDE = 0.03, 200
+"""Jumps are jagged if this share of the pixels beside them differs from three or all of the four pixels around it and
+has similar depth on one side only, and there are enough pixels to tell. Structured light registered to colour has 3 to
+8 %, other sensors at most 2 %, exact jumps and thin things, even of one pixel's width, less than 2 %."""
 
 _CLEAR = 4.0
 """Jumps can be told from noise if samples are alike up to so many deviations of it."""
@@ -196,7 +197,8 @@ def swapped_pixels(frame: RGBDFrame) -> Mask:
     """Find known pixels that show the depth of the other side of a jagged jump, bool (H, W); none where jumps are even.
 
     Structured light assigns some pixels beside a jump to its other side. Single pixels that differ may also be thin
-    objects, so they count only if the frame's jumps are jagged as a whole.
+    things, so they count only if the frame's jumps are jagged as a whole. A thin thing goes on in two directions, so
+    its pixels make no jump jagged.
     """
     depth, none = frame.depth, np.zeros(frame.shape, bool)
     known = depth[frame.known]
@@ -208,8 +210,32 @@ def swapped_pixels(frame: RGBDFrame) -> Mask:
         for part in (here, there):
             different[part] += far
     swapped = different >= 3
-    beside = np.count_nonzero(different)
-    return swapped if beside >= _FEWEST_BESIDE and np.count_nonzero(swapped) >= _JAGGED * beside else none
+    beside, jagged = np.count_nonzero(different), np.count_nonzero(~_goes_on(depth, *np.nonzero(swapped)))
+    return swapped if beside >= _FEWEST_BESIDE and jagged >= _JAGGED * beside else none
+
+
+_DIRECTIONS = [(y, x) for y in range(-_REACH, _REACH + 1) for x in range(-_REACH, _REACH + 1) if (y, x) != (0, 0)]
+_OPPOSITE = {1: 0.0, _REACH: 0.85}
+"""Distance [px] along the longer axis of two similar pixels -> minimum negative cosine of the angle between them at
+which they are on two sides."""
+
+
+def _goes_on(depth: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Mask:
+    """Whether similar known depth lies on two sides of some pixels, as along a line."""
+    around = np.pad(depth, _REACH, constant_values=np.nan)
+    own = depth[rows, columns]
+    similar = {}
+    for y, x in _DIRECTIONS:
+        there = around[rows + _REACH + y, columns + _REACH + x]
+        similar[y, x] = np.abs(there - own) < np.float32(_SIMILAR) * np.minimum(there, own)
+    found = np.zeros(rows.shape, bool)
+    for distance, least in _OPPOSITE.items():
+        ring = [at for at in _DIRECTIONS if max(map(abs, at)) == distance]
+        for one, other in itertools.combinations(ring, 2):
+            cosine = (one[0] * other[0] + one[1] * other[1]) / (math.hypot(*one) * math.hypot(*other))
+            if cosine < -least:
+                found |= similar[one] & similar[other]
+    return found
 
 
 # The view: the window around the block, and the finest grid made from it.

@@ -1,4 +1,4 @@
-"""Known depth that is likely invalid: flying pixels, speckles, and depth behind glass."""
+"""Known depth that is likely invalid: flying pixels, speckles, suspect islands, and depth behind glass."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ...completion.edge_aware.view import flying_pixels
+from ...completion.suspects import suspect_islands
 from ...data.blocks import Box
 from ...data.frame import RGBDFrame
 from ...data.pixel_grids import both, sides
@@ -55,8 +56,9 @@ _MAX_COLOUR_DIFFERENCE = 60.0
 def suggest_invalid(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
     """Find known depth that is likely invalid, for the user to check.
 
-    These are flying pixels; speckles, which stand out from the surface around them; and recognisable objects of glass:
-    a closed contour with colours as around it, where some depth is missing and the rest continues the background.
+    These are flying pixels; speckles, which stand out from the surface around them; suspect islands, which the preset
+    `best` leaves out of the fill; and recognisable objects of glass: a closed contour with colours as around it, where
+    some depth is missing and the rest continues the background.
 
     Parameters
     ----------
@@ -84,7 +86,7 @@ def suggest_invalid(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
     """
     if strength.shape != frame.shape:
         raise InputError(f"The edge strength has shape {strength.shape}, but the frame has {frame.shape}.")
-    found = flying_pixels(frame) | _speckles(frame)
+    found = flying_pixels(frame) | _speckles(frame) | suspect_islands(frame)
     for box, thing in _glass_objects(frame, strength):
         found[box] |= thing
     return found & frame.known

@@ -1,4 +1,4 @@
-"""Remedies for flagged places: the change of blocks or of invalid depth that mends a place."""
+"""Remedies for flagged places: the change of blocks, of invalid depth or of depth by hand that mends a place."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from ..._runtime.cancellation import check_cancelled
 from ..._runtime.formatting import grouped
-from ...data.blocks import checked_labels
+from ...completion.continuation import continue_plane
+from ...data.blocks import checked_labels, widened
 from ...data.frame import RGBDFrame
-from ...data.pixel_grids import sides
+from ...data.pixel_grids import connected_regions, sides
+from ...errors import InputError
 from ...segmentation.editing.cleaning import merge
 from ...segmentation.editing.cutting import piece_at
 from ...segmentation.editing.painting import give
@@ -28,9 +30,12 @@ from .ranking import find_places
 Labels = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
-REMEDIES = ("split", "give", "merge", "invalid", "checked")
+REMEDIES = ("split", "give", "merge", "invalid", "plane", "checked")
 """Cut a part off a block as a new one; give a part to a neighbour; merge two blocks; mark measured depth as invalid;
-mark a propagated block as checked."""
+continue the plane of a block's known depth into its hole; mark a propagated block as checked."""
+
+_NEAR = 24
+"""Distance [px] from a high expected error up to which wrong measured depth may be its cause."""
 
 _MIN_REDUCTION = 0.5
 """Minimum reduction of the score of all places by a remedy, as a share of the place's score."""
@@ -50,12 +55,15 @@ class Remedy:
         The change of the label map, if there is one.
     invalid : ndarray of bool, shape (H, W), or None
         The pixels with measured depth to mark as invalid, if there are any.
+    by_hand : ndarray of float32, shape (H, W), or None
+        Depth by hand [m] to add, NaN for none, if there is any.
     """
 
     kind: str
     text: str
     patch: LabelPatch | None = None
     invalid: Mask | None = None
+    by_hand: NDArray[np.float32] | None = None
 
 
 def find_remedy(
@@ -73,6 +81,9 @@ def find_remedy(
     no edge between them, and is a new block otherwise. If most of its measured depth is likely invalid, that is marked
     instead. A change is only a remedy if the quality checks confirm it: afterwards, the score of all places together
     must be lower by at least half of the place's score.
+
+    For a high expected error, measured depth near by that is likely invalid is marked; without any, the plane of the
+    block's known depth is continued into the hole. The checks cannot confirm these: look at what they change.
 
     Parameters
     ----------
@@ -114,6 +125,8 @@ def find_remedy(
     for remedy in candidates.all():
         if remedy.patch is not None and _touched(remedy.patch).intersection(locked):
             continue
+        if place.kind == "error":
+            return remedy
         before = _score(frame, blocks, strength) if before is None else before
         if before - _score_after(remedy, frame, blocks, strength) >= _MIN_REDUCTION * place.score:
             return remedy
@@ -152,6 +165,8 @@ class _Candidates:
                 yield from self._of_step()
             case "island" | "sliver":
                 yield from self._of_island()
+            case "error":
+                yield from self._of_error()
 
     def _of_step(self) -> Iterator[Remedy]:
         label = self._place.labels[0]
@@ -162,8 +177,7 @@ class _Candidates:
             return
         wrong = smaller & self._frame.known
         if np.count_nonzero(wrong & suggest_invalid(self._frame, self._strength)) * 2 > np.count_nonzero(wrong):
-            text = f"Mark {grouped(int(np.count_nonzero(wrong)))} px as invalid"
-            yield Remedy("invalid", text, invalid=wrong)
+            yield _marking(wrong)
         for part in (smaller, larger):
             taker = _continued(inputs, self._strength, part, label)
             if taker:
@@ -182,6 +196,28 @@ class _Candidates:
             return
         what = f"a part of Block {label}" if label else "a hole"
         yield Remedy("give", f"Give {what} to Block {taker}", give(labels, piece, taker))
+
+    def _of_error(self) -> Iterator[Remedy]:
+        label, missing = self._place.labels[0], ~self._frame.known
+        suggested, wrong = suggest_invalid(self._frame, self._strength), np.zeros(missing.shape, bool)
+        near = widened(self._place.box, _NEAR)
+        wrong[near] = suggested[near]
+        if wrong.any():
+            yield _marking(wrong)
+        inside = self._labels == label
+        x, y = self._place.point
+        holes = connected_regions((inside & missing).astype(np.int32), diagonal=True)
+        hole = holes == holes[int(y), int(x)]
+        try:
+            depth, plane = continue_plane(self._frame.depth, inside & ~suggested, hole & inside & missing)
+        except InputError:  # too little known depth, or it is no plane there
+            return
+        if plane.share >= _SAME_SHARE:
+            yield Remedy("plane", f"Continue the plane of Block {label}", by_hand=depth)
+
+
+def _marking(wrong: Mask) -> Remedy:
+    return Remedy("invalid", f"Mark {grouped(int(np.count_nonzero(wrong)))} px as invalid", invalid=wrong)
 
 
 # The parts of a block on both sides of a step.

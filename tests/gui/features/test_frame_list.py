@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -118,6 +119,13 @@ def test_row_says_all_in_words(qapp: object) -> None:
     assert model.index(0, 0).data(Qt.ItemDataRole.AccessibleTextRole) == (
         "frame-2, Run, 12 of 14 blocks, 3 to check, glass door"
     )
+
+
+def test_frames_with_blocks_that_have_not_converged_are_found(qapp: object) -> None:
+    one, other, *_ = entries = _entries()
+    other.set_summary(replace(other.summary, not_converged=2))
+    assert FrameFilter(state="not converged").shown(entries) == [other]
+    assert counts([one, other])["not converged"] == 1
 
 
 @pytest.fixture

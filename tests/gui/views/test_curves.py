@@ -212,6 +212,17 @@ def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
     assert panel.readout.text == last
 
 
+def test_a_curve_that_ended_at_a_limit_says_so(panel):
+    sentence = "Step limit reached in the last stage."
+    panel.show_curves([curve(staged(), limit=sentence)])
+    assert panel.readout.text.startswith("Table: not converged   i 40 ")
+    assert sentence in panel.readout.toolTip()
+    assert sentence in panel.readout.accessibleDescription()
+    panel.show_curves([curve(staged())])
+    assert "not converged" not in panel.readout.text
+    assert panel.readout.toolTip() == ""
+
+
 def test_readout_reads_all_curves_at_one_place(panel):
     panel.show_curves([curve(staged(12)), curve(linear(40), "Run 2", dashed=True)])
     panel.l1_plot.hovered.emit(20.2)

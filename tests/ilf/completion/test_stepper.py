@@ -135,7 +135,7 @@ def test_a_remark_is_made_where_the_last_stage_was_not_steady(small_frame: RGBDF
     assert strict.settled
     assert strict.remark == "Step limit reached in the last stage."
     outcome = ilf.complete(small_frame, small_labels, ilf.preset(s_criteria=0.0)).outcomes[1]
-    assert (outcome.status, outcome.message) == (Status.COMPLETED, strict.remark)
+    assert (outcome.status, outcome.message) == (Status.ITERATION_LIMIT, strict.remark)
 
 
 # records

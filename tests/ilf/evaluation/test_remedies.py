@@ -106,6 +106,26 @@ def test_wrong_measured_depth_is_marked_as_invalid():
     assert kinds == {3: "invalid", 20: "split"}
 
 
+def test_a_high_expected_error_has_a_remedy():
+    """Wrong depth near by is marked first; then the plane of the block is continued."""
+    rows, columns = np.mgrid[:120, :160]
+    truth = 1 / (1.0 + 0.002 * columns)
+    depth, labels, edge = truth.copy(), np.ones(truth.shape, np.int32), np.zeros(truth.shape, np.float32)
+    hole = (rows - 60) ** 2 + (columns - 80) ** 2 < 40**2
+    speck = (rows - 65) ** 2 + (columns - 75) ** 2 < 12
+    depth[hole] = np.nan
+    depth[speck] = 12.0
+    frame, error = frame_of(depth), np.where(hole & ~speck, np.float32(0.5), np.float32(np.nan))
+    places = [place for place in find_places(frame, labels, edge, error) if place.kind == "error"]
+    remedy = remedy_for(places[0], frame, labels, edge)
+    assert remedy.text == f"Mark {np.count_nonzero(speck)} px as invalid"
+    assert np.array_equal(remedy.invalid, speck)
+    again = remedy_for(places[0], frame.with_more_invalid(remedy.invalid), labels, edge)
+    assert again.text == "Continue the plane of Block 1"
+    assert np.array_equal(np.isfinite(again.by_hand), hole)
+    assert np.abs(again.by_hand - truth)[hole].max() < 0.001
+
+
 def test_a_propagated_block_is_marked_as_checked():
     frame = frame_of(two_walls())
     place = propagated_places(halves(), {2: ""})[0]
