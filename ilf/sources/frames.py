@@ -182,7 +182,7 @@ def load_frame(
     >>> from ilf._runtime.installation import asset_path
     >>> frame = load_frame(asset_path("samples/room"))
     >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.ground_truth is None
-    ('room', (480, 640), 0.168, False)
+    ('room', (480, 640), 0.173, False)
     """
     options = ReadingOptions(
         encoding=encoding,
