@@ -85,16 +85,17 @@ def _machine_code(loops: Callable[..., Any]) -> Callable[..., Any]:
     _register_with_numba()
     make = numba.njit(nogil=True, error_model="numpy", fastmath=_FLAGS)
     compiled_loops = make(loops)
+    config = vars(numba.config)
     with _making:
-        chosen = numba.config.CACHE_DIR
+        chosen = config["CACHE_DIR"]
         # beside the sources, numba's choice, files would stay when the package is uninstalled
-        numba.config.CACHE_DIR = chosen or str(platformdirs.user_cache_path("ilf-studio", appauthor=False) / "numba")
+        config["CACHE_DIR"] = chosen or str(platformdirs.user_cache_path("ilf-studio", appauthor=False) / "numba")
         try:
             compiled_loops.enable_caching()
         except RuntimeError:  # no cache folder: every process compiles it again
             return make(loops)
         finally:
-            numba.config.CACHE_DIR = chosen
+            config["CACHE_DIR"] = chosen
     return compiled_loops
 
 
