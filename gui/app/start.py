@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ilf._runtime.children import run_if_child
-from ilf._runtime.installation import __version__, asset_path, optional
+from ilf._runtime.installation import __version__, asset_path, check_opencv, optional
 from ilf._runtime.memory import check_address_space
 from ilf._runtime.temporary_files import private_file, restrict_to_owner
 from ilf._runtime.termination import log_crashes, log_error, terminating_immediately
@@ -44,6 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _main(arguments: Sequence[str] | None) -> int:
+    from ilf.cli.usage import check_there
     from ilf.sources.reading_options import OPTIONS, ReadingOptions
 
     parser = build_parser()
@@ -52,6 +53,8 @@ def _main(arguments: Sequence[str] | None) -> int:
     if options.frame is not None and (len(options.frames) != 1 or options.sample):
         parser.error("--frame selects a frame of one folder, data set or recording: give only this one.")
     try:
+        check_there([*options.frames, options.live])
+        check_opencv()
         inputs = _inputs(options, reading)
     except IlfError as error:
         return _print_refusal(str(error))

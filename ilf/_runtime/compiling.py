@@ -9,6 +9,7 @@ from threading import Lock
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
+import platformdirs
 from numpy.typing import NDArray
 
 P = ParamSpec("P")
@@ -26,7 +27,8 @@ _making = Lock()
 def compiled(loops: Callable[..., Any] | None = None) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Decorate a plain function so that numba runs a compiled one in its place.
 
-    The machine code is compiled on the first call, which takes seconds, and cached on disk. It runs without the
+    The machine code is compiled on the first call, which takes seconds, and cached in the user's cache folder, or in
+    that of NUMBA_CACHE_DIR. It runs without the
     interpreter's lock, one thread per call, so that results do not depend on the number of threads.
 
     Parameters
@@ -83,10 +85,17 @@ def _machine_code(loops: Callable[..., Any]) -> Callable[..., Any]:
     _register_with_numba()
     make = numba.njit(nogil=True, error_model="numpy", fastmath=_FLAGS)
     compiled_loops = make(loops)
-    try:
-        compiled_loops.enable_caching()
-    except RuntimeError:  # no cache folder: every process compiles it again
-        return make(loops)
+    config = vars(numba.config)
+    with _making:
+        chosen = config["CACHE_DIR"]
+        # beside the sources, numba's choice, files would stay when the package is uninstalled
+        config["CACHE_DIR"] = chosen or str(platformdirs.user_cache_path("ilf-studio", appauthor=False) / "numba")
+        try:
+            compiled_loops.enable_caching()
+        except RuntimeError:  # no cache folder: every process compiles it again
+            return make(loops)
+        finally:
+            config["CACHE_DIR"] = chosen
     return compiled_loops
 
 

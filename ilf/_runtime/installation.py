@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import ModuleType
 
@@ -124,6 +125,17 @@ def how_to_install(libraries: Sequence[str]) -> str:
     """Format a list of libraries with the command that installs their packages, for a message."""
     packages = dict.fromkeys(SYSTEM_PACKAGES[library] for library in libraries)
     return f"{', '.join(libraries)}. On Debian or Ubuntu: sudo apt install {' '.join(packages)}"
+
+
+def check_opencv() -> None:
+    """Raise InputError if a package of OpenCV 4 has replaced the files of OpenCV 5, which both install into `cv2`."""
+    for name in ("opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless"):
+        with suppress(PackageNotFoundError):
+            if version(name) and (loaded := str(import_module("cv2").__version__)) < "5":
+                raise InputError(
+                    f"{name} has replaced OpenCV 5 by OpenCV {loaded}. Uninstall it, and then: "
+                    "pip install --force-reinstall --no-deps opencv-python-headless"
+                )
 
 
 # Bundled files.

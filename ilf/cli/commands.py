@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import TextIO
 
 from .._runtime.addresses import is_address
-from .._runtime.installation import __version__
+from .._runtime.installation import __version__, check_opencv
 from .._runtime.named_places import allow_address
 from .._runtime.termination import Interrupted, log_error, terminating_on_signal
 from ..errors import IlfError, one_line, to_text, without_credentials
@@ -64,6 +64,7 @@ def _status(parser: Parser, words: Sequence[str]) -> int:
         arguments = parser.parse_args(words)
         if is_address(vars(arguments).get("out")):
             raise UsageError("--out takes a path, not an address: only `ilf batch --shards` writes to addresses.")
+        check_opencv()
         with allow_address(*vars(arguments).get("allow_address", ())):
             arguments.command(arguments)
         sys.stdout.flush()

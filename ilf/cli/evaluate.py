@@ -41,7 +41,7 @@ from .parsing import (
     value_from,
     with_given,
 )
-from .run_output import dominant_block, errors_record
+from .run_output import dominant_block, errors_record, unscored, unscored_lines
 from .usage import Parser, UsageError, add_json, add_progress
 
 
@@ -95,7 +95,8 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.epilog = (
         "Hold-out patterns: " + "; ".join(f"{name}: {what}" for name, what in HOLD_OUT_PATTERNS.items()) + ". "
-        "The JSON document contains frame, against (ground truth or hold-out), pattern, seeds and results. results: "
+        "The JSON document contains frame, against (ground truth or hold-out), unscored (missing pixels without ground "
+        "truth; null on hold-out), pattern, seeds and results. results: "
         "name, parameters, errors, coverage (share), seconds, blocks (label, errors). errors: pixels, rmse_m, mae_m, "
         "median_m, bias_m, within_expected_error (share). Unknown numbers are null."
     )
@@ -247,6 +248,8 @@ def _report(
         name, best = min(zip(names, results, strict=True), key=lambda item: item[1].whole.rmse)
         if largest := dominant_block(best.whole, best.blocks):
             lines.append(f"{name}: block {largest[0]} has {largest[1]:.0%} of the squared error.")
+    if test is None:
+        lines += unscored_lines(frame)
     if by_block:
         for _, group in groupby(zip(names, results, strict=True), lambda item: item[1].run.blocks.tobytes()):
             lines += ["", *_block_table(*zip(*group, strict=True))]
@@ -260,6 +263,7 @@ def _record(
     return {
         "frame": frame.name,
         "against": "ground truth" if test is None else "hold-out",
+        "unscored": None if test is not None else unscored(frame),
         "pattern": None if test is None else test.pattern,
         "seeds": [] if test is None else test.seeds,
         "results": [

@@ -32,7 +32,7 @@ from .options import add_export_options, export_options, geometry_flags
 from .output import print_json, table, warn
 from .parsing import add_allowed, add_look_in, add_reading, reading_options
 from .run_output import RunProgress
-from .usage import Parser, UsageError, add_progress
+from .usage import Parser, UsageError, add_progress, check_there
 
 # Output of `ilf project info`: as text, and as JSON.
 
@@ -218,6 +218,7 @@ def _add_frame_selection(parser: argparse.ArgumentParser) -> None:
 
 def run_new(arguments: argparse.Namespace) -> None:
     """Make a project."""
+    check_there(arguments.inputs)
     path = Path(arguments.file)
     if path.suffix.lower() != SUFFIX:
         raise UsageError(f"The name of a project file must end in {SUFFIX}, not {path.name!r}.")

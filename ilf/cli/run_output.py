@@ -98,7 +98,11 @@ def completion_report(finished: FinishedRun) -> str:
     evaluated: list[str] = []
     if finished.whole is not None:
         largest = dominant_block(finished.whole, finished.by_block)
-        evaluated = [_evaluation_line(finished.whole), *_source_of_error(run, completion, largest)]
+        evaluated = [
+            _evaluation_line(finished.whole),
+            *unscored_lines(frame),
+            *_source_of_error(run, completion, largest),
+        ]
     return "\n".join([
         f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks) / run.blocks.size)}.",
         _recovered_line(frame, completion, finished.seconds),
@@ -225,6 +229,22 @@ def _evaluation_line(evaluation: Evaluation) -> str:
         f"{1000 * evaluation.median:.2f} mm, MAE {1000 * evaluation.mae:.2f} mm, RMSE {1000 * evaluation.rmse:.2f} mm"
         f"{within}."
     )
+
+
+def unscored(frame: RGBDFrame) -> int:
+    """Number of missing pixels for which there is no ground truth either."""
+    return int(
+        np.count_nonzero(frame.missing if frame.ground_truth is None else frame.missing & np.isnan(frame.ground_truth))
+    )
+
+
+def unscored_lines(frame: RGBDFrame) -> list[str]:
+    """Describe the missing pixels that no error is computed for, as a line; none if there are none."""
+    count, missing = unscored(frame), int(np.count_nonzero(frame.missing))
+    if not count:
+        return []
+    share = f"{grouped(count)} of {counted(missing, 'missing pixel')} ({count / missing:.1%})"
+    return [f"Not scored: {share} have no ground truth."]
 
 
 def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float] | None) -> list[str]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import copy
+import os
 import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import takewhile
 from typing import Any, NoReturn
 
-from ..errors import IlfError
+from .._runtime.addresses import is_address
+from ..errors import IlfError, InputError
 
 DONE, FAILED, WRONG_USAGE, HUNG_UP, INTERRUPTED, TERMINATED = 0, 1, 2, 129, 130, 143
 
@@ -181,6 +183,13 @@ class _FullHelp(argparse.Action):
         assert isinstance(parser, Parser)
         print(parser.format_full_help(), end="")
         parser.exit()
+
+
+def check_there(paths: Iterable[object]) -> None:
+    """Raise InputError for the first path that leads nowhere; addresses are not opened."""
+    for path in paths:
+        if path is not None and not is_address(path) and not os.path.lexists(str(path)):
+            raise InputError(f"{path}: there is no such file or folder. Check the name.")
 
 
 # Arguments shared by many commands.

@@ -66,8 +66,8 @@ def load_ground_truth(
     --------
     >>> from ilf._runtime.installation import asset_path
     >>> ground_truth = load_ground_truth(asset_path("samples/room/gt.png"), (480, 640))
-    >>> ground_truth.dtype, bool(np.isfinite(ground_truth).all())
-    (dtype('float32'), True)
+    >>> ground_truth.dtype, round(float(np.isfinite(ground_truth).mean()), 2)
+    (dtype('float32'), 0.96)
     """
     return read_ground_truth(path, shape, units)[0]
 

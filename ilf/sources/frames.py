@@ -206,7 +206,7 @@ def load_frame(
     >>> from ilf._runtime.installation import asset_path
     >>> frame = load_frame(asset_path("samples/room"))
     >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.ground_truth is None
-    ('room', (480, 640), 0.168, False)
+    ('room', (480, 640), 0.173, False)
     """
     for path in (rgb, rgb if depth is None else depth):
         check_kind(path, PathKind, "A frame is read from files", "make one from arrays by ilf.RGBDFrame(rgb, depth).")

@@ -67,6 +67,23 @@ def test_entry_points_are_functions_in_the_clone():
         assert function in {node.name for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)}
 
 
+def test_the_wheel_has_every_network_and_no_file_twice():
+    wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
+    networks = (ROOT / "assets" / "models" / "SHA256SUMS").read_text(encoding="utf-8").split()[1::2]
+    assert {f"assets/models/{name}" for name in networks} <= wheel["force-include"].keys()
+    assert not wheel["force-include"].keys() & wheel["shared-data"].keys()
+
+
+def test_workflows_pin_every_action_and_the_package_names_the_versions_that_they_test():
+    workflows = [path.read_text(encoding="utf-8") for path in (ROOT / ".github" / "workflows").glob("*.yml")]
+    actions = [action for text in workflows for action in re.findall(r"uses: (\S+)", text)]
+    assert actions
+    assert [action for action in actions if not re.fullmatch(r"[\w./-]+@[0-9a-f]{40}", action)] == []
+    tested = {version for text in workflows for version in re.findall(r'"(3\.\d+)"', text)}
+    classified = {line.rpartition(" ")[2] for line in PROJECT["project"]["classifiers"] if ":: Python :: 3." in line}
+    assert tested == classified
+
+
 def test_manual_pages_are_those_of_the_parsers():
     packaging = ROOT / "assets" / "packaging"
     pages = runpy.run_path(str(packaging / "make_man.py"))["pages"]()

@@ -18,6 +18,7 @@ import pytest
 from ilf.cli import main
 from ilf.data.parameters import PRESETS
 from ilf.lab.bench.frames import load_bench_frame
+from ilf.lab.bench.methods import METHODS
 from ilf.lab.experiments import convergence, cylinder
 from ilf.lab.experiments.sources import _subsampled
 
@@ -26,6 +27,7 @@ DOCS = ROOT / "assets" / "docs"
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 COMMANDS = (DOCS / "commands.md").read_text(encoding="utf-8")
 LIBRARY = (DOCS / "library.md").read_text(encoding="utf-8")
+BENCHMARKS = (DOCS / "benchmarks.md").read_text(encoding="utf-8")
 PREFIX = ".venv/bin/ilf "
 
 RESULTS = {
@@ -165,10 +167,47 @@ def test_every_command_of_the_documents_is_known_here():
     assert set(commands(README)) <= set(commands()), "what README shows is explained in commands.md"
 
 
-def test_readme_installs_by_name_sets_up_and_tests_by_one_line_each():
+def test_readme_sets_up_and_tests_a_clone_by_one_line_each():
     lines = [line for line in indented(README) if line.startswith("python3 -m venv ")]
-    assert ["pytest" in line for line in lines] == [False, False, True]
-    assert ['"ilf-studio[app]"' in line for line in lines] == [True, False, False]
+    assert ["pytest" in line for line in lines] == [False, True]
+    assert all(" -e '.[" in line for line in lines)
+
+
+@pytest.mark.parametrize("text", [README, COMMANDS], ids=["README", "commands"])
+def test_lines_to_paste_have_no_placeholders(text):
+    lines = [line.split("  #")[0] for line in indented(text) if line.startswith((".venv", "python3"))]
+    assert [line for line in lines if re.search(r"\b[A-Z]{2,}\b", line)] == []
+
+
+def rows(text: str, heading: str, start: str = "| ") -> dict[str, list[str]]:
+    """The rows of the first table below a heading: first cell -> the others."""
+    below = text.partition(f"## {heading}")[2].partition("\n## ")[0]
+    lines = [line.removeprefix(start) for line in below.splitlines() if line.startswith(start)]
+    cells = [re.split(r" *\| *|  +", line.strip().rstrip("|").strip()) for line in lines]
+    return {re.sub(r"[`*]|\s*\(.*\)", "", first).strip(): others for first, *others in cells}
+
+
+def test_the_figures_of_readme_are_those_of_the_benchmarks():
+    random, areas = (rows(BENCHMARKS, heading, "    ") for heading in ("Random", "Areas"))
+    named = {"OpenCV inpainting": "navier-stokes"}
+    shown = rows(README, "Accuracy")
+    for method in ("best", "thin plate", "DCT smoothing", "colourisation", "OpenCV inpainting", "paper"):
+        name = named.get(method, method.lower().replace(" ", "-"))
+        one, other = ([float(cell.strip("*%-") or 0) for cell in table[name]] for table in (random, areas))
+        measured = [*one[:2], *other[:2], one[7] + one[8], other[7] + other[8]]
+        figures = re.findall(r"[\d.]+", " ".join(shown[method]))
+        assert figures == [
+            f"{value:.{len(figure.partition('.')[2])}f}" for figure, value in zip(figures, measured, strict=True)
+        ], method
+    judged = rows(BENCHMARKS, "Frame by frame, on the frames for evaluation")
+    for what, row in {"random gaps": "random", "large areas": "areas", "500 known points": "500 points"}.items():
+        assert shown[what] == [cell.split()[0] for cell in judged[row][:2]], what
+    sample = rows(BENCHMARKS, "The bundled sample", "    ")
+    errors = {name: [float(cell.rstrip("*")) for cell in sample[name][:2]] for name in sample if name in METHODS}
+    peers = [error for name, error in errors.items() if name not in PRESETS]
+    assert shown["holes of the sample"] == [
+        f"{own / min(others):.2f}" for own, others in zip(errors["best"], zip(*peers, strict=True), strict=True)
+    ]
 
 
 @pytest.mark.parametrize("beginning", WRITTEN)

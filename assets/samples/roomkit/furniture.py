@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from . import textures as tx
@@ -23,6 +25,7 @@ GLOSSY_BLACK = matt("#08080a", gloss=0.05, roughness=0.004, black=True)
 MATT_BLACK = matt("#141416", gloss=0.02, roughness=0.1, black=True)
 LACQUER = matt("#1a1a1d", gloss=0.05, roughness=0.03, black=True)
 CERAMIC = matt("#e9e4da", gloss=0.05, roughness=0.01)
+GLASS = matt("#ffffff", gloss=0.08, roughness=0.004, clear=True)
 PAPER = matt("#eee7d6", tx.banded("#eee7d6", "#d9d0bb", 0.0, 0.004))
 
 
@@ -327,3 +330,19 @@ def bowl_of_oranges() -> Parts:
         roughness=0.12,
     )
     return [(dish, CERAMIC), (joined([*fruit, fruit[0].moved(-0.03, 0.055, -0.02)]), peel)]
+
+
+def glass(outline: Sequence[tuple[float, float]]) -> Parts:
+    """Empty vessel of thin glass, by radius and height of its outside."""
+    return [(lathe([(0.0, outline[0][1]), *curve(outline, 32)], 64), GLASS)]
+
+
+def carafe_and_tumblers() -> Parts:
+    """Three vessels of clear glass, in a row along x."""
+    carafe = [(0.048, 0.0), (0.060, 0.02), (0.062, 0.07), (0.036, 0.15), (0.028, 0.19), (0.040, 0.235)]
+    tumbler = [(0.030, 0.0), (0.034, 0.03), (0.038, 0.09)]
+    return [
+        *glass(carafe),
+        *placed(glass(tumbler), -0.115, 0.0, 0.02),
+        *placed(glass(tumbler), -0.19, 0.0, 0.075),
+    ]

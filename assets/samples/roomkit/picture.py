@@ -7,8 +7,11 @@ import numpy as np
 
 from . import light
 from .room import Room
+from .scene import dot, in_front
 
 EXPOSURE = 0.78
+GLASS = np.array([0.62, 0.80, 0.76])
+"""Share of the light that passes through both walls of a glass at right angles."""
 
 
 def render(
@@ -34,6 +37,13 @@ def render(
     surface = room.scene.colour(hits, textured=True) * (lit + soft) / np.pi + room.scene.of("emission", hits)
     seen = surface * (1 - share)[:, None] + mirror * share[:, None]
     seen = np.where(hits.found[:, None], seen, room.sky)
+    glass = in_front(room.scene.cast(np.broadcast_to(room.camera.position, views.shape), views, glass=True), hits)
+    mirror, share = light.mirrored(
+        room.scene, room.lights, glass, views, rng, sky=room.sky, ambient=soft.mean(axis=0), rays=2
+    )
+    walls = 1 / np.maximum(-dot(views, glass.normals) / np.linalg.norm(views, axis=1), 0.1)
+    passed = np.where(glass.found[:, None], GLASS ** walls[:, None], 1) * (1 - share)[:, None]
+    seen = seen * passed + mirror * share[:, None]
     # Clipped before averaging, so that an edge against a lamp stays smooth.
     seen = np.minimum(seen * EXPOSURE, 12.0).reshape(size[1], finer, size[0], finer, 3)
     return seen.mean(axis=(1, 3)).astype(np.float32)

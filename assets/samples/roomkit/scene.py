@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import libusb_package
 import numpy as np
@@ -36,6 +36,8 @@ class Material:
         Absorbs infrared: no depth.
     floor : bool
         Varnished floor: mirrors the infrared pattern away where it reflects something bright.
+    clear : bool
+        Thin glass: seen through without refraction, casts no shadow.
     """
 
     colour: np.ndarray
@@ -45,6 +47,7 @@ class Material:
     emission: np.ndarray = field(default_factory=lambda: np.zeros(3))
     black: bool = False
     floor: bool = False
+    clear: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ class Hits:
 
 
 class Scene:
-    """All parts in one ray-casting structure."""
+    """All parts for ray casting: what is solid in one structure, glass in another."""
 
     def __init__(self, parts: list[tuple[Mesh, Material]]) -> None:
         self.materials = list({id(material): material for _, material in parts}.values())
@@ -76,20 +79,18 @@ class Scene:
         self._texture = np.concatenate([m.texture[m.triangles] for m in meshes]).astype(np.float32)
         self._material = np.concatenate([np.full(len(m.triangles), number[id(mat)]) for m, mat in parts])
         self._part = np.concatenate([np.full(len(mesh.triangles), part) for part, mesh in enumerate(meshes)])
-        corners = np.concatenate([m.vertices[m.triangles] for m in meshes]).reshape(-1, 3)
-        self._rays = open3d.t.geometry.RaycastingScene()
-        self._rays.add_triangles(
-            open3d.core.Tensor(corners.astype(np.float32)),
-            open3d.core.Tensor(np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)),
-        )
-        self.triangles = len(corners) // 3
+        corners = np.concatenate([m.vertices[m.triangles] for m in meshes]).astype(np.float32)
+        clear = np.array([material.clear for material in self.materials])[self._material]
+        self._triangles = {glass: np.flatnonzero(clear == glass) for glass in (False, True)}
+        self._rays = {glass: _caster(corners[chosen]) for glass, chosen in self._triangles.items()}
 
-    def cast(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
-        """First hit of each ray, (N, 3) each."""
-        answer = self._rays.cast_rays(_rays(origins, directions))
+    def cast(self, origins: np.ndarray, directions: np.ndarray, *, glass: bool = False) -> Hits:
+        """First hit of each ray on what is solid, or on glass; (N, 3) each."""
+        answer = self._rays[glass].cast_rays(_rays(origins, directions))
         distance = answer["t_hit"].numpy()
         found = np.isfinite(distance)
-        triangle = np.where(found, answer["primitive_ids"].numpy(), 0).astype(np.int64)
+        triangle = np.zeros(len(found), np.int64)
+        triangle[found] = self._triangles[glass][answer["primitive_ids"].numpy()[found]]
         uv = answer["primitive_uvs"].numpy()
         share = np.stack([1 - uv[:, 0] - uv[:, 1], uv[:, 0], uv[:, 1]], axis=1)
         flat = answer["primitive_normals"].numpy()
@@ -109,8 +110,8 @@ class Scene:
         )
 
     def blocked(self, origins: np.ndarray, directions: np.ndarray, *, far: float = 1.0) -> np.ndarray:
-        """Whether anything lies on each ray between its origin and `far` times its direction, bool (N,)."""
-        return self._rays.test_occlusions(_rays(origins, directions), tnear=0.0, tfar=far).numpy()
+        """Whether anything solid lies on each ray between its origin and `far` times its direction, bool (N,)."""
+        return self._rays[False].test_occlusions(_rays(origins, directions), tnear=0.0, tfar=far).numpy()
 
     def colour(self, hits: Hits, *, textured: bool) -> np.ndarray:
         """Linear RGB of the surfaces that were hit, (N, 3)."""
@@ -125,6 +126,19 @@ class Scene:
     def of(self, name: str, hits: Hits) -> np.ndarray:
         """One property of the materials that were hit, row by row."""
         return np.array([getattr(m, name) for m in self.materials])[hits.material]
+
+
+def _caster(corners: np.ndarray) -> open3d.t.geometry.RaycastingScene:
+    """Triangles, (N, 3, 3), for ray casting."""
+    rays = open3d.t.geometry.RaycastingScene()
+    numbers = np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3)
+    rays.add_triangles(open3d.core.Tensor(corners.reshape(-1, 3)), open3d.core.Tensor(numbers))
+    return rays
+
+
+def in_front(glass: Hits, solid: Hits) -> Hits:
+    """The hits on glass, found only before what is solid."""
+    return replace(glass, found=glass.found & (glass.distance < solid.distance))
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -1,4 +1,16 @@
-"""What a structured-light camera makes of exact depth: quantised, noisier with range, and with holes."""
+"""What a structured-light camera makes of exact depth: quantised, noisier with range, and with holes.
+
+The camera projects a pattern of infrared dots from beside its lens, finds each window of the pattern in its image, and
+measures by how much it has moved (disparity). Depth is missing where the pattern
+
+- does not reach: something nearer is in the projector's way, and so the shadow lies left of it ("stereo shadow");
+- does not come back: absorbed by black plastic and lacquer, which screens are made of ("black surface"), spread over
+  too large an area by steep surfaces, too weak beyond the range, thrown aside by polished metal and varnish;
+- is outshone, by lamps or by the projector's own mirror image in glaze ("halogen light", "glossy thing");
+- is torn: its window lies half on one surface and half on another ("depth edge"), or on a thing narrower than itself
+  ("thin thing"), or it goes through the walls of a glass aslant ("glass"). Where it passes glass straight, the
+  depth of what is behind is measured, and is wrong.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +21,7 @@ from ilf.lab.bench.denoising import StructuredLight
 
 from .light import OFF_SURFACE
 from .room import BACK, DOOR, SPOT, SPOT_RADIUS, Room
-from .scene import Hits, dot
+from .scene import Hits, dot, in_front
 from .textures import noise
 
 BASELINE = 0.075
@@ -20,6 +32,12 @@ DISPARITY_NOISE = 0.45
 """Standard deviation of the disparity [steps]; 1.3 mm at 1 m, growing with the square of the range."""
 FARTHEST = 4.6
 """Range beyond which the pattern is too weak [m]."""
+WINDOW = 5
+"""Side of the window of the pattern that is matched [px]."""
+METAL = 0.15
+"""Mirror reflection from which on a surface scatters too little [Schlick's F0]."""
+GLARE = 3.0
+"""Radiance of a mirrored lamp, per irradiance, that blinds the camera [1/sr]; ten times that of matt white."""
 
 
 def holes(
@@ -40,12 +58,14 @@ def holes(
     """
     depth = hits.distance.reshape(shape)
     ragged = noise(hits.points * 14, octaves=4)
-    unit = views / np.linalg.norm(views, axis=1, keepdims=True)
+    unit = _unit(views)
     cos = -dot(unit, hits.flat)
     causes = {
         "black surface": room.scene.of("black", hits) & (ragged < 0.78),
         "halogen light": _halogen(hits, ragged) | (room.scene.of("emission", hits).max(axis=1) > 0),
         "glossy floor": room.scene.of("floor", hits) & _glare(hits, unit, ragged),
+        "glossy thing": _glossy(room, hits),
+        "glass": _refracted(room, hits, views),
         "out of range": hits.distance + 0.5 * (ragged - 0.5) > FARTHEST,
         "stereo shadow": _unlit(room, hits),
         "steep surface": cos < 0.16 + 0.22 * (ragged - 0.5),
@@ -55,6 +75,7 @@ def holes(
     flat["stereo shadow"] = cv2.morphologyEx(
         flat["stereo shadow"].astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
     ).astype(bool)
+    flat["thin thing"] = _thin(depth, rng)
     flat["depth edge"] = _edges(depth, rng)
     flat["drop-out"] = _dropouts(depth, rng)
     taken = np.zeros(shape, bool)
@@ -86,11 +107,41 @@ def _glare(hits: Hits, unit: np.ndarray, ragged: np.ndarray) -> np.ndarray:
     return (round_patch < outline) & (hits.points[:, 2] < BACK)
 
 
+def _glossy(room: Room, hits: Hits) -> np.ndarray:
+    """Polished metal, and where a glaze mirrors the projector into the camera."""
+    gloss, roughness = room.scene.of("gloss", hits), room.scene.of("roughness", hits)
+    ways = [_unit(place - hits.points) for place in (room.camera.position, _projector(room))]
+    aligned = dot(_unit(sum(ways)), hits.normals)
+    slope = np.sqrt(np.maximum(1 / np.maximum(aligned, 1e-3) ** 2 - 1, 0))
+    blinding = (gloss > GLARE * 4 * np.pi * roughness**2) & (slope < 0.02 + 2 * roughness)
+    return (gloss > METAL) | (blinding & ~room.scene.of("floor", hits))
+
+
+def _refracted(room: Room, hits: Hits, views: np.ndarray) -> np.ndarray:
+    """Glass whose wall stands aslant."""
+    glass = in_front(room.scene.cast(np.broadcast_to(room.camera.position, views.shape), views, glass=True), hits)
+    return glass.found & (-dot(_unit(views), glass.flat) < 0.82 + 0.3 * (noise(glass.points * 40, octaves=3) - 0.5))
+
+
+def _thin(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Most of what is narrower than the matching window and more than 4 % nearer than what is around."""
+    around = cv2.morphologyEx(depth, cv2.MORPH_CLOSE, np.ones((WINDOW, WINDOW), np.uint8))
+    field = cv2.GaussianBlur(rng.standard_normal(depth.shape), (0, 0), 3)
+    return (around - depth > 0.04 * depth) & (field > -0.8 * field.std())
+
+
+def _projector(room: Room) -> np.ndarray:
+    return room.camera.position + BASELINE * room.camera.right
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
 def _unlit(room: Room, hits: Hits) -> np.ndarray:
     """Points that the projector's pattern does not reach because something nearer is in its way."""
-    projector = room.camera.position + BASELINE * room.camera.right
     start = hits.points + 20 * OFF_SURFACE * hits.flat
-    return room.scene.blocked(start, projector - start, far=0.99)
+    return room.scene.blocked(start, _projector(room) - start, far=0.99)
 
 
 def _edges(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -101,7 +101,7 @@ def _run_unit(name: str, colour: bool, every: int) -> tuple[Row, list[Row]]:
     parameters = PRESETS[name]
     if not colour:
         frame, parameters = _colourless(frame, parameters)
-    missing = np.isnan(frame.depth[block.box][block.mask])
+    missing = np.isnan(frame.depth[block.box][block.mask]) & np.isfinite(ground_truth)
     started = time.perf_counter()
     steps = iterate(frame, labels, block.label, parameters)
     records: list[IterationRecord] = []

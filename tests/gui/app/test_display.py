@@ -179,6 +179,16 @@ def test_without_display_a_frame_goes_on_by_its_key(
             main(arguments)
 
 
+@pytest.mark.parametrize("arguments", [["gone/rgb.png", "gone/depth.png"], ["gone"], ["--live", "gone"]])
+def test_a_missing_path_is_told_before_anything_else(
+    arguments: list[str], bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("ilf-gui: gone")
+    assert error.count("\n") == 1
+
+
 def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(
     bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

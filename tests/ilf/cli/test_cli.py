@@ -101,6 +101,18 @@ def test_complete_writes_everything_and_says_what(files, capsys):
     assert [line.split()[0] for line in lines[5:7]] == ["1", "2"]
 
 
+@pytest.mark.parametrize("loaded", ["4.10.0", "5.0.0"])
+def test_opencv_4_in_the_place_of_opencv_5_is_named(loaded, files, capsys, monkeypatch, tmp_path):
+    (tmp_path / "opencv_python-4.10.0.dist-info").mkdir()
+    (tmp_path / "opencv_python-4.10.0.dist-info" / "METADATA").write_text("Name: opencv-python\nVersion: 4.10.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(cv2, "__version__", loaded)
+    if loaded.startswith("5"):
+        assert main(["info", *files]) == 0
+    else:
+        assert "opencv-python has replaced OpenCV 5 by OpenCV 4.10.0" in fails(capsys, "info", *files)
+
+
 def test_command_line_and_library_give_the_same_depth(files):
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--mode", "fill+denoise"])
     frame = ilf.load_frame(*files)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -67,31 +68,56 @@ def room():
     return run, run.complete()
 
 
-def test_the_first_report_of_the_sample_is_short_and_tells_where_the_error_comes_from(room, monkeypatch):
+def test_the_first_report_of_the_sample_is_short_and_tells_what_was_not_scored(room):
     run, completion = room
-    finished = FinishedRun(run, completion, 1.0, Path("out"), ())
-    lines = completion_report(finished).splitlines()
+    lines = completion_report(FinishedRun(run, completion, 1.0, Path("out"), ())).splitlines()
     limited = [label for label, outcome in completion.outcomes.items() if outcome.message]
     assert len(limited) > 5
     remark = "Step limit reached in the last stage."
     assert [line for line in lines if remark in line] == [
         f"{len(limited)} blocks ({', '.join(map(str, limited))}): {remark}"
     ]
+    missing, unknown = run.frame.missing.sum(), (run.frame.missing & np.isnan(run.frame.ground_truth)).sum()
+    assert any(f"{unknown:,} of {missing:,} missing pixels" in line for line in lines)
+
+
+def test_the_report_tells_where_most_of_the_error_comes_from(room, monkeypatch):
+    run, completion = room
     ground_truth, filled = run.frame.ground_truth, completion.filled
-    squared = np.where(filled, (completion.depth - ground_truth) ** 2, 0)
-    shares = np.bincount(run.blocks.ravel(), squared.ravel()) / squared.sum()
-    worst = int(shares.argmax())  # of the open door into the dark
-    block, share = run.blocks == worst, shares[worst]
+    worst = int(np.bincount(run.blocks[filled & (run.blocks > 0)]).argmax())
+    block = run.blocks == worst
+    frame = run.frame.with_ground_truth(np.where(block, completion.depth + 9, ground_truth))
+    finished = FinishedRun(replace(run, frame=frame), completion, 1.0, Path("out"), ())
     assert ilf.unsupported(completion)[block & filled].mean() < 0.5
-    assert f"Block {worst} has {share:.0%} of the squared error." in lines
+    line = next(line for line in completion_report(finished).splitlines() if line.startswith(f"Block {worst} has "))
+    assert line.endswith("% of the squared error.")
     monkeypatch.setattr("ilf.cli.run_output.unsupported", lambda of: of.filled)
     why = "100% of its filled pixels are unsupported by measurements"
-    assert f"Block {worst} has {share:.0%} of the squared error; {why}." in completion_report(finished)
+    assert f"{line.removesuffix('.')}; {why}." in completion_report(finished)
 
 
-def test_evaluate_names_the_block_that_most_of_the_error_is_in(capsys):
-    assert main(["evaluate", str(asset_path("samples/room")), "--preset", "paper", "--preset", "best"]) == 0
-    assert re.fullmatch(r"best: block \d has \d\d% of the squared error\.", capsys.readouterr().out.splitlines()[-1])
+def test_evaluate_names_the_block_that_most_of_the_error_is_in(files, capsys):
+    truth = cv2.imread("in/gt.png", cv2.IMREAD_UNCHANGED)
+    truth[:, :40] += 1500
+    cv2.imwrite("in/gt.png", truth)
+    assert main(["evaluate", *files, *GROUND_TRUTH, "--preset", "paper", "--preset", "best", *QUICK]) == 0
+    assert re.fullmatch(r"best: block \d has \d+% of the squared error\.", capsys.readouterr().out.splitlines()[-1])
+
+
+def test_evaluate_tells_which_missing_pixels_are_not_scored(files, capsys):
+    truth = cv2.imread("in/gt.png", cv2.IMREAD_UNCHANGED)
+    missing = cv2.imread(files[1], cv2.IMREAD_UNCHANGED) == 0
+    rows, columns = np.nonzero(missing)
+    truth[rows[:100], columns[:100]] = 0
+    cv2.imwrite("in/gt.png", truth)
+    arguments = ["evaluate", *files, *GROUND_TRUTH, *QUICK]
+    assert main(arguments) == 0
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("Not scored"))
+    assert f"100 of {missing.sum():,} missing pixels" in line
+    assert main([*arguments, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["unscored"] == 100
+    assert main(["evaluate", *files, "--hold-out", "areas", *QUICK]) == 0
+    assert "Not scored" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -180,6 +182,26 @@ def test_without_machine_code_the_plain_function_runs(monkeypatch: pytest.Monkey
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     program = "from ilf._runtime.compiling import is_compiled; import sys; sys.exit(is_compiled())"
     assert subprocess.run([sys.executable, "-c", program]).returncode == 0
+
+
+@pytest.mark.skipif(not is_compiled(), reason="numba is not installed")
+@pytest.mark.parametrize("chosen", ["", "chosen"])
+def test_machine_code_is_kept_with_the_user_and_not_beside_the_sources(chosen: str, tmp_path: Path) -> None:
+    """An uninstalled package leaves nothing behind."""
+    (tmp_path / "loops.py").write_text("def doubled(value):\n    return 2 * value\n")
+    program = (
+        "import loops, numba; from ilf._runtime.compiling import compiled\n"
+        "assert compiled()(loops.doubled)(2) == 4\n"
+        f"assert numba.config.CACHE_DIR == {str(tmp_path / chosen) if chosen else ''!r}\n"
+    )
+    folders = {"HOME": tmp_path / "home", "XDG_CACHE_HOME": tmp_path / "cache", "LOCALAPPDATA": tmp_path / "cache"}
+    named = {"NUMBA_CACHE_DIR": tmp_path / chosen} if chosen else {}
+    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    environment |= {name: str(path) for name, path in (folders | named).items()}
+    environment["PYTHONPATH"] = os.pathsep.join([str(tmp_path), *sys.path])
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True)
+    kept = {path.relative_to(tmp_path).parts[0] for path in tmp_path.rglob("*.nbi")}
+    assert kept == {chosen} if chosen else kept and kept <= {"home", "cache"}
 
 
 @pytest.mark.skipif(not is_compiled(), reason="numba is not installed")
