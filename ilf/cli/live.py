@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> None:
     played = ["--realsense"] if arguments.realsense else ["--live", arguments.source]
     rate = [] if arguments.rate is None else ["--rate", str(arguments.rate)]
     # the package of the window has another name once it is installed
-    window = next((entry for entry in entry_points("console_scripts") if entry.name == "ilf-gui"), None)
+    window = next((entry for entry in entry_points("gui_scripts") if entry.name == "ilf-gui"), None)
     if window is None:
         raise InputError("The window's command ilf-gui is not installed. Reinstall ilf-studio.")
     sys.exit(subprocess.call([*child_command(window.module), *played, *rate]))

@@ -222,7 +222,10 @@ def shared_text(shared: Iterable[tuple[str, ...]]) -> str:
     """The rest of a sentence on files that share a name: what to do about them."""
     groups = [" and ".join(names) for names in shared]
     told = "; ".join([*groups[:2], *(["..."] if len(groups) > 2 else [])])
-    return f"some files have the same name ({told}): leave one of each out, or give their endings (--layout)"
+    return (
+        f"some files have the same name ({told}), but for endings, punctuation and zeros: rename them, leave one of each "
+        "out, or give their endings (--layout)"
+    )
 
 
 # Timestamps of frames.
