@@ -223,8 +223,8 @@ def shared_text(shared: Iterable[tuple[str, ...]]) -> str:
     groups = [" and ".join(names) for names in shared]
     told = "; ".join([*groups[:2], *(["..."] if len(groups) > 2 else [])])
     return (
-        f"some files have the same name ({told}), but for endings, punctuation and zeros: rename them, leave one of each "
-        "out, or give their endings (--layout)"
+        f"some files have the same name ({told}), but for endings, punctuation and zeros: rename them, leave one of "
+        "each out, or give their endings (--layout)"
     )
 
 
