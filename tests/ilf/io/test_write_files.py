@@ -326,10 +326,10 @@ def test_clouds_come_back_in_open3d(suffix, ascii, axes, signs, unit, scale, tmp
 
 @pytest.mark.parametrize("code", [errno.ELOOP, errno.EIO, errno.ENAMETOOLONG])
 def test_a_path_that_cannot_be_looked_at_is_told_of_in_words(code, tmp_path, monkeypatch):
-    def fail(_):
+    def fail(*_):
         raise OSError(code, os.strerror(code), str(tmp_path))
 
-    monkeypatch.setattr(Path, "exists", fail)
+    monkeypatch.setattr(os, "open", fail)
     with pytest.raises(InputError, match="cannot be read") as caught:
         read_file(tmp_path / "depth.png")
     assert "Errno" not in str(caught.value)
