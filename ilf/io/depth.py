@@ -69,7 +69,8 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
     path : path-like
         16-bit PNG or PGM, integer or floating-point TIFF, NPY or NPZ, EXR, PFM, HDF5, a depth map of COLMAP (.bin),
         512 x 424 float32 of a Kinect v2 without a header (.bin, .raw), an organised cloud (.pcd, its z), depth of PCL's
-        grabbers (.pclzf), or a phone's photo with depth (.heic). One channel may be an axis of its own, (H, W, 1).
+        grabbers (.pclzf), or a phone's photo with depth (.heic). One channel may be an axis of its own, (H, W, 1) or
+        (1, H, W).
 
     Returns
     -------

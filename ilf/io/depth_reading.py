@@ -50,8 +50,8 @@ _RISES = 0.5
 """Minimum correlation of rows and values; depth has a negative one in nearly all frames, since the floor is nearer at
 the bottom."""
 
-_NEAR, _NEARLY, _FAR = 0.5, 1.0, 6.0
-"""Median depth [m]: hardly any frame is below the first, few below the second, and few above the third."""
+_NEAR, _FAR = 0.5, 6.0
+"""Median depth [m]: hardly any frame is below the first, and few above the second."""
 
 _TUM_UNITS, _TUM_NEAREST = 5000.0, 0.35
 """Units of the TUM benchmark, and the depth [m] that 99 % of the depth of its cameras exceed: nearer is most likely in
@@ -123,8 +123,6 @@ def is_inverse(metres: NDArray[np.float32]) -> bool:
     """Whether values (H, W), NaN = missing, that are read as depth [m] seem to be disparity or inverse depth: they
     increase downwards, and their median is unusual for depth, or planes are linear in them."""
     median = float(np.nanmedian(metres))
-    if _NEARLY <= median <= _FAR:
-        return False
     step = -(-max(metres.shape) // _GRID)
     grid = metres[::step, ::step].astype(np.float64)
     rows = np.flatnonzero(np.isfinite(grid).any(axis=1))

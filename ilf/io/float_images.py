@@ -92,8 +92,10 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
 
 
 def without_channel(values: NDArray[Any]) -> NDArray[Any]:
-    """Values (H, W) from an array (H, W, 1); others unchanged."""
-    return values[..., 0] if values.ndim == 3 and values.shape[2] == 1 else values
+    """Values (H, W) from an array (H, W, 1) or (1, H, W); others unchanged."""
+    if values.ndim != 3 or 1 not in (values.shape[0], values.shape[2]):
+        return values
+    return values[..., 0] if values.shape[2] == 1 else values[0]
 
 
 # Depth from HDF5 files.
@@ -105,8 +107,8 @@ _DATA_SETS = "dataset", "depth", "depths"
 
 
 def read_hdf5(file: FileContent) -> NDArray[Any]:
-    """Read depth (H, W): the first data set of two axes with one of these names: dataset, depth, depths. What MATLAB
-    has saved, column by column, is transposed.
+    """Read depth (H, W): the first data set of two axes (or three, for `without_channel`) with one of these names:
+    dataset, depth, depths. What MATLAB has saved, column by column, is transposed.
 
     Raises
     ------
@@ -117,10 +119,13 @@ def read_hdf5(file: FileContent) -> NDArray[Any]:
     """
     name = str(file)
     with open_hdf5(io.BytesIO(file.data.tobytes()), name, "sequences", "Reading depth from HDF5") as opened:
-        found = next((data for one in _DATA_SETS if (data := dataset(opened, one, "fiu", 2, name)) is not None), None)
+        kinds = [(one, axes) for one in _DATA_SETS for axes in (2, 3)]
+        found = next(
+            (data for one, axes in kinds if (data := dataset(opened, one, "fiu", axes, name)) is not None), None
+        )
         if found is None:
             raise FormatError(f"{file} has no image named {' or '.join(_DATA_SETS)}. Save its depth under one of them.")
-        check_pixel_count(file, found.shape[1], found.shape[0])
+        check_pixel_count(file, math.prod(found.shape[1:]), found.shape[0])
         values = rows(found, slice(None), name)
         return np.ascontiguousarray(values.T) if is_of_matlab(file) else values
 

@@ -372,12 +372,13 @@ _ARKIT_HIGH = 2
 def confidence_doubt(confidence: NDArray[Any], least: float) -> str:
     """Describe why a minimum confidence is likely of another scale than the map; "" if it is not."""
     largest = float(np.nanmax(confidence))
-    if largest <= _ARKIT_HIGH or least > _ARKIT_HIGH:
+    is_highest_alone = not np.any((confidence >= least) & (confidence < largest))
+    if largest <= _ARKIT_HIGH or least > _ARKIT_HIGH or is_highest_alone:
         return ""
     return (
         f"The confidence map ranges from {np.nanmin(confidence):g} to {largest:g}, not from 0 to {_ARKIT_HIGH} as "
-        f"ARKit's, so a min. confidence of {least:g} leaves nearly all depth. Give one of the map's scale, such as "
-        f"{largest:g} for its highest values alone."
+        f"ARKit's, so a min. confidence of {least:g} also keeps depth of low confidence. Give one of the map's scale, "
+        f"such as {largest:g} for its highest values alone."
     )
 
 

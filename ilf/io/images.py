@@ -224,9 +224,14 @@ def _of_text(path: FileSource, content: bytes, header: ImageHeader) -> NDArray[A
 
 def read_indices(path: FileSource) -> NDArray[Any]:
     """Read the values of a label map or mask as `read_image`, but the indices of a palette in place of its colours, and
-    grey of less than 8 bits as stored, not scaled to 8."""
+    grey of less than 8 bits as stored, not scaled to 8; raises FormatError as it does, and for JPEG."""
     content = read_file(path)
     image, header = _decoded(content)
+    if header.kind == "JPEG":
+        raise FormatError(
+            f"{path}: JPEG changes values beside edges, so that labels and masks are not kept. Save it as PNG again, "
+            "from the original."
+        )
     data = content.data.tobytes()
     if header.has_palette and (header.kind == "PNG" or header.orientation == 1):
         with _reading(path, "its indices cannot be decoded"), Image.open(io.BytesIO(data), formats=_KINDS) as indexed:

@@ -17,16 +17,18 @@ _AS_FRAMES = (
     "Record3D (.r3d)."
 )
 _UNPACK = "Unpack it, and give the files in it."
+_HEIC = "an HEIC photo"
+_PAGE = "It is often the error page of a download: then download the file again."
 
 _BY_START: tuple[tuple[bytes, str, str], ...] = (
     (rb"version https://git-lfs", "a Git LFS pointer", "Fetch the file itself: git lfs pull."),
-    (rb"(?i)\s*<(!doctype html|html)", "an HTML page", "It is often the error page of a download: download it again."),
+    (rb"(?i)\s*<(!doctype html|html|!--|head|body)", "an HTML page", _PAGE),
     (rb"RIFF....WEBP", "a WebP image", _AS_IMAGE),
     (rb"RIFF....AVI ", "an AVI video", _AS_FRAMES),
     (rb"GIF8", "a GIF image", _AS_IMAGE),
     (rb"BM....\0\0\0\0", "a BMP image", _AS_IMAGE),
     (rb"....ftypavi[fs]", "an AVIF image", _AS_IMAGE),
-    (rb"....ftyp(hei|hev|mif1|msf1)", "an HEIC photo", "Rename it to .heic."),
+    (rb"....ftyp(hei|hev|mif1|msf1)", _HEIC, "Rename it to .heic."),
     (rb"....ftyp", "an MP4 or QuickTime video", _AS_FRAMES),
     (rb"\xff\x0a|\0\0\0\x0cJXL ", "a JPEG XL image", _AS_IMAGE),
     (rb"\0\0\0\x0cjP  |\xff\x4f\xff\x51", "a JPEG 2000 image", _AS_IMAGE),
@@ -47,17 +49,14 @@ _BY_START: tuple[tuple[bytes, str, str], ...] = (
     (rb"MATLAB 5", "a MATLAB file (5)", "Save it with -v7.3, or as NPY."),
     (rb"%PDF", "a PDF document", _AS_IMAGE),
     (rb"PLYF|ply\s", "a PLY cloud", "Depth is read from clouds as organised PCD. Save it so, or as an image."),
-    (rb"#ROSBAG|\x89MCAP|SQLite format 3", "a recording", "Give it alone, with its suffix (.bag, .mcap, .db3)."),
     (rb"\x1aE\xdf\xa3", "a Matroska or WebM video", _AS_FRAMES),
-    (rb"PK\x03\x04", "a zip archive", "Rename it to .npz if it is one, or unpack it."),
     (rb"\x1f\x8b", "a gzip archive", _UNPACK),
     (rb"\x28\xb5\x2f\xfd", "a file compressed by zstd", _UNPACK),
     (rb"BZh|\xfd7zXZ|7z\xbc\xaf|Rar!", "an archive", _UNPACK),
     (rb"\x80[\x02-\x05]", "a Python pickle", _AS_ARRAY),
-    (rb"\s*<(\?xml|svg)", "an XML or SVG file", _AS_IMAGE),
-    (rb'\s*[\[{]\s*["\[{\]}\d-]', "a JSON file", _AS_ARRAY),
+    (rb"\s*<(\?xml|svg)", "an XML or SVG file", f"{_AS_IMAGE} {_PAGE}"),
+    (rb'\s*[\[{]\s*["\[{\]}\d-]', "a JSON file", f"{_AS_ARRAY} {_PAGE}"),
     (rb"[\s\d.,;eE+-]{8,}(nan|inf)?[\s\d.,;eE+-]*", "a table as text (CSV)", _AS_ARRAY),
-    (rb"[\t\n\r\x20-\x7e]{8,}\Z", "a text file", "Check that it is the right file."),
 )
 """Pattern of the first bytes, kind, and what to do."""
 
@@ -70,6 +69,16 @@ _BY_SUFFIX = {
     **dict.fromkeys((".dng", ".nef", ".cr2", ".arw", ".raf"), ("a raw photo", _AS_IMAGE)),
 }
 """Suffix -> kind, and what to do, of files that are not known by their first bytes."""
+
+_CONTAINERS: tuple[tuple[bytes, str, str], ...] = (
+    (rb"#ROSBAG|\x89MCAP|SQLite format 3", "a recording", "Give it alone, with its suffix (.bag, .mcap, .db3)."),
+    (rb"PK\x03\x04", "a zip archive", "If it is an NPZ, rename it to .npz; otherwise unpack it."),
+    (rb"[\t\n\r\x20-\x7e]{8,}\Z", "a text file", "Check that it is the right file."),
+)
+"""As `_BY_START`, for what may contain anything, so that a suffix says more."""
+
+_NAME = re.compile("[A-Z][A-Z0-9]{2,}")
+"""A format's name in its kind."""
 
 _LONGEST_START = 64
 
@@ -84,8 +93,14 @@ def kind_of_file(file: FileSource, data: bytes) -> tuple[str, str] | None:
         Its content, or the beginning of it.
     """
     start = data[:_LONGEST_START].removeprefix(b"\xef\xbb\xbf")
-    found = next(((kind, remedy) for sign, kind, remedy in _BY_START if re.match(sign, start, re.DOTALL)), None)
-    return found or _BY_SUFFIX.get(Path(str(file)).suffix.lower())
+    return (
+        _by_start(_BY_START, start) or _BY_SUFFIX.get(Path(str(file)).suffix.lower()) or _by_start(_CONTAINERS, start)
+    )
+
+
+def _by_start(table: tuple[tuple[bytes, str, str], ...], start: bytes) -> tuple[str, str] | None:
+    """The kind and what to do of the first row of a table that fits."""
+    return next(((kind, remedy) for sign, kind, remedy in table if re.match(sign, start, re.DOTALL)), None)
 
 
 def kind_at(path: Path) -> tuple[str, str] | None:
@@ -113,4 +128,10 @@ def wrong_kind(file: FileSource, data: bytes, wanted: str) -> FormatError:
         return FormatError(
             f"{file} is not {wanted}: its content is of an unknown kind. Copy or export it again, as one of these."
         )
-    return FormatError(f"{file} is {found[0]}, not {wanted}. {found[1]}")
+    kind, remedy = found
+    if remedy.startswith("Rename"):
+        if (name := _NAME.search(kind)) and name[0] in wanted:
+            return FormatError(f"{file} is {kind}, which is read under another suffix. {remedy}")
+        if wanted == COMMON_IMAGES and kind != _HEIC:
+            remedy = "Give the colour image: if this is depth, the two were swapped."
+    return FormatError(f"{file} is {kind}, not {wanted}. {remedy}")

@@ -24,6 +24,9 @@ _LEAST_NEAR = 0.001
 """Minimum share of pixels with values just below the largest of 16 bits."""
 
 _FEWEST_VALUES = 32
+_ROUNDING = 0.01
+"""Maximum difference from a whole number after single precision."""
+
 _NEAR, _FAR = 0.3, 6.0
 """Median depth [m] outside of which nearly no frame of a depth camera lies."""
 
@@ -53,6 +56,8 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
         sign = f"they reach exactly {full:g}"
     elif at_largest >= _BACKGROUND and np.unique(seen[:: seen.size // 10_000 + 1]).size >= _FEWEST_VALUES:
         sign = f"{at_largest:.1%} of the pixels have the largest one, {largest:.4g}, like a background"
+    elif full == 1 and _are_integers(seen):
+        sign = "all are whole multiples of 1/65535, as in an integer image that was scaled to 0 to 1"
     elif not is_usual:
         sign = f"their median is {median:.3g}"
     else:
@@ -62,6 +67,12 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
         "is in no unit. Convert them to metres by the near and far plane, or give "
         f"{'m' if full == 1 else 'mm'} as the encoding if they are depth."
     )
+
+
+def _are_integers(seen: NDArray[Any]) -> bool:
+    """Whether values are those of an image of 8 or 16 bits, divided by the largest possible one."""
+    scaled = _UINT16_MAX * seen[:: seen.size // 10_000 + 1].astype(np.float64)
+    return bool(np.all(np.abs(scaled - np.rint(scaled)) < _ROUNDING) and np.unique(scaled).size >= _FEWEST_VALUES)
 
 
 def _is_one(metres: NDArray[np.float32]) -> bool:

@@ -530,6 +530,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             f"{root} contains an interrupted export: its {named['run']} is missing, so its files may not belong "
             "together. Export again."
         )
+    if not has_meta:
+        _check_alone(root, ("rgb", COLOUR_SUFFIXES), ("depth", DEPTH_FILE_SUFFIXES))
     rgb = _named_image(root, named["rgb"], named["run"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
     hint = ""
     if os.path.isfile(root / "gt.png"):
@@ -635,6 +637,14 @@ def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Pa
     others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
     what = "raw depth" if stem == "depth" else "colour image"
     raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.{hint}")
+
+
+def _check_alone(root: Path, *images: tuple[str, tuple[str, ...]]) -> None:
+    """Raise InputError if a folder has several files of the name and suffixes of one image."""
+    for stem, suffixes in images:
+        names = [stem + suffix for suffix in suffixes if os.path.isfile(root / (stem + suffix))]
+        if len(names) > 1:
+            raise InputError(f"{root} has {' and '.join(names)}: give the colour and the depth file that are meant.")
 
 
 def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:

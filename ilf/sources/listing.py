@@ -258,9 +258,10 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
             return found
         frames = [_frame_in(path, given) for path in inside]
         sources, what = [source for frame in frames for source in frame], "a folder for each frame"
-        if empty := sum(not frame for frame in frames):
+        if empty := [os.path.basename(path) for path, frame in zip(inside, frames, strict=True) if not frame]:
             notes.append(
-                f"{counted(empty, 'folder')} left out: there is no matching colour and depth file, or more than one."
+                f"{counted(len(empty), 'folder')} left out: there is no matching colour and depth file, or more than "
+                f"one ({_first_names(empty)})."
             )
     if not sources:
         told = f"{root} contains no frames: {why_none}"
@@ -276,9 +277,14 @@ def _without_results(sources: list[FrameSource]) -> tuple[list[FrameSource], tup
     results = [source for source in sources if source.depth is None and source.is_result]
     if not results or len(results) == len(sources):
         return sources, ()
-    names = ", ".join(source.name for source in results[:_MOST_NAMES]) + (", ..." if len(results) > _MOST_NAMES else "")
+    names = _first_names([source.name for source in results])
     note = f"{counted(len(results), 'folder')} left out: the depth was completed by ILF Studio, not measured ({names})."
     return [source for source in sources if source not in results], (note,)
+
+
+def _first_names(names: Sequence[str]) -> str:
+    """The first names of folders, for a note."""
+    return ", ".join(names[:_MOST_NAMES]) + (", ..." if len(names) > _MOST_NAMES else "")
 
 
 def _at_address(

@@ -150,13 +150,14 @@ def _parts(name: str) -> tuple[str, str]:
 # Files whose names are times.
 
 _TIME = re.compile(
-    r"(?:[A-Za-z]+[-_])?(\d{1,10}\.\d{3,}|\d{9,10}[-_](?:\d{6}|\d{9})|\d{13}|\d{16}|\d{19})|(\d{1,10}\.\d{2})"
+    r"(?:[A-Za-z]+[-_])?(\d{1,10}\.\d{3,}|\d{9,10}[-_](?:\d{6}|\d{9})|\d{13}|\d{16}|\d{19})(?:[-_.][A-Za-z]+)?"
+    r"|(\d{1,10}\.\d{2})"
 )
 _UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
 
 
 def time_of(name: str) -> float | None:
-    """The time [s] in a file name, also after a word: seconds with a fraction, or, since 1970, milli-, micro- or
+    """The time [s] in a file name, also beside a word: seconds with a fraction, or, since 1970, milli-, micro- or
     nanoseconds; - and _ count as the point of seconds since 1970. None if the name is not a time.
 
     Examples
@@ -223,8 +224,8 @@ def shared_text(shared: Iterable[tuple[str, ...]]) -> str:
     groups = [" and ".join(names) for names in shared]
     told = "; ".join([*groups[:2], *(["..."] if len(groups) > 2 else [])])
     return (
-        f"some files have the same name ({told}), but for endings, punctuation and zeros: rename them, leave one of "
-        "each out, or give their endings (--layout)"
+        f"some files, but for punctuation and ending, have the same name ({told}): leave one of each out, or give "
+        "their endings (--layout)"
     )
 
 

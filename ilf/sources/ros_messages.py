@@ -178,6 +178,8 @@ def _pixels(message: Any, path: Path) -> NDArray[Any]:
     row = width * channels * dtype.itemsize
     if dtype.itemsize > 1 and step == width * channels and len(message.data) == height * step:
         raise eight_bit_error(path, channels)
+    if len(message.data) == height * row:  # there is no padding, whatever the step says
+        step = row
     if min(width, height) < 1 or step < row or len(message.data) < (height - 1) * step + row:
         raise FormatError(
             f"{path}: an image of {width} x {height} pixels in {message.encoding} has rows of {step} bytes and "

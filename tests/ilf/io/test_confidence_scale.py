@@ -67,3 +67,11 @@ def test_a_map_of_another_scale_is_doubted(levels: np.ndarray, least: int, tmp_p
     assert main(["info", *map(str, files), "--min-confidence", str(least)]) == 0
     assert "warning:" in capsys.readouterr().out
     assert not ilf.load_frame(*files, min_confidence=levels.max()).plausibility_warnings
+
+
+@pytest.mark.parametrize("least", [1, 2])
+def test_a_map_of_two_values_is_not_doubted(least: int, tmp_path: Path) -> None:
+    files = save(tmp_path, "depth.png", "confidence.png", (255 * (LEVELS > 1)).astype(np.uint8))
+    frame = ilf.load_frame(*files, min_confidence=least)
+    assert np.array_equal(frame.known, LEVELS == 2)
+    assert not frame.plausibility_warnings

@@ -41,6 +41,10 @@ FOREIGN = {
     "pointer.pcd": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
     "pointer.heic": (lambda: b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n", "Git LFS"),
     "photo.heic": (lambda: encoded("JPEG"), "JPEG"),
+    "table2.csv": (lambda: b"x,y,depth\n1,2,3.4\n", "CSV"),
+    "mcap.svo2": (lambda: b"\x89MCAP0\r\n" + bytes(60), "ZED"),
+    "network.pt": (lambda: b"PK\x03\x04" + bytes(60), "array"),
+    "comment.png": (lambda: b"<!-- page -->\n<html>not here</html>", "HTML"),
     "files.zip": (lambda: b"PK\x03\x04" + bytes(60), "zip"),
     "film.mp4": (lambda: b"\0\0\0\x20ftypisom\0\0\x02\0", "video"),
     "film.webm": (lambda: b"\x1aE\xdf\xa3" + bytes(30), "video"),
@@ -68,6 +72,18 @@ def test_a_file_of_another_kind_is_named(name: str, tmp_path: Path, capsys) -> N
         assert main([command[0], str(tmp_path / name), *command[1:]]) == 1
         said = capsys.readouterr().err
         assert kind in said or Path(name).suffix not in {".svo", ".svo2", ".csv", ".webp", ".mp4", ".zip"}
+
+
+@pytest.mark.parametrize("kind", ["NPY", "HDF5"])
+def test_a_format_under_another_suffix_is_not_said_to_be_none_that_is_read(kind: str, tmp_path: Path) -> None:
+    content = {"NPY": b"\x93NUMPY\x01\0", "HDF5": b"\x89HDF\r\n\x1a\n"}[kind] + bytes(90)
+    (tmp_path / "depth.dat").write_bytes(content)
+    Image.fromarray(GREY).save(tmp_path / "depth.png")
+    with pytest.raises(ilf.IlfError, match=f"{kind}.* Rename it") as told:
+        read_depth_values(tmp_path / "depth.dat")
+    assert "not a" not in str(told.value)
+    with pytest.raises(ilf.IlfError, match=f"{kind}.*swapped"):
+        ilf.load_frame(tmp_path / "depth.dat", tmp_path / "depth.png")
 
 
 @pytest.mark.parametrize("name", ["take.bag", "take.mcap", "take.db3", "take.mkv", "take.r3d", "take.sens", "take.mat"])

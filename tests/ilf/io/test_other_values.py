@@ -40,6 +40,8 @@ VALUES = {
     "normalised": normalised(depth()),
     "normalised by the largest": np.where(np.isfinite(depth()), depth() / 4.1, 1.0),
     "normalised with another background": np.where(np.isfinite(depth()), depth() / 8, 0.9),
+    "8 bits, divided": np.where(np.isfinite(depth()), np.rint(51 * depth()) / 255, 0),
+    "16 bits of 0.1 mm, divided": np.where(np.isfinite(depth()), np.rint(1e4 * depth()) / 65535, 0),
     "inverse, normalised": np.where(np.isfinite(depth()), depth().min() / depth(), 0),
 }
 
@@ -84,6 +86,15 @@ def test_values_from_0_to_1_are_doubted(kind: str, values: np.ndarray, tmp_path:
     else:
         assert "z-buffer" in text or "inverse depth" in text
     assert "z-buffer" not in told(paths, encoding="mm" if kind == "depth.png" else "m")
+
+
+@pytest.mark.parametrize("scale", [1, 1.5, 4.5])
+def test_inverse_depth_in_16_bits_is_doubted_whatever_its_median(scale: float, tmp_path: Path) -> None:
+    rows = np.linspace(0.2, 1, 240)[:, None] + np.zeros(320)  # of a floor, from 5 m to 1 m
+    Image.fromarray(np.zeros((240, 320, 3), np.uint8)).save(tmp_path / "rgb.png")
+    for values, is_inverse in ((1000 * scale * rows, True), (1000 * scale / rows, False)):
+        Image.fromarray(np.rint(values).astype(np.uint16)).save(tmp_path / "depth.png")
+        assert ("inverse depth" in told((tmp_path / "rgb.png", tmp_path / "depth.png"))) == is_inverse
 
 
 def test_units_that_only_undo_16_bits_are_doubted(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from ilf.errors import FormatError
 from ilf.io.block_files import read_blocks
 from ilf.io.frame_additions import read_confidence
 from ilf.io.images import read_colour
@@ -86,3 +87,10 @@ def test_grey_of_few_bits_is_not_scaled(bits: int, tmp_path: Path) -> None:
 def test_colour_with_a_palette_is_its_colours(tmp_path: Path) -> None:
     (tmp_path / "rgb.png").write_bytes(palette(COLOURS["colours"], transparency=1))
     assert read_colour(tmp_path / "rgb.png")[0].tolist() == [[0, 0, 0], [128, 0, 0], [128, 0, 0], [0, 128, 0]]
+
+
+def test_jpeg_is_no_label_map(tmp_path: Path) -> None:
+    Image.fromarray(np.kron(INDICES, np.ones((9, 9), np.uint8)) * 60).save(tmp_path / "labels.jpg")
+    for read in (read_labels, read_mask):
+        with pytest.raises(FormatError, match=r"labels\.jpg: JPEG changes values"):
+            read(tmp_path / "labels.jpg")

@@ -117,13 +117,13 @@ def test_lzf_copies_from_what_it_has_written() -> None:
 
 
 def test_raw_floats_of_a_kinect_v2_are_millimetres(tmp_path: Path) -> None:
-    values = np.linspace(500, 4500, 424 * 512, dtype="<f4").reshape(424, 512)
+    values = np.linspace(4500, 500, 424 * 512, dtype="<f4").reshape(424, 512)
     values[0] = 0
     (tmp_path / "rgb.png").write_bytes(ilf_png(np.zeros((424, 512, 3), np.uint8)))
     for name in ("depth.raw", "depth.bin"):
         (tmp_path / name).write_bytes(values.tobytes())
         frame = ilf.load_frame(tmp_path / "rgb.png", tmp_path / name)
-        assert (frame.depth[-1, -1], frame.inputs.depth_units) == (4.5, 1000)
+        assert (frame.depth[-1, -1], frame.inputs.depth_units) == (0.5, 1000)
         assert np.isnan(frame.depth[0]).all()
     (tmp_path / "depth.raw").write_bytes(values.tobytes()[:-4])
     with pytest.raises(FormatError, match="512 x 424 float32"):
@@ -137,8 +137,12 @@ def ilf_png(image: np.ndarray) -> bytes:
 
 
 def test_one_channel_may_be_an_axis_and_hdf5_is_read(tmp_path: Path) -> None:
-    np.save(tmp_path / "a.npy", DEPTH[..., None])
-    assert np.array_equal(read_depth_values(tmp_path / "a.npy"), DEPTH, equal_nan=True)
+    for depth in (DEPTH[..., None], DEPTH[None]):
+        np.save(tmp_path / "a.npy", depth)
+        with h5py.File(tmp_path / "a.h5", "w") as file:
+            file["depth"] = depth
+        for name in ("a.npy", "a.h5"):
+            assert np.array_equal(read_depth_values(tmp_path / name), DEPTH, equal_nan=True)
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["depth"], file["other"] = DEPTH.astype(np.float16), np.zeros(3)
     assert read_depth_values(tmp_path / "a.h5").dtype == np.float16

@@ -326,7 +326,7 @@ def test_clouds_come_back_in_open3d(suffix, ascii, axes, signs, unit, scale, tmp
 
 @pytest.mark.parametrize("code", [errno.ELOOP, errno.EIO, errno.ENAMETOOLONG])
 def test_a_path_that_cannot_be_looked_at_is_told_of_in_words(code, tmp_path, monkeypatch):
-    def fail(*_, **__):
+    def fail(*_):
         raise OSError(code, os.strerror(code), str(tmp_path))
 
     monkeypatch.setattr(os, "open", fail)

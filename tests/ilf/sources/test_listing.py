@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from gui.features.frame_list.thumbnails import read_thumbnail
 from ilf.errors import FormatError, InputError
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import load_frame
 from ilf.sources.listing import list_frames
 from ilf.sources.pairing import natural, paired
 from ilf.sources.reading_options import ReadingOptions
@@ -85,12 +86,11 @@ def test_names_that_differ_in_punctuation_or_case_only_are_pairs(tmp_path):
 
 def test_names_that_fit_several_files_are_named(tmp_path):
     _touch(tmp_path, "rgb/a_b.png", "rgb/a;b.png", "depth/a-b.png")
-    with pytest.raises(InputError, match=r"same name.*a_b\.png"):
+    with pytest.raises(InputError, match=r"a;b\.png and a_b\.png.*leave one"):
         list_frames(tmp_path)
     _touch(tmp_path, "rgb/1.png", "rgb/2.png", "depth/1.png")
     told = " ".join(list_frames(tmp_path).notes)
     assert "1 colour file left out: there is no depth file of that name." in told
-    assert "same name" in told
     assert "a;b.png and a_b.png" in told
 
 
@@ -191,12 +191,23 @@ def test_without_frames_it_says_what_a_folder_holds(tmp_path, names):
         list_frames(_touch(tmp_path, *names))
 
 
+def test_folders_without_a_frame_are_named(tmp_path):
+    folder = _touch(tmp_path, "a/rgb.png", "a/depth.png", "b/rgb.png", "b/depth.png", "b/depth.npy", "c/x.txt")
+    told = " ".join(list_frames(folder).notes)
+    assert "2 folders left out" in told
+    assert "(b, c)" in told
+    with pytest.raises(InputError, match=r"depth\.png and depth\.npy"):
+        load_frame(folder / "b")
+
+
 @pytest.mark.parametrize(
     ("colours", "depths"),
     [
         (["1305031102_175304", "1305031102_208304"], ["1305031102_181304", "1305031102_214304"]),
         (["rgb_1305031102.175", "rgb_1305031102.208"], ["depth-1305031102.181", "depth-1305031102.214"]),
         (["12.033", "12.133"], ["12.037", "12.137"]),
+        (["1305031102.175304_rgb", "1305031102.208304_rgb"], ["1305031102.181304_depth", "1305031102.214304_depth"]),
+        (["1305031102175-color", "1305031102208-color"], ["1305031102181-depth", "1305031102214-depth"]),
         (["12.03", "12.13"], ["12.04", "12.14"]),
     ],
 )

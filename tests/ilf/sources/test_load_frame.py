@@ -245,7 +245,7 @@ HOSTILE_DEPTH = {
     "8-bit.pgm": (b"P5\n4 4\n255\n" + bytes(16), "8-bit image"),
     "three.png": (encoded(".png", np.dstack([MILLIMETRES] * 3)), r"shape \(24, 32, 3\).*one channel"),
     "flat.npy": (npy(METRES.ravel()), "shape .*one channel"),
-    "volume.npy": (npy(METRES[None]), "shape .*one channel"),
+    "volume.npy": (npy(np.stack([METRES, METRES])), "shape .*one channel"),
     "none.npy": (npy(np.zeros((0, 4), np.float32)), "truncated|shape"),
     "complex.npy": (npy(METRES.astype(complex)), "real numbers"),
     "bool.npy": (npy(METRES > 1), "real numbers"),

@@ -135,6 +135,18 @@ def test_colour_in_every_order_and_padded_rows(tmp_path: Path, encoding: str, to
     assert np.array_equal(frame.depth, in_metres(DEPTH), equal_nan=True)
 
 
+@pytest.mark.parametrize("step", [0, W])
+def test_rows_without_padding_are_read_whatever_the_step_says(tmp_path: Path, step: int) -> None:
+    with bag(tmp_path, "sqlite3") as out:
+        out.image("/camera/image_color", COLOUR, "rgb8", 0)
+        image = out.make(
+            "sensor_msgs/msg/Image", out.header(0, "colour"), H, W, "16UC1", 0, step, DEPTH.view(np.uint8).ravel()
+        )
+        out.write("/camera/depth_registered/image", image, 0)
+    source = ilf.open_source(tmp_path / "recording")
+    assert np.array_equal(source.read(source.keys[0]).depth, in_metres(DEPTH), equal_nan=True)
+
+
 @pytest.mark.parametrize(
     "encoding", ["uyvy", "yuv422_yuy2", "bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"]
 )
