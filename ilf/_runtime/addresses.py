@@ -8,12 +8,13 @@ from __future__ import annotations
 import errno
 import io
 import os
+import posixpath
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, TypeGuard
-from urllib.parse import urlsplit
+from urllib.parse import unquote, urlsplit
 
 import platformdirs
 
@@ -107,7 +108,7 @@ class Address(str):
     @property
     def store(self) -> str:
         """The server or the bucket; of hf://, the repository."""
-        parts = self.partition("://")[2].split("/")
+        parts = posixpath.normpath(unquote(self.partition("://")[2])).split("/")
         count = 1 if self.protocol != "hf" else 3 if parts[0] in {"datasets", "spaces"} else 2
         return f"{self.protocol}://{parts[0].lower()}{''.join(f'/{part}' for part in parts[1:count])}"
 

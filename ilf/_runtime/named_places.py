@@ -2,7 +2,8 @@
 
 `named_in` decides about each before anything of it is looked at. It may be opened if it lies in the folder or the store
 that has the file, if the user has opened it before on this machine (`note_opened`), or if he allows it; a file on
-this machine also if the SHA-256 of its content is stated with its name, since it tells the writer nothing then.
+this machine also if the SHA-256 of its content is stated with its name by another file here, since it tells the writer
+nothing then; a server would learn from the next request whether the file exists.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from .files import MAX_FILE_BYTES, file_sha256, write_bytes
 VARIABLE = "ILF_ALLOW_ADDRESS"
 """Environment variable with what is allowed, a line each; processes that this one starts have it, too."""
 
-_SHARE = re.compile(r"[\\/]{2}")
+_SHARE = re.compile(r"[\\/](?:[\\/]|\?\?[\\/])")
+"""Start of a network share, or of a path of Windows that may lead to one."""
 _FILES = "/*"
 """End of the entry of a folder of which only the files are meant."""
 
@@ -102,9 +104,9 @@ def named_in(path: str, base: str | os.PathLike[str] | None, sha256: str = "") -
     key = _key(place)
     if (
         inside
-        or _is_below(key, map(_key, os.environ.get(VARIABLE, "").splitlines()))
+        or _is_below(key, map(_key, filter(None, os.environ.get(VARIABLE, "").split("\n"))))
         or _was_opened(key)
-        or (sha256 and not _is_far(place) and _has_content(place, sha256))
+        or (sha256 and not _is_far(root) and not _is_far(place) and _has_content(place, sha256))
     ):
         return place
     raise NotAllowed(place)
@@ -163,8 +165,8 @@ def allow_address(*prefixes: str | os.PathLike[str]) -> Iterator[None]:
 
     Examples
     --------
-    >>> import ilf
-    >>> with ilf.sources.allow_address("s3://bucket/rgb", "/data"):
+    >>> from ilf.sources import allow_address
+    >>> with allow_address("s3://bucket/rgb", "/data"):
     ...     pass
     """
     before = os.environ.get(VARIABLE)
@@ -178,10 +180,12 @@ def allow_address(*prefixes: str | os.PathLike[str]) -> Iterator[None]:
             os.environ[VARIABLE] = before
 
 
-def note_opened(*paths: str | os.PathLike[str] | None) -> None:
-    """Remember what the user has opened: a folder or a recording with all in it, a file with the files beside it."""
-    new = dict.fromkeys(entry for path in paths if path is not None for entry in _entries(os.fspath(path)))
-    missing = [entry for entry in new if entry not in _known() and not _was_opened(entry.removesuffix(_FILES))]
+def note_opened(*paths: str | os.PathLike[str] | None, beside: bool = False) -> None:
+    """Remember what the user has opened: a file, a folder or a recording with all in it; with `beside`, which he must
+    have been told, also the files beside a file."""
+    new = dict.fromkeys(entry for path in paths if path is not None for entry in _entries(os.fspath(path), beside))
+    known = [entry for entry in new if entry in _known() or _was_opened(entry.removesuffix(_FILES))]
+    missing = [entry for entry in new if entry not in known and "\n" not in entry]  # which would be two entries
     if not missing:
         return
     try:
@@ -195,14 +199,10 @@ def note_opened(*paths: str | os.PathLike[str] | None) -> None:
         _unwritten.update(missing)
 
 
-def _entries(path: str) -> Iterable[str]:
-    if is_address(path):
-        address = _key(path)
-        return [address, posixpath.dirname(address) + _FILES] if posixpath.splitext(address)[1] else [address]
-    real = _key(os.path.abspath(path))
-    folder = os.path.dirname(real)
-    is_whole = os.path.isdir(real) or folder in {os.path.dirname(folder), _key(Path.home())}
-    return [real] if is_whole else [folder + _FILES]
+def _entries(path: str, beside: bool) -> Iterable[str]:
+    key = _key(path if is_address(path) else os.path.abspath(path))
+    is_file = posixpath.splitext(key)[1] != "" if is_address(key) else not os.path.isdir(key)
+    return [key, os.path.dirname(key) + _FILES] if beside and is_file else [key]
 
 
 def _key(path: str | os.PathLike[str]) -> str:
@@ -257,4 +257,4 @@ def _read(file: Path, time: int, size: int) -> frozenset[str]:
 
 
 def _lines(file: Path) -> list[str]:
-    return file.read_bytes().decode(*_CODE).splitlines()
+    return file.read_bytes().decode(*_CODE).split("\n")

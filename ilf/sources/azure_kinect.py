@@ -126,7 +126,7 @@ class AzureKinect(Recording):
         super().__init__(path)
         self._av = optional("av", "sequences", "A recording of an Azure Kinect")
         with self._reading():
-            self._container = self._av.open(str(path))
+            self._container = self._av.open(str(path), format="matroska")  # a list names other files
         try:
             self._colour, self._depth = self._needed_track(_COLOUR_TRACK), self._needed_track(_DEPTH_TRACK)
             if _has_8_bits(self._depth.codec_context):

@@ -175,6 +175,10 @@ def layout_from_text(text: str) -> Layout:
     return layout_of(values, GIVEN, where)
 
 
+_MAX_TOML = 2**16
+"""Maximum size of a table of layouts [bytes]; the time to parse names grows with its square."""
+
+
 def layouts_from_file(path: Path) -> list[Layout]:
     """The layouts of a TOML file: a table for each, or one without a table, named as the file.
 
@@ -186,6 +190,8 @@ def layouts_from_file(path: Path) -> list[Layout]:
         If it is not TOML, contains no layout, or one that is not valid.
     """
     content = read_file(path)
+    if len(content.data) > _MAX_TOML:
+        raise FormatError(f"{content} has more than {_MAX_TOML >> 10} KiB: it is no table of layouts.")
     try:
         data = tomllib.loads(content.data.tobytes().decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:

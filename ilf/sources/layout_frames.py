@@ -206,7 +206,7 @@ class LayoutFrames:
 
     def _existing(self, text: str, folder: str, texts: Mapping[str, str]) -> str | None:
         paths = (os.path.join(folder, filled(one, texts)) for one in alternatives(text))
-        if self._layout.name != GIVEN and re.match(r"[\\/]|(.*/)?\.\.(/|$)", text):
+        if self._layout.name != GIVEN and re.match(r"[\\/]|[A-Za-z]:|(.*/)?\.\.(/|$)", text):
             paths = (named_in(path, self._folders.root) for path in paths)
         return next((path for path in paths if os.path.exists(path)), None)
 

@@ -20,7 +20,7 @@ from .._runtime.files import open_file
 from .._runtime.installation import optional
 from ..errors import FormatError, IlfError, InputError, cause
 from ..io.mcap import EndedMcap, whole_size
-from .packed import unpacked, unpacking_command
+from .packed import bound_unpacking, unpacked, unpacking_command
 from .recording import (
     Cameras,
     RecordedFrame,
@@ -248,6 +248,7 @@ class RosBag(Recording):
         super().__init__(path)
         highlevel = optional("rosbags.highlevel", "sequences", "A ROS bag")
         typesys = optional("rosbags.typesys", "sequences", "A ROS bag")
+        bound_unpacking()
         plain, self._packed = _compressed_bag(path)
         if path.is_dir() and not (plain or self._packed or (path / METADATA).is_file()):
             raise InputError(

@@ -53,7 +53,7 @@ class Video:
         self.path = path
         self._av = optional("av", "sequences", "Reading video")
         with self._reading():
-            self._container = self._av.open(str(path))
+            self._container = self._av.open(str(path), format="mov")  # a list of FFmpeg names other files
         try:
             if not self._container.streams.video:
                 raise FormatError(f"{path} has no video track. Check that this is the right file.")

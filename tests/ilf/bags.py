@@ -145,10 +145,13 @@ class Bag:
 
 @contextmanager
 def bag(folder: Path, kind: str, name: str = "recording", compression: str = "NONE") -> Iterator[Bag]:
-    """Write a recording, in ROS 2 with a mode of compression by zstd; `path_of` says where it is."""
+    """Write a recording, with a compression of ROS 1 or a mode of it in ROS 2 (by zstd); `path_of` says where it is."""
     if kind == "ros1":
-        with Writer1(path_of(folder, kind, name)) as writer:
-            yield Bag(writer, is_ros1=True)
+        writer1 = Writer1(path_of(folder, kind, name))
+        if compression != "NONE":
+            writer1.set_compression(Writer1.CompressionFormat[compression])
+        with writer1:
+            yield Bag(writer1, is_ros1=True)
     else:
         plugin = StoragePlugin.SQLITE3 if kind == "sqlite3" else StoragePlugin.MCAP
         writer = Writer2(folder / name, version=9, storage_plugin=plugin)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -381,7 +382,8 @@ def test_a_list_at_an_address_leads_to_no_other_store(tmp_path: Path):
 
 
 def test_places_are_compared_by_their_parts():
-    note_opened("https://host/data/in", "s3://bucket/a/rgb.png")
+    note_opened("https://host/data/in")
+    note_opened("s3://bucket/a/rgb.png", beside=True)
     for place in ("https://host/data/in/rgb/0.png", "HTTPS://HOST/data/in", "s3://bucket/a/depth.png"):
         assert named_in(place, None).lower() == place.lower()
     for place in ("https://host.evil/data/in", "https://host/data/in2", "https://host/data/in/../x", "s3://bucket/b/c"):
@@ -390,7 +392,52 @@ def test_places_are_compared_by_their_parts():
     assert named_in("hf://datasets/a/b/x", "hf://datasets/a/b@main/y".replace("@main", ""))
     with pytest.raises(NotAllowed):
         named_in("hf://datasets/a/other/x", "hf://datasets/a/b/y")
+    with pytest.raises(NotAllowed):
+        named_in("hf://datasets/a/b/../%2e%2e/me/private/x", "hf://datasets/a/b/y")
     assert os.environ.get("ILF_ALLOW_ADDRESS") is None
+
+
+def by_hash(stranger: Path, own: Path) -> None:
+    sha256 = hashlib.sha256((own / "rgb/0000.png").read_bytes()).hexdigest()
+    (stranger / "run.json").write_text(json.dumps({"inputs": {"rgb": {"sha256": sha256}}}))
+    meta = {"rgb": str(own / "rgb/0000.png"), "run": "run.json", "depth": "depth.png", "depth_units_per_m": 1000}
+    (stranger / "meta.json").write_text(json.dumps(meta))
+    shutil.copy(own / "depth/0000.png", stranger / "depth.png")
+
+
+def by_links(stranger: Path, own: Path) -> None:
+    for kind in ("rgb", "depth"):
+        (stranger / f"{kind}.png").symlink_to(own / kind / "0000.png")
+
+
+@pytest.mark.parametrize("made", [by_hash, by_links])
+def test_what_a_stranger_knows_opens_no_other_file_beside_it(made: Callable[[Path, Path], None], tmp_path: Path):
+    own, stranger = write_frames(tmp_path / "own", 1), tmp_path / "stranger"
+    stranger.mkdir()
+    made(stranger, own)
+    ilf.load_frame(stranger)
+    with pytest.raises(NotAllowed):
+        named_in(str(own / "rgb/secret.png"), stranger)
+
+
+def test_a_server_does_not_learn_whether_a_file_exists(tmp_path: Path):
+    path = tmp_path / "a.png"
+    path.write_bytes(b"known")
+    sha256 = hashlib.sha256(b"known").hexdigest()
+    assert named_in(str(path), tmp_path / "other", sha256) == str(path)
+    with pytest.raises(NotAllowed):
+        named_in(str(path), "https://host/in", sha256)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no such names there")
+@pytest.mark.parametrize("end", ["\n", "\x0b", "\u2028"])
+def test_the_name_of_a_folder_allows_nothing_else(end: str, tmp_path: Path):
+    folder = tmp_path / f"in{end}" / "etc"
+    folder.mkdir(parents=True)
+    note_opened(folder)
+    with pytest.raises(NotAllowed):
+        named_in("/etc/passwd", tmp_path)
+    assert end == "\n" or named_in(str(folder), None)
 
 
 SECRETS = [

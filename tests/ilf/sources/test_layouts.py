@@ -473,6 +473,8 @@ def test_what_does_not_fit_names_the_layout_and_the_nearest(tmp_path: Path) -> N
         ilf.open_source(scene)
     with pytest.raises(FormatError, match="not valid TOML"):
         layouts_from_file(_wrong(tmp_path / "a.toml", "rgb = "))
+    with pytest.raises(FormatError, match="more than 64 KiB"):  # whose name takes a minute
+        layouts_from_file(_wrong(tmp_path / "a.toml", f"{'a.' * 200_000}a = 1"))
     with pytest.raises(FormatError, match=r"must contain a table"):
         layouts_from_file(_wrong(tmp_path / "a.toml", "a = 1"))
     (scene / "sparse").rename(scene / "sparse_depth")

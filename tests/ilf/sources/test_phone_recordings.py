@@ -120,6 +120,14 @@ def test_frames_of_a_video_in_any_order(tmp_path):
     assert len(hashes) == COUNT
 
 
+def test_a_video_that_is_a_list_of_others_is_not_followed(tmp_path):
+    folder = write_stray(tmp_path / "stray")
+    (folder / "rgb.mp4").rename(folder / "other.mp4")
+    (folder / "rgb.mp4").write_text("ffconcat version 1.0\nfile other.mp4\n")
+    with pytest.raises(FormatError, match=r"rgb\.mp4: this video cannot be read"):
+        ilf.open_source(folder).read("000000")
+
+
 def test_each_frame_of_record3d_may_have_a_camera_of_its_own(tmp_path):
     coefficients = [[60 + number, 60 + number, 31.5, 23.5] for number in range(COUNT)]
     source = ilf.open_source(write_record3d(tmp_path / "a.r3d", perFrameIntrinsicCoeffs=coefficients, poses=None))

@@ -510,6 +510,22 @@ def test_a_bag_that_would_unpack_without_end_is_refused(tmp_path: Path, monkeypa
 
 
 @pytest.mark.parametrize(
+    ("kind", "mode"), [("ros1", "BZ2"), ("ros1", "LZ4"), ("mcap", "STORAGE"), ("sqlite3", "MESSAGE")]
+)
+def test_a_part_of_a_bag_that_would_unpack_without_end_is_refused(
+    tmp_path: Path, kind: str, mode: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with bag(tmp_path, kind, compression=mode) as out:
+        out.image("/rgb", np.zeros((1000, 1000, 3), np.uint8), "rgb8", 0)
+        out.image("/depth", np.zeros((1000, 1000), np.uint16), "16UC1", 0)
+    assert ilf.open_source(path_of(tmp_path, kind)).keys
+    close_all()
+    monkeypatch.setattr("ilf.sources.packed._LARGEST", 2**20)
+    with pytest.raises(FormatError, match="when unpacked"):
+        ilf.open_source(path_of(tmp_path, kind))
+
+
+@pytest.mark.parametrize(
     ("name", "command"),
     [
         ("rec.mcap.zstd", "zstd -d .*rec.mcap.zstd -o .*rec.mcap$"),
