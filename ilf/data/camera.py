@@ -153,7 +153,7 @@ CAMERA_DOUBT = "The intrinsics may be wrong: "
 """Beginning of the doubt about the camera of a frame."""
 _NORMALISED = 10.0
 """Focal length [px] that no camera has; below it, numbers are relative to the image size."""
-_OFF_CENTRE, _AT_CENTRE = 0.1, 0.03
+_OFF_CENTRE, _AT_CENTRE = 0.08, 0.03
 """Distance of a principal point from the centre of its image, relative to the image, from which on it may be that of
 another size; largest distance from the centre of that size."""
 _FIELDS_OF_VIEW = 10.0, 150.0
@@ -165,8 +165,8 @@ _SIZES = (
     (3840, 2160), (4032, 3024), (4096, 3072),
 )  # fmt: skip
 """Common widths and heights [px] of images."""
-_FACTORS = 1 / 4, 1 / 3, 1 / 2, 3 / 2, 2, 3, 4
-"""Factors by which images are made smaller or larger; nearer ones also fit images that were cropped."""
+_FACTORS = 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 4 / 5, 5 / 4, 4 / 3, 3 / 2, 2, 3, 4
+"""Factors by which images are made smaller or larger."""
 
 
 def camera_doubt(camera: CameraIntrinsics, shape: tuple[int, int]) -> str:
@@ -216,7 +216,7 @@ def camera_doubt(camera: CameraIntrinsics, shape: tuple[int, int]) -> str:
 
 def is_normalised(camera: CameraIntrinsics) -> bool:
     """Whether the numbers cannot be pixels, but may be relative to the image size."""
-    return max(camera.fx, camera.fy) < _NORMALISED
+    return max(camera.fx, camera.fy) < _NORMALISED and max(camera.cx, camera.cy) <= 1
 
 
 def _size_around(camera: CameraIntrinsics, shape: tuple[int, int]) -> tuple[int, int] | None:
@@ -273,11 +273,8 @@ def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntr
     if problem := lens_problem(data):
         raise InputError(problem)
     size, names = stated_size(data), ("fx", "fy", "cx", "cy")
-    if "intrinsic_matrix" in data:
-        matrix = _array(data["intrinsic_matrix"])
-        found = camera_from_numbers(matrix.reshape(3, 3).T if matrix.shape == (9,) else matrix, name)
-    elif "K" in data:
-        found = camera_from_numbers(data["K"], name)
+    if matrix := {"K", "intrinsic_matrix"} & data.keys():
+        found = camera_from_numbers(data[matrix.pop()], name)
     elif "angle_x" in data and not data.keys() >= {*names}:
         size = size or (shape and (shape[1], shape[0]))
         found = _from_angles(data, size, name)
@@ -316,7 +313,8 @@ def _from_angles(data: Mapping[str, Any], size: tuple[int, int] | None, name: st
 
 
 _OTHER_LENS = re.compile(
-    r"fish|equi|kannala|omni(?!vision)|\bmei\b|ucm|(^|\s)ds(\s|$)|double.?sphere|\bfov|theta|spher|panoram|ortho|scaramuzza|cylind",
+    r"fish|equi|kannala|\bkb\d?\b|omni(?!vision)|\bmei\b|ucm|unified|ocam|\batan\b|(^|\s)ds(\s|$)|double.?sphere|\bfov|theta|spher|"
+    r"panoram|ortho|scaramuzza|cylind",
     re.I,
 )
 """What the names of lens models contain that are not those of pinhole cameras."""
@@ -333,15 +331,18 @@ def lens_problem(data: Mapping[str, Any]) -> str:
 
 
 def camera_from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
-    """Convert fx, fy, cx, cy or a 3 x 3 camera matrix to intrinsics; raise InputError if they are invalid."""
+    """Convert fx, fy, cx, cy or a 3 x 3 camera matrix, row by row or (as Open3D, ARKit and MATLAB have it) column by
+    column, to intrinsics; raise InputError if they are invalid."""
     array = _array(numbers).astype(float)
     if array.shape == (4,):
         fx, fy, cx, cy = array.tolist()
     elif array.shape in {(9,), (3, 3)}:
-        (fx, skew, cx), (below, fy, cy), last = array.reshape(3, 3).tolist()
+        matrix = array.reshape(3, 3)
+        (fx, skew, cx), (below, fy, cy), last = (matrix.T if matrix[2, :2].any() else matrix).tolist()
         if skew or below or last != [0, 0, 1]:
             raise InputError(
-                "A camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], row by row and without skew. " + REMEDY
+                "A camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], row by row or column by column, "
+                "and without skew. " + REMEDY
             )
     else:
         raise InputError(f"Intrinsics must be four numbers or a 3 x 3 matrix, not {array.size} numbers. {REMEDY}")

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import configparser
+import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import cv2
 import numpy as np
 import yaml
 
-from .._runtime.files import FileContent, read_file, read_json
-from .._runtime.sandbox import run_in_sandbox
-from ..data.camera import camera_of, lens_problem
+from .._runtime.files import FileContent, read_file
+from ..data.camera import camera_from_numbers, camera_of, lens_problem
 from ..errors import FormatError, InputError
 from .float_images import read_npy
 
@@ -35,9 +34,9 @@ def read_camera_file(path: Path, entry: str = "") -> StatedCamera:
     Parameters
     ----------
     path : Path
-        JSON, YAML, OpenCV's FileStorage, XML of PCL, or "name = value" in sections, with the keys of Open3D,
-        nerfstudio, librealsense, ROS, OpenCV, Kalibr, ORB-SLAM, KITTI and similar programs; text with numbers alone,
-        see `_of_numbers`; or NPY with a camera matrix.
+        JSON, YAML, XML (all three also as OpenCV's FileStorage), or "name = value" in sections, with the keys of
+        Open3D, nerfstudio, librealsense, ROS, OpenCV, Kalibr, ORB-SLAM, KITTI and similar programs; text with numbers
+        alone, see `_of_numbers`; or NPY with a camera matrix.
     entry : str
         The name of one of several cameras: a key above its numbers, or all of these, separated by /.
 
@@ -64,6 +63,8 @@ def chosen_camera(tree: Any, where: str, entry: str = "") -> StatedCamera:
     if entry and isinstance(tree, Mapping) and len(numbers := _numbers(tree.get(entry)) or []) == 4:
         return {"K": numbers}
     if not cameras:
+        if isinstance(tree, Mapping) and lens_problem(lens := _facts(_nested(tree))):
+            return lens
         raise FormatError(f"{where} contains no camera: neither fx, fy, cx and cy nor a camera matrix (K).")
     named = {key: camera for key, camera in cameras.items() if key.lower() == entry.lower().replace(".", "/")}
     below = {key: camera for key, camera in cameras.items() if entry.lower() in {"", *key.lower().split("/")}}
@@ -84,22 +85,27 @@ _ALIASES = {
     "fx": "fx flx focallengthx fu", "fy": "fy fly focallengthy fv",
     "cx": "cx ppx principalpointx cu u0", "cy": "cy ppy principalpointy cv v0",
     "width": "width w imagewidth xres", "height": "height h imageheight yres",
-    "K": "k cameramatrix intrinsics camk", "intrinsic_matrix": "intrinsicmatrix",
-    "lens": "lens cameramodel cameratype distortionmodel model modeltype type",
-    "distortion": "distortion distortioncoefficients distortioncoeffs distcoeffs coeffs d",
-    "angle_x": "cameraanglex anglex", "angle_y": "cameraangley angley",
-    "size": "size imagesize resolution", "focal": "focallength", "principal": "principalpoint",
+    "K": "k cameramatrix intrinsics intrinsicmatrix camk",
+    "lens": "lens cameramodel cammodel cameratype distortionmodel distortiontype model modeltype type projection",
+    "distortion": "coeffs d", "angle_x": "cameraanglex anglex", "angle_y": "cameraangley angley",
+    "size": "size imagesize resolution imageresolution", "focal": "focallength", "principal": "principalpoint",
 }  # fmt: skip
 """Name -> the names that files have for it, in lower case and without punctuation."""
 _NAMES = {alias: name for name, aliases in _ALIASES.items() for alias in aliases.split()}
 _PAIRS = {"size": ("width", "height"), "focal": ("fx", "fy"), "principal": ("cx", "cy")}
-_LISTS = "K", "intrinsic_matrix", "distortion"
+_LISTS = "K", "distortion"
 _COEFFICIENTS = "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"
-_LENSES_BY_NUMBER = {"3": "ftheta", "5": "kannala_brandt4"}
-"""Lens models that are no pinhole, by the number that librealsense writes."""
-_SHARED = {"camera", "resolution", "size", "imagesize", "distortion", "distortionparameters", ""}
+_DISTORTION = re.compile("distort|distc|^dist$")
+"""What other names of coefficients of distortion contain, and those of mappings with them."""
+_LENSES_BY_NUMBER = {
+    "model3": "ftheta", "model5": "kannala_brandt4", "cameratype1": "fisheye", "cameratype2": "equirectangular"
+}  # fmt: skip
+"""Lens models that are no pinhole, by the numbers that librealsense and DepthAI write."""
+_SHARED = {"camera", "image", "resolution", "size", "imagesize", "imageresolution", ""}
 """Keys, in the same form, whose content belongs to the camera beside them; "" is that of YAML's <<."""
 _ABOUT_IMAGE = "width", "height", "lens", "distortion"
+_DERIVED = re.compile(r"^p\d*$|proj|rect|^new|^opt")
+"""Keys, in the same form, of camera matrices of the rectified image, beside that of the image."""
 _MAX_DEPTH = 20
 
 
@@ -110,30 +116,34 @@ def cameras_in(
 
     The numbers of a camera are from one mapping; image size and lens may be stated above, for all cameras below.
     """
-    if isinstance(tree, list):
-        tree = {str(number): item for number, item in enumerate(tree, 1) if isinstance(item, Mapping)}
+    tree = _numbered(tree) if isinstance(tree, list) else tree
     if not isinstance(tree, Mapping) or len(path) > _MAX_DEPTH:
         return
     tree = _nested(tree)
     facts, around = _facts(tree), dict(known or {})
     below = {key: item for key, item in tree.items() if isinstance(item, Mapping | list) and _numbers(item) is None}
     for key, item in below.items():
-        shared = _facts(item) if isinstance(item, Mapping) and _plain(key) in _SHARED else {}
-        around |= {} if _numbers_in(shared) else shared
-    around = {name: value for name, value in (around | facts).items() if name in _ABOUT_IMAGE}
+        around = _about_image(around, _shared(_plain(key), item))
+    around = _about_image(around, facts)
     if numbers := _numbers_in(facts):
         yield "/".join(path) or "top", around | numbers
-        around = {}
-    else:
-        for key, item in tree.items():
-            if (matrix := _square(_numbers(item) or [])) is not None and _is_camera_matrix(matrix):
-                yield "/".join((*path, key)), around | _lettered(tree, key) | {"K": matrix}
+    for key, item in tree.items():
+        plain, matrix = _plain(key), _numbers(item) or []
+        if _is_camera_matrix(plain, matrix) and not (numbers and (plain in _NAMES or _DERIVED.search(plain))):
+            yield "/".join((*path, key)), around | _lettered(tree, key) | {"K": _square(matrix)}
     for key, item in below.items():
-        yield from cameras_in(item, around, (*path, key))
+        yield from cameras_in(item, {} if numbers else around, (*path, key))
 
 
 def _plain(key: str) -> str:
     return re.sub(r"[\W_]", "", key).lower()
+
+
+def _numbered(items: list[Any]) -> dict[str, Any]:
+    """The mappings and lists of a list by their number, from 1, or by the name before each, as in [[0, {...}]]."""
+    if all(isinstance(item, list) and len(item) == 2 and isinstance(item[0], str | int) for item in items):
+        return {str(name): item for name, item in items}
+    return {str(number): item for number, item in enumerate(items, 1) if isinstance(item, Mapping | list)}
 
 
 def _nested(tree: Mapping[Any, Any]) -> dict[str, Any]:
@@ -148,25 +158,47 @@ def _nested(tree: Mapping[Any, Any]) -> dict[str, Any]:
     return found
 
 
+def _about_image(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
+    """What both state about an image: the second rather than the first, but the lenses of both."""
+    found = {name: value for name, value in {**first, **second}.items() if name in _ABOUT_IMAGE}
+    lenses = [facts["lens"] for facts in (first, second) if "lens" in facts]
+    return found | ({"lens": " ".join(dict.fromkeys(lenses))} if lenses else {})
+
+
+def _shared(plain: str, item: Any) -> dict[str, Any]:
+    """What a mapping states about the camera beside it."""
+    is_distortion = bool(_DISTORTION.search(plain))
+    if not isinstance(item, Mapping) or not (is_distortion or plain in _SHARED):
+        return {}
+    facts = _facts(item)
+    if is_distortion:
+        values = (value if isinstance(value, Mapping | list) else [value] for value in item.values())
+        if any(numbers := [number for value in values for number in _numbers(value) or []]):
+            facts.setdefault("distortion", numbers)
+    return {} if _numbers_in(facts) else facts
+
+
 def _facts(tree: Mapping[str, Any]) -> dict[str, Any]:
     """What a mapping itself states about a camera, by the names of `_ALIASES`."""
     found: dict[str, Any] = {}
     for key, item in tree.items():
-        name, numbers = _NAMES.get(_plain(str(key)), ""), _numbers(item) or []
-        if name in _PAIRS and len(numbers) == 2:
-            found |= zip(_PAIRS[name], numbers, strict=True)
+        plain, numbers, told = _plain(str(key)), _numbers(item) or [], str(item).removesuffix(".0")
+        name = _NAMES.get(plain, "distortion" if _DISTORTION.search(plain) else "")
+        if "fisheye" in plain and told in {"True", "true", "1"}:
+            name, told = "lens", "fisheye"
+        if name == "size" and isinstance(item, str):
+            numbers = [float(number) for number in re.findall(r"\d+", item)]
+        if name in _PAIRS and numbers and numbers == numbers[:2] * (len(numbers) // 2):
+            found |= zip(_PAIRS[name], numbers, strict=False)
         elif name in _LISTS and len(numbers) > 1:
-            found[name] = numbers
+            found[name] = numbers if any(numbers) else found.get(name, numbers)
         elif name == "lens" and isinstance(item, str | int | float):
-            told = str(item).removesuffix(".0")
-            found[name] = f"{found.get(name, '')} {_LENSES_BY_NUMBER.get(told, told)}".strip()
+            found[name] = f"{found.get(name, '')} {_LENSES_BY_NUMBER.get(plain + told, told)}".strip()
         elif name and name not in {*_PAIRS, *_LISTS, "lens"} and not isinstance(item, Mapping | list):
             found[name] = item
     coefficients = [item if isinstance(item := tree.get(name), int | float) else 0.0 for name in _COEFFICIENTS]
     if any(coefficients):
         found.setdefault("distortion", coefficients)
-    if tree.get("is_fisheye") is True:
-        found["lens"] = "fisheye"
     if {"fl_x", "camera_angle_x"} & tree.keys():  # measured from the corner of the top left pixel
         found |= {name: found[name] - 0.5 for name in ("cx", "cy") if isinstance(found.get(name), int | float)}
         found |= {"fy": found["fx"]} if "fx" in found and not {"fy", "angle_y"} & found.keys() else {}
@@ -175,9 +207,8 @@ def _facts(tree: Mapping[str, Any]) -> dict[str, Any]:
 
 def _numbers_in(facts: Mapping[str, Any]) -> dict[str, Any]:
     """The numbers of a camera among facts; empty if there are not all."""
-    for name in ("intrinsic_matrix", "K"):
-        if any(facts.get(name, ())):  # ROS writes zeros for a camera that is not calibrated
-            return {name: _square(facts[name]) or facts[name]}
+    if any(facts.get("K", ())):  # ROS writes zeros for a camera that is not calibrated
+        return {"K": _square(facts["K"])}
     names = "fx", "fy", "cx", "cy", "angle_x", "angle_y"
     is_complete = facts.keys() >= {"fx", "fy", "cx", "cy"} or "angle_x" in facts
     return {name: facts[name] for name in names if name in facts} if is_complete else {}
@@ -192,15 +223,21 @@ def _numbers(item: Any) -> list[float] | None:
     return array.astype(float).ravel().tolist() if array.dtype.kind in "iuf" and array.ndim else None
 
 
-def _square(numbers: list[float]) -> list[float] | None:
-    """The 3 x 3 matrix in one of 3 or 4 rows and columns, row by row; None for other numbers."""
+def _square(numbers: list[float]) -> list[float]:
+    """The 3 x 3 matrix in one of 3 or 4 rows and columns, row by row; other numbers as they are."""
     columns = {9: 3, 12: 4, 16: 4}.get(len(numbers))
-    return [numbers[columns * row + at] for row in range(3) for at in range(3)] if columns else None
+    return [numbers[columns * row + at] for row in range(3) for at in range(3)] if columns else numbers
 
 
-def _is_camera_matrix(matrix: list[float]) -> bool:
-    fx, skew, cx, below, fy, cy, *last = matrix
-    return min(fx, fy, cx, cy) > 0 and not skew and not below and last == [0, 0, 1]
+def _is_camera_matrix(plain: str, numbers: list[float]) -> bool:
+    """Whether numbers are a camera matrix, or four numbers whose key says that they are intrinsics."""
+    if len(numbers) not in {9, 12, 16} and not (len(numbers) == 4 and "intrinsic" in plain):
+        return False
+    try:
+        camera = camera_from_numbers(_square(numbers), "")
+    except InputError:
+        return False
+    return min(camera.cx, camera.cy) > 0
 
 
 def _lettered(tree: Mapping[str, Any], key: str) -> dict[str, Any]:
@@ -226,12 +263,10 @@ def _tree_of(content: FileContent) -> Any:
     if suffix != ".json" and len(content.data) > _MAX_TEXT:
         raise FormatError(f"{content} has more than {_MAX_TEXT >> 20} MiB. Keep the part with the camera.")
     text = content.data.tobytes().decode("utf-8-sig", "replace")
-    if suffix == ".json" or text.lstrip()[:1] == "{":
-        data = read_json(content)
-        return {"K": data} if isinstance(data, list) and _numbers(data) else data
     try:
-        if text.startswith("%YAML:") or "!!opencv-matrix" in text or "<opencv_storage" in text:
-            return _of_opencv(content, text)
+        if suffix == ".json" or (text.lstrip()[:1] == "{" and suffix not in {".yaml", ".yml"}):
+            data = json.loads(content.data.tobytes(), object_pairs_hook=_once)
+            return {"K": data} if isinstance(data, list) and _numbers(data) else data
         if text.lstrip()[:1] == "<":
             return _parsed(_of_xml(text))
         lines = [line.partition("#")[0] for line in text.splitlines()]
@@ -240,9 +275,11 @@ def _tree_of(content: FileContent) -> Any:
         words = re.split(r"[\s,;\[\]]+", " ".join(lines).strip("[]; \t"))
         if isinstance(numbers := _number_or_text(" ".join(words)), float | list):
             return _of_numbers(content, numbers if isinstance(numbers, list) else [numbers])
-        names, values = words[: len(words) // 2], _number_or_text(" ".join(words[len(words) // 2 :]))
-        if isinstance(values, list) and len(names) == len(values) and all(map(str.isidentifier, names)):
-            return dict(zip(names, values, strict=True))  # a line of names and one of numbers
+        half = len(words) // 2  # a line of names and one of numbers, or lines of a name and a number
+        for names, numbers in ((words[:half], words[half:]), (words[::2], words[1::2])):
+            values = _number_or_text(" ".join(numbers))
+            if isinstance(values, list) and len(names) == len(values) and all(map(str.isidentifier, names)):
+                return _once(zip(names, values, strict=True))
         return _parsed(_of_sections(text) if _ASSIGNED.search(text) else _of_yaml(text))
     except (yaml.YAMLError, configparser.Error, ElementTree.ParseError, ValueError, RecursionError) as error:
         told = " ".join(str(error).split())
@@ -252,9 +289,9 @@ def _tree_of(content: FileContent) -> Any:
 def _of_numbers(content: FileContent, numbers: list[float]) -> StatedCamera:
     """The camera of numbers alone: a camera matrix of 3 or 4 rows and columns, or of 3 rows and 4 columns; fx fy cx cy,
     without or with 4 or 5 coefficients of distortion after it, or with width and height before it."""
-    matrix, count = _square(numbers), len(numbers)
-    if count == 4 or (matrix and not (count == 9 and numbers[1] and numbers[3])):
-        return {"K": matrix or numbers}
+    count = len(numbers)
+    if count in {4, 12, 16} or (count == 9 and not (numbers[1] and numbers[3])):
+        return {"K": _square(numbers)}
     if count in {6, 11} and numbers[4] < numbers[0] and numbers[5] < numbers[1]:
         return {"size": numbers[:2], "K": numbers[2:6], "distortion": numbers[6:]}
     if count in {8, 9}:
@@ -291,6 +328,18 @@ def _parsed(tree: Any) -> Any:
     return _number_or_text(re.sub(r"[\[\];]", " ", tree)) if isinstance(tree, str) else tree
 
 
+def _once(pairs: Iterable[tuple[Any, Any]]) -> dict[str, Any]:
+    """A mapping; raises ValueError where a key of a camera, or one with several values, is stated in two ways."""
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        name = str(key)
+        is_unclear = isinstance(value, Mapping | list) or _plain(name.rpartition(".")[2]) in _NAMES
+        if is_unclear and found.get(name, value) != value:
+            raise ValueError(f"{name} is stated twice, in two ways; keep that of the camera of this image")
+        found[name] = value
+    return found
+
+
 class _Loader(yaml.BaseLoader):
     """Mappings, lists and text of YAML, whatever its tags, with so few aliases that they cannot fill the memory."""
 
@@ -302,8 +351,14 @@ class _Loader(yaml.BaseLoader):
             raise yaml.YAMLError(f"more than {_MAX_ALIASES} aliases")
         return super().compose_node(parent, index)
 
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[str, Any]:
+        return _once((self.construct_object(key, True), self.construct_object(item, True)) for key, item in node.value)
+
 
 def _of_yaml(text: str) -> Any:
+    """YAML, also with tabs, and as OpenCV's FileStorage writes it (whose own reader damaged files can crash)."""
+    text = re.sub(r"\A%YAML:.*\n(---.*\n)?", "", text.expandtabs())
+    text = re.sub(r"\b(rows|cols|dt|data):(?=\S)", r"\1: ", text)
     if len(text) > _MAX_YAML:
         raise yaml.YAMLError(f"more than {_MAX_YAML >> 10} KiB; keep the part with the camera")
     documents = [one for one in yaml.load_all(text, _Loader) if one is not None]
@@ -311,38 +366,19 @@ def _of_yaml(text: str) -> Any:
 
 
 def _of_sections(text: str) -> Any:
-    parser = configparser.RawConfigParser(strict=False, inline_comment_prefixes="#")
+    parser = configparser.RawConfigParser(inline_comment_prefixes="#")
     parser.optionxform = str  # type: ignore[assignment, method-assign]
     parser.read_string(f"[camera]\n{text}")
     return {name: dict(parser[name]) for name in parser.sections()}
 
 
 def _of_xml(text: str) -> Any:
-    """XML, also with several roots, as PCL writes it."""
-    if "<!" in re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL):
-        raise ValueError("it declares entities")
+    """XML, also with several roots, as PCL writes it; within a root of ours, no entities can be declared."""
 
     def tree(element: ElementTree.Element) -> Any:
-        return {child.tag: tree(child) for child in element} if len(element) else element.text or ""
+        tags = [child.tag for child in element]
+        if len(tags) > 1 and len({*tags}) == 1:
+            return [tree(child) for child in element]
+        return _once((child.tag, tree(child)) for child in element) if tags else element.text or ""
 
-    return tree(ElementTree.fromstring(f"<cameras>{re.sub(r'<[?].*?[?]>', '', text)}</cameras>"))
-
-
-def _of_opencv(content: FileContent, text: str) -> Any:
-    if not text.startswith("%YAML:") and "<opencv_storage" not in text:  # without it, OpenCV reads nothing
-        text = "%YAML:1.0\n---\n" + re.sub(r"\A(%YAML.*\n)?(---.*\n)?", "", text)
-    return run_in_sandbox(_from_file_storage, text, file=str(content))
-
-
-def _from_file_storage(text: str) -> Any:
-    """The content of a FileStorage of OpenCV, whose reader damaged files can crash."""
-
-    def tree(node: cv2.FileNode) -> Any:
-        if node.isMap():
-            return {key: tree(node.getNode(key)) for key in node.keys()}  # noqa: SIM118
-        if node.isSeq():
-            return [tree(node.at(number)) for number in range(node.size())]
-        return node.string() if node.isString() else node.real()
-
-    storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
-    return tree(storage.root())
+    return tree(ElementTree.fromstring(f"<cameras>{re.sub(r'<[?][^<>]*>', '', text)}</cameras>"))

@@ -39,9 +39,8 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     ----------
     spec : None, CameraIntrinsics, str, path, sequence, mapping or ndarray
         A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy";
-        a row-major 3 x 3 matrix; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix};
-        {"intrinsic_matrix": nine numbers, column-major} as written by Open3D; or the path of a file, see
-        `read_camera_file`, followed by #NAME for one of its cameras.
+        a 3 x 3 matrix, row by row or column by column; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix}, also as
+        "intrinsic_matrix"; or the path of a file, see `read_camera_file`, followed by #NAME for one of its cameras.
     shape : (int, int), optional
         (H, W) of the frame. Numbers with a known image size (presets; mappings with "width" and "height") are
         scaled to it.

@@ -82,6 +82,20 @@ WRITTEN = {
     "projection.txt": " ".join(map(str, P)),
     "assigned.txt": "# Middlebury\ncam0=[131.25 0 79.5; 0 131.25 59.5; 0 0 1]\nwidth=160\nheight=120\n",
     "sections.conf": "[LEFT_CAM_VGA]\n" + FLAT.format("").replace(": ", "="),
+    "calibration.yml": OPENCV.replace("---\n", '---\ncalibration_time: "Tue 05 Mar 10:33:00"\n# +fix_aspectRatio\n')
+    + 'image_points: !!opencv-matrix\n   rows: 1\n   cols: 1\n   dt: "2f"\n   data: [ 1.9e-01, 2. ]\n',
+    "no blanks.yaml": f"%YAML:1.0\nLEFT.K: !!opencv-matrix\n  rows:3\n  cols:3\n  data:{K}\n",
+    "by column.json": json.dumps({"w": 160, "h": 120, "K": [131.25, 0, 0, 0, 131.25, 0, 79.5, 59.5, 1]}),
+    "by row.json": json.dumps({"intrinsic_matrix": [K[:3], K[3:6], K[6:]]}),
+    "depthai.json": json.dumps({"cameraData": [[0, {"cameraType": 0, "intrinsicMatrix": [K[:3], K[3:6], K[6:]]}]]}),
+    "flow.yaml": f"{{K: {CAMERA}}}\n",
+    "tabs.yaml": "camera:\n\t" + FLAT.format("\t"),
+    "lines.txt": "fx 131.25\nfy 131.25\ncx 79.5\ncy 59.5\n",
+    "size as text.yaml": "resolution: 320x240\nfx: 262.5\nfy: 262.5\ncx: 159.5\ncy: 119.5\n",
+    "size beside.yaml": "image: {width: 320, height: 240}\nrgb: {fx: 262.5, fy: 262.5, cx: 159.5, cy: 119.5}\n",
+    "basalt.json": json.dumps(
+        {"resolution": [[640, 480]] * 2, "intrinsics": [{"fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5}]}
+    ),
     "anchors.yaml": "common: &size\n  width: 160\n  height: 120\nrgb:\n  <<: *size\n  " + FLAT.format("  "),
 }  # fmt: skip
 
@@ -125,9 +139,14 @@ def test_two_cameras_are_a_question_that_a_name_answers(tmp_path):
         ("1 PINHOLE 160 120 131.25 131.25 80 60\n2 PINHOLE 160 120 91.25 91.25 80 60\n", "1"),
         (json.dumps({f"{n}.png": {**LARGE, "fx": 1050.0 + n} for n in (0, 1)}), "0.png"),
         (f"P0: {ROW}\nP2: {ROW.replace('131.25', '91.25')}\nTr: {'0.1 ' * 12}", "P0"),
+        (json.dumps({"K_color": K, "K_depth": [91.25, *K[1:]]}), "K_color"),
+        (json.dumps({"K": K, "K_depth": [91.25, *K[1:]]}), "top"),
+        (f"color_intrinsics: {CAMERA}\ndepth_intrinsics: {[91.25, *CAMERA[1:]]}\n", "color_intrinsics"),
+        (json.dumps({"cameraData": [[n, {**LARGE, "fx": fx}] for n, fx in ((0, 900), (1, 1050.0))]}), "1"),
         (f"%YAML:1.0\n---\nM1{MATRIX.replace('131.25', '91.25')}M2{MATRIX}", "M2"),
     ],
-    ids=["realsense", "kalibr", "orb-slam", "colmap", "by image", "kitti", "stereo of opencv"],
+    ids=["realsense", "kalibr", "orb-slam", "colmap", "by image", "kitti", "letters", "top", "lists", "depthai",
+         "stereo of opencv"],
 )  # fmt: skip
 def test_cameras_of_a_rig_are_chosen_and_never_mixed(tmp_path, content, name):
     path = _written(tmp_path, "rig.json" if content[0] == "{" else "rig.yaml", content)
@@ -145,10 +164,26 @@ def test_keys_of_two_cameras_are_not_one(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("twice.yaml", FLAT.format("") + "# depth\n" + FLAT.format("").replace("131", "91")),
+        ("twice.yaml", "rgb:\n  " + FLAT.format("  ") + "rgb:\n  " + FLAT.format("  ").replace("131", "91")),
+        ("twice.yaml", OPENCV + "camera_matrix" + MATRIX.replace("131", "91")),
+        ("twice.json", '{"fx": 91, "fy": 131, "fx": 131, "cx": 79.5, "cy": 59.5}'),
+        ("twice.ini", (FLAT.format("") + FLAT.format("").replace("131", "91")).replace(":", " =")),
+        ("twice.xml", "<a>" + "".join(f"<fx>{n}</fx><fy>131</fy><cx>79</cx><cy>59</cy>" for n in (1, 2)) + "</a>"),
+    ],
+)  # fmt: skip
+def test_what_is_stated_twice_is_refused(tmp_path, name, content):
+    with pytest.raises(FormatError, match=r"twice\.\w+ .*(camera_matrix|rgb|fx)"):
+        intrinsics_from(_written(tmp_path, name, content), SHAPE)
+
+
+@pytest.mark.parametrize(
     "content",
     [
         "fx: [", "a: " + "[" * 20_000, "%YAML:1.0\n---\nfx: [", "%YAML:1.0\n---\na: " + "[" * 100_000, "<a>",
-        "<!DOCTYPE a>", "{", "words only\n", "1 2 3", "525 525 319.5 239.5 640 480",
+        "<!--" * 100_000, "<?" * 100_000, "<!DOCTYPE a>", "{", "words only\n", "1 2 3", "525 525 319.5 239.5 640 480",
         "!!python/object/apply:os.system ['false']", "fx: 1\n" * 60_000, "[camera]\nfx=a\n",
         "a: &a {x: 1}\nb: &b {<<: [*a, *a]}\n" + "".join(f"c{n}: &b {{<<: [*b, *b]}}\n" for n in range(40)),
         "fx: wide\nfy: 1\ncx: 2\ncy: 3\n", f"K: {[*K[:8], 2.0]}\n", f"K: {[0.0] * 9}\n", "{\"depth\": " * 5_000,
@@ -164,6 +199,7 @@ def test_a_damaged_file_is_one_sentence_with_its_name(tmp_path, content):
 @pytest.mark.parametrize(
     ("stated", "note"),
     [
+        ({"rgbDistortion": {"k1": 0.1, "k2": 0.0}, "depthDistortion": {"k1": 0.0}}, "distortion"),
         ({"coeffs": [0.1, 0, 0, 0, 0], "model": "distortion.inverse_brown_conrady"}, "distortion"),
         ({"k1": 0.05, "camera_model": "OPENCV"}, "distortion"),
         ({"coeffs": [0.0] * 5, "model": 2}, ""),
@@ -171,6 +207,13 @@ def test_a_damaged_file_is_one_sentence_with_its_name(tmp_path, content):
         ({"camera_model": "EQUIRECTANGULAR"}, "EQUIRECTANGULAR"),
         ({"camera_model": "pinhole", "distortion_model": "equidistant"}, "equidistant"),
         ({"coeffs": [0.1, 0, 0, 0, 0], "model": 5}, "kannala"),
+        ({"cameraType": 1}, "fisheye"),
+        ({"fisheye_model": 1}, "fisheye"),
+        ({"camera_type": "kb4"}, "kb4"),
+        ({"type": "pinhole", "distortion": {"type": "equidistant", "parameters": [0.0] * 4}}, "equidistant"),
+        ({"distortion": {"type": "radial-tangential", "parameters": {"rows": 1, "data": [0.1, 0.0]}}}, "distortion"),
+        ({"dist": [[0.1, 0.0, 0.0, 0.0, 0.0]]}, "distortion"),
+        ({"dist_coeff": [[0.0] * 5]}, ""),
         ({"width": 320, "height": 240}, "320 x 240"),
     ],
 )
@@ -186,3 +229,10 @@ def test_lens_and_size_are_noted(tmp_path, stated, note):
     if not is_pinhole:
         with pytest.raises(InputError, match=note):
             intrinsics_from(path, SHAPE)
+
+
+def test_a_lens_whose_numbers_have_other_names_is_named(tmp_path):
+    content = "%YAML:1.0\n---\nmodel_type: MEI\nprojection_parameters:\n   gamma1: 669.\n"
+    camera, notes = frame_camera(str(_written(tmp_path, "mei.yaml", content)), SHAPE)
+    assert camera is None
+    assert "MEI" in notes[0]
