@@ -15,6 +15,7 @@ from ilf.drawing.blocks import InnerPoint, inner_points
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base import theme
+from ..widgets.basics import Themed
 from .analysis_painters import StageModel
 from .cells import Cell, PainterFactory, Sheet
 from .colour_ranges import ColourRanges
@@ -37,7 +38,7 @@ _ALL = (
 """All parts of the material (names for `uses` of painters)."""
 
 
-class LinkedViews(QWidget):
+class LinkedViews(Themed, QWidget):
     """Views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
 
     Each view has a named cell and shows the content that the user selects there. A small view beside a large one shows
@@ -123,7 +124,7 @@ class LinkedViews(QWidget):
         """Cells whose pictures have the colours of the last theme."""
         self._draw_timer = QTimer(self, singleShot=True, interval=0)
         self._draw_timer.timeout.connect(self._draw_next)
-        self._apply_theme()
+        self._take_theme()
 
     def set_empty_page(self, page: QWidget) -> None:
         """Set the page that is shown while there is no frame."""
@@ -698,7 +699,7 @@ class LinkedViews(QWidget):
         for view in self._views:
             view.write_names(names, points)
 
-    def _apply_theme(self) -> None:
+    def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
         missing = missing_brush(colours)
         for cell in self.cells.values():
@@ -720,8 +721,3 @@ class LinkedViews(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self.shownChanged.emit()
-
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            self._apply_theme()
-        super().changeEvent(event)
