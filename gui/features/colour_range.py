@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QColor, QFont, QShowEvent
 from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
 from ..base import theme
 from ..base.commands import Command
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
-from ..widgets.basics import PlainLabel
+from ..widgets.basics import PlainLabel, Themed
 from ..widgets.docks import PanelGroup
 from .context import Context, Feature
 from .views import ViewsFeature
@@ -137,7 +137,7 @@ _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
 _LARGEST = 1e6
 
 
-class RangePanel(QWidget):
+class RangePanel(Themed, QWidget):
     """Panel that shows one colour range and reports changes by the user.
 
     Signals
@@ -265,11 +265,6 @@ class RangePanel(QWidget):
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.85)
         self.histogram.set_colours(theme.colours(self.palette()), font)
-
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            self._take_theme()
-        super().changeEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction, QResizeEvent, QTextDocument
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
@@ -25,6 +25,7 @@ from ..state.blocks import Change, DrawnChange
 from ..state.by_hand import HandDepthChange
 from ..state.session import Session
 from ..state.workspace import Workspace
+from ..widgets.basics import Themed
 from ..work.frame_runs import RunState
 from ..work.latest_request import LatestRequest
 from ..work.runs import RunController
@@ -60,7 +61,7 @@ _LONG = _Labels(
 _SHORT = _Labels("{} px", "filled {}", "ground truth {}", "hold-out {}", " (±{} mm)", "expected RMS {}")
 
 
-class EditSummaryLine(QWidget):
+class EditSummaryLine(Themed, QWidget):
     """Line that shows the last edit and whether it reduced the error.
 
     It takes its space before the first edit, so that the images do not move under the pointer.
@@ -103,10 +104,8 @@ class EditSummaryLine(QWidget):
         self._content, self._empty = None, _EMPTY if editable else ""
         self._write()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._write()
+    def _take_theme(self) -> None:
+        self._write()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -15,6 +15,7 @@ from ilf.drawing.blocks import InnerPoint, inner_points
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base import theme
+from ..widgets.basics import Themed
 from .analysis_painters import StageModel
 from .cells import Cell, PainterFactory, Sheet
 from .colour_ranges import ColourRanges
@@ -37,7 +38,7 @@ _ALL = (
 """All parts of the material (names for `uses` of painters)."""
 
 
-class LinkedViews(QWidget):
+class LinkedViews(Themed, QWidget):
     """Views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
 
     Each view has a named cell and shows the content that the user selects there. A small view beside a large one shows
@@ -86,7 +87,6 @@ class LinkedViews(QWidget):
         self.material = Material()
         self._names: Mapping[int, str] | None = None
         self._shows_missing = False
-        self._shows_by_hand = self._shows_suspect = False
         self._overlay = BlockOverlay(1)
         self.extraction = StageModel(self)
         studio = PainterFactory(self.material, self._overlay, self.extraction)
@@ -124,7 +124,7 @@ class LinkedViews(QWidget):
         """Cells whose pictures have the colours of the last theme."""
         self._draw_timer = QTimer(self, singleShot=True, interval=0)
         self._draw_timer.timeout.connect(self._draw_next)
-        self._apply_theme()
+        self._take_theme()
 
     def set_empty_page(self, page: QWidget) -> None:
         """Set the page that is shown while there is no frame."""
@@ -172,7 +172,6 @@ class LinkedViews(QWidget):
         self._sheet.set_aspect(self._transform.aspect)
         self._changed(*_ALL)
         self.material.outside_view = outside_view
-        self._layers.set_outside(outside_view)
         self._show_marks()
 
     def clear(self) -> None:
@@ -188,11 +187,7 @@ class LinkedViews(QWidget):
         self._layers.set_blocks(None)
         self.set_selected(())
         self.set_to_check(())
-        self._layers.set_outside(None)
-        self._layers.set_invalid_mask(None)
-        self._layers.set_unsupported(None)
-        self._layers.set_suspect(None)
-        self._shows_suspect = False
+        self._show_marks()
         self._write_names()
         self.set_preview(None)
         self.extraction.show_message("")
@@ -291,7 +286,6 @@ class LinkedViews(QWidget):
         else:
             material.depth_in = np.where(wrong, np.float32(np.nan), measured)
         material.invalid_mask = wrong
-        self._layers.set_invalid_mask(wrong)
         self._changed("invalid_mask")
         self._show_marks()
 
@@ -310,15 +304,13 @@ class LinkedViews(QWidget):
             If there is no frame or the shape is not its shape.
         """
         self._check(mask, "a mask")
-        self._shows_by_hand = mask is not None
-        self._layers.set_by_hand(mask)
+        self.material.by_hand = mask
         self._show_marks()
 
     def set_suspect(self, mask: NDArray[np.bool_] | None) -> None:
         """Set the pixels with suspect depth, bool (H, W), which the fill has left out; None for none."""
         self._check(mask, "a mask")
-        self._shows_suspect = mask is not None
-        self._layers.set_suspect(mask)
+        self.material.suspect = mask
         self._show_marks()
 
     def set_missing_shown(self, on: bool) -> None:
@@ -327,19 +319,19 @@ class LinkedViews(QWidget):
         self._show_marks()
 
     def _show_marks(self) -> None:
-        measured, outside = self.material.measured, self.material.outside_view
-        missing = ~np.isfinite(measured) if self._shows_missing and measured is not None else None
-        self._layers.set_missing(missing)
+        material, measured = self.material, self.material.measured
+        self._layers.set_masks(
+            {
+                "missing": ~np.isfinite(measured) if self._shows_missing and measured is not None else None,
+                "outside view": material.outside_view,
+                "unsupported": material.unsupported,
+                "suspect": material.suspect,
+                "invalid": material.invalid_mask,
+                "by hand": material.by_hand,
+            }
+        )
         for cell in self.cells.values():
-            stripes = cell.view.shows_missing and missing is not None
-            cell.set_stripe_legend(
-                missing=stripes,
-                outside=outside is not None and (stripes or not cell.view.shows_missing),
-                suspect=self._shows_suspect,
-                invalid_mask=self.material.invalid_mask is not None,
-                by_hand=self._shows_by_hand,
-                unsupported=cell.view.shows_unsupported and self.material.unsupported is not None,
-            )
+            cell.set_stripe_legend(self._layers.striped_in(cell.view))
 
     def set_expected_error(
         self, error: NDArray[np.float32] | None, unsupported: NDArray[np.bool_] | None = None
@@ -356,7 +348,6 @@ class LinkedViews(QWidget):
         self._check(error, "an expected error")
         self.material.expected = error
         self.material.unsupported = unsupported if unsupported is not None and unsupported.any() else None
-        self._layers.set_unsupported(self.material.unsupported)
         self._changed("expected-error")
         self._show_marks()
 
@@ -708,7 +699,7 @@ class LinkedViews(QWidget):
         for view in self._views:
             view.write_names(names, points)
 
-    def _apply_theme(self) -> None:
+    def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
         missing = missing_brush(colours)
         for cell in self.cells.values():
@@ -730,8 +721,3 @@ class LinkedViews(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self.shownChanged.emit()
-
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            self._apply_theme()
-        super().changeEvent(event)

@@ -88,6 +88,8 @@ class Material:
         Pixels that the depth camera could not see.
     from_neighbours : ndarray of bool, shape (H, W), or None
         Pixels whose depth only neighbours have measured.
+    suspect, by_hand : ndarray of bool, shape (H, W), or None
+        Pixels whose depth the fill has left out, and those with depth by hand.
     result : Layer or None
     moment : str
         Which earlier iteration the result is from; "" for the current one.
@@ -125,6 +127,8 @@ class Material:
         self.invalid_mask: Mask | None = None
         self.outside_view: Mask | None = None
         self.from_neighbours: Mask | None = None
+        self.suspect: Mask | None = None
+        self.by_hand: Mask | None = None
         self.ground_truth: Depth | None = None
         self.guide: Depth | None = None
         self.runs: tuple[ShownRun, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import cv2
@@ -160,14 +160,18 @@ class BlockLines:
 _PERIOD = 8
 _WIDTH = 2
 
-MISSING = np.uint32(0xE6E6E6E6), np.uint32(0x96000000), 1
-INVALID_DEPTH = np.uint32(0xFFFF9020), np.uint32(0xB4000000), -1
-SUSPECT = np.uint32(0xFFFFE040), np.uint32(0xDC000000), 1
-UNSUPPORTED = np.uint32(0xFFFFFFFF), np.uint32(0xDC000000), -1
-BY_HAND = np.uint32(0xFF9E6ECE), np.uint32(0xA0FFFFFF), 1
-OUTSIDE = np.uint32(0xFF3C8CDC), np.uint32(0x961E4678), -1
-"""Colours of a stripe and of the dark one beside it, and the direction of their slope."""
 Style = tuple[np.uint32, np.uint32, int]
+"""Colours of a stripe and of the dark one beside it, and the direction of their slope."""
+
+STYLES: dict[str, Style] = {
+    "missing": (np.uint32(0xE6E6E6E6), np.uint32(0x96000000), 1),
+    "outside view": (np.uint32(0xFF3C8CDC), np.uint32(0x961E4678), -1),
+    "unsupported": (np.uint32(0xFFFFFFFF), np.uint32(0xDC000000), -1),
+    "suspect": (np.uint32(0xFFFFE040), np.uint32(0xDC000000), 1),
+    "invalid": (np.uint32(0xFFFF9020), np.uint32(0xB4000000), -1),
+    "by hand": (np.uint32(0xFF9E6ECE), np.uint32(0xA0FFFFFF), 1),
+}
+"""What is striped -> how; later ones lie over earlier ones."""
 
 
 def stripes(mask: NDArray[np.bool_], sampling: Sampling, box: Box, style: Style, ratio: int = 1) -> Argb:
@@ -199,12 +203,7 @@ class ScreenLayers:
         self._views: Sequence[ImageView] = ()
         self._blocks = BlockLines()
         self._labels: NDArray[np.int32] | None = None
-        self._missing: Mask | None = None
-        self._outside: Mask | None = None
-        self._invalid_mask: Mask | None = None
-        self._suspect: Mask | None = None
-        self._by_hand: Mask | None = None
-        self._unsupported: Mask | None = None
+        self._masks: dict[str, Mask] = {}
         self._lines: dict[Sampling, _Lines] = {}
         self._stripes: dict[tuple[Sampling, bool, bool], Argb | None] = {}
 
@@ -265,37 +264,19 @@ class ScreenLayers:
         self._blocks.in_colours = on
         self._draw_lines()
 
-    def set_missing(self, mask: Mask | None) -> None:
-        """Set the pixels, bool (H, W), striped as missing in views that show missing depth; None for none."""
-        self._missing = mask
+    def set_masks(self, masks: Mapping[str, Mask | None]) -> None:
+        """Set the pixels, bool (H, W), that are striped, by the names of `STYLES`; None for none."""
+        self._masks = {name: mask for name, mask in masks.items() if mask is not None}
         self._draw_stripes()
 
-    def set_outside(self, mask: Mask | None) -> None:
-        """Set the pixels, bool (H, W), striped as outside the depth camera's view; None for none.
-
-        Views that show missing depth stripe them only together with it."""
-        self._outside = mask
-        self._draw_stripes()
-
-    def set_invalid_mask(self, mask: Mask | None) -> None:
-        """Set the pixels, bool (H, W), striped as invalid in all views; None for none."""
-        self._invalid_mask = mask
-        self._draw_stripes()
-
-    def set_suspect(self, mask: Mask | None) -> None:
-        """Set the pixels, bool (H, W), striped as suspect in all views; None for none."""
-        self._suspect = mask
-        self._draw_stripes()
-
-    def set_by_hand(self, mask: Mask | None) -> None:
-        """Set the pixels, bool (H, W), striped as having depth by hand in all views; None for none."""
-        self._by_hand = mask
-        self._draw_stripes()
-
-    def set_unsupported(self, mask: Mask | None) -> None:
-        """Set the pixels, bool (H, W), striped as unsupported in views that show it; None for none."""
-        self._unsupported = mask
-        self._draw_stripes()
+    def striped_in(self, view: ImageView) -> list[str]:
+        """What is striped in a view. Views that show missing depth stripe what is outside the view only with it."""
+        hidden = set() if view.shows_missing else {"missing"}
+        if view.shows_missing and "missing" not in self._masks:
+            hidden.add("outside view")
+        if not view.shows_unsupported:
+            hidden.add("unsupported")
+        return [name for name in STYLES if name in self._masks and name not in hidden]
 
     def _draw_lines(self) -> None:
         self._lines.clear()
@@ -335,16 +316,9 @@ class ScreenLayers:
 
     def _striped(self, sampling: Sampling, view: ImageView) -> Argb | None:
         drawn = None
-        masks = (
-            (self._missing if view.shows_missing else None, MISSING),
-            (self._outside if self._missing is not None or not view.shows_missing else None, OUTSIDE),
-            (self._unsupported if view.shows_unsupported else None, UNSUPPORTED),
-            (self._suspect, SUSPECT),
-            (self._invalid_mask, INVALID_DEPTH),
-            (self._by_hand, BY_HAND),
-        )
-        for mask, style in masks:
-            if mask is not None and mask.shape == sampling.frame[::-1]:
-                part = stripes(mask, sampling, whole(sampling.shape), style, view.pixel_ratio)
+        for name in self.striped_in(view):
+            mask = self._masks[name]
+            if mask.shape == sampling.frame[::-1]:
+                part = stripes(mask, sampling, whole(sampling.shape), STYLES[name], view.pixel_ratio)
                 drawn = part if drawn is None else np.where(sampling.sample(mask, whole(sampling.shape)), part, drawn)
         return drawn

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QPolygonF, QResizeEvent
@@ -182,12 +182,15 @@ class TitleStrip(QWidget):
 
 EventHandler = Callable[[ImageView, QEvent], bool]
 
-_MISSING = QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern
-_INVALID_DEPTH = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
-_SUSPECT = QColor(230, 190, 0), Qt.BrushStyle.FDiagPattern
-_OUTSIDE = QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern
-_BY_HAND = QColor(158, 110, 206), Qt.BrushStyle.FDiagPattern
-_UNSUPPORTED = QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern
+_STRIPES = {
+    "missing": (QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern),
+    "outside view": (QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern),
+    "suspect": (QColor(230, 190, 0), Qt.BrushStyle.FDiagPattern),
+    "invalid": (QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern),
+    "by hand": (QColor(158, 110, 206), Qt.BrushStyle.FDiagPattern),
+    "unsupported": (QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern),
+}
+"""What is striped, in the order of the legend -> its brush there."""
 _BAR_MARGIN = 6
 _BAR_SHARE = 0.45
 """Maximum height of the colour bar, as a share of the picture's."""
@@ -230,19 +233,9 @@ class ViewCell(QWidget):
         self._legend = legend
         self.strip.set_legend([*self._stripe_legend, *legend])
 
-    def set_stripe_legend(
-        self, missing: bool, outside: bool, suspect: bool, invalid_mask: bool, by_hand: bool, unsupported: bool
-    ) -> None:
+    def set_stripe_legend(self, names: Collection[str]) -> None:
         """Set which stripes lie over the picture, for the legend."""
-        marks = (
-            (missing, _MISSING, "missing"),
-            (outside, _OUTSIDE, "outside view"),
-            (suspect, _SUSPECT, "suspect"),
-            (invalid_mask, _INVALID_DEPTH, "invalid"),
-            (by_hand, _BY_HAND, "by hand"),
-            (unsupported, _UNSUPPORTED, "unsupported"),
-        )
-        self._stripe_legend = [(QBrush(colour, pattern), text) for on, (colour, pattern), text in marks if on]
+        self._stripe_legend = [(QBrush(*brush), name) for name, brush in _STRIPES.items() if name in names]
         self.set_legend(self._legend)
 
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:

@@ -16,6 +16,19 @@ from ..base import theme
 # Plain text from outside the program: Qt would treat text that looks like HTML as rich text.
 
 
+class Themed:
+    """Mixin, before the class of Qt, of a widget whose own colours and icons are made by `_take_theme`."""
+
+    def _take_theme(self) -> None:
+        """Apply the theme's colours."""
+        raise NotImplementedError
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)  # type: ignore[misc]  # the class of Qt has it
+        if event.type() == QEvent.Type.PaletteChange:
+            self._take_theme()
+
+
 class PlainLabel(QLabel):
     """A label for plain text, such as names, paths and notes. Use QLabel only for rich text."""
 

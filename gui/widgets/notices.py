@@ -25,7 +25,7 @@ from ilf.errors import IlfError, to_text, without_credentials
 
 from ..base import theme
 from ..base.versions import versions_text
-from .basics import PlainLabel
+from .basics import PlainLabel, Themed
 
 # The log: messages with the time of day.
 
@@ -92,7 +92,7 @@ _MIN_STAY_MS = 2000
 """Minimum time [ms] that a note stays after the pointer has left it."""
 
 
-class Toast(QFrame):
+class Toast(Themed, QFrame):
     """A note with buttons for its commands, if any, and a close button. It never takes the focus.
 
     Signals
@@ -133,7 +133,7 @@ class Toast(QFrame):
         self._over = QTimer(self, singleShot=True)
         self._over.timeout.connect(self._go)
         self.show_message(message)
-        self._paint()
+        self._take_theme()
 
     def _button(self, action: QAction) -> QToolButton:
         button = QToolButton()
@@ -181,13 +181,7 @@ class Toast(QFrame):
         super().hideEvent(event)
         self._over.stop()
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Update the colours after a change of theme."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._paint()
-
-    def _paint(self) -> None:
+    def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
         self.close_button.setIcon(theme.icon("ph.x", self.palette()))
         sheet = (
@@ -319,6 +313,20 @@ class ProblemBox(QMessageBox):
     def _copy(self) -> None:
         parts = (self.windowTitle(), self.text(), self.detailedText(), versions_text())
         QGuiApplication.clipboard().setText("\n\n".join(filter(None, parts)))
+
+
+def question(
+    parent: QWidget, title: str, text: str, more: str = "", icon: QMessageBox.Icon = QMessageBox.Icon.Warning
+) -> QMessageBox:
+    """Make a question in plain text, which is deleted when it is closed; the caller adds the buttons and opens it."""
+    box = QMessageBox(parent)
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.setIcon(icon)
+    box.setTextFormat(Qt.TextFormat.PlainText)
+    box.setWindowTitle(title)
+    box.setText(text)
+    box.setInformativeText(more)
+    return box
 
 
 def warn(parent: QWidget, title: str, text: str, details: str = "") -> None:

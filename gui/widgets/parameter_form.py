@@ -29,7 +29,7 @@ from PySide6.QtWidgets import (
 from ilf.data.declarations import Declaration, ParameterSet, Value
 
 from ..base import theme
-from .basics import PlainLabel, literal_text
+from .basics import PlainLabel, Themed, literal_text
 
 # Sliders of parameters: which parameters have one, and the mapping of positions to values.
 
@@ -126,7 +126,7 @@ _FIELD_WIDTH = 120
 _RESET_SIZE = 18
 
 
-class ParameterForm(QScrollArea):
+class ParameterForm(Themed, QScrollArea):
     """A form that edits one ParameterSet; editors and limits come from the declarations.
 
     Parameters that have no effect with the current values of others are hidden. At first the form shows the basic ones
@@ -186,7 +186,7 @@ class ParameterForm(QScrollArea):
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._style()
+        self._take_theme()
 
     def parameters(self) -> ParameterSet:
         """Return the current values."""
@@ -208,11 +208,6 @@ class ParameterForm(QScrollArea):
 
     def sizeHint(self) -> QSize:
         return QSize(300, 520)
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._style()
 
     def _section(self, group: str, members: list[Declaration]) -> QWidget:
         section = QWidget()
@@ -351,7 +346,7 @@ class ParameterForm(QScrollArea):
         QSettings().setValue(self._key, on)
         self._update_visibility()
 
-    def _style(self) -> None:
+    def _take_theme(self) -> None:
         icon = theme.icon("ph.arrow-counter-clockwise", self.palette())
         for row in self._rows.values():
             row.reset.setIcon(icon)

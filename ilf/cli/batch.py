@@ -22,6 +22,7 @@ from ..batch.frame_record import FrameOutcome, FrameStatus
 from ..batch.frames import BatchFrame, frames_of_sources, shard_of, slice_frames, with_companion_files
 from ..batch.pictures import write_contact_sheet, write_video
 from ..batch.settings import BatchSettings
+from ..batch.shards import ShardCounts
 from ..completion.confidence.expected_error import MEDIAN_NAME
 from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..errors import IlfError
@@ -31,7 +32,7 @@ from ..io.frame_additions import guide_network
 from ..run.run import RunConfiguration
 from ..sources.source import Source
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
-from .output import FramesBar, print_json, warn
+from .output import FramesBar, print_json, shows_progress, warn
 from .parsing import (
     MAIN_PARAMETERS,
     add_allowed,
@@ -52,7 +53,7 @@ from .parsing import (
     seeds_from,
     with_given,
 )
-from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, run_shards
+from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, run_shards, summary
 from .usage import Parser, UsageError, add_json, add_progress, count
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
@@ -294,7 +295,7 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
 
 def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutcome]) -> None:
     """Complete the frames, with a progress bar, and add their outcomes to `done`."""
-    shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
+    shown = shows_progress(arguments)
     there = len(batch.finished) + len(batch.failed)
     plausibility_warnings = set[str]()
     _report_plausibility(batch.finished, plausibility_warnings)
@@ -318,23 +319,16 @@ def _report_plausibility(outcomes: Iterable[FrameOutcome], known: set[str]) -> N
 
 def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list[str]:
     completed = [outcome for outcome in done if outcome.status is FrameStatus.COMPLETED]
-    parts = [f"{len(completed)} completed", f"{len(done) - len(completed)} failed"]
-    parts += [f"{len(batch.finished)} completed before"] * bool(batch.finished)
-    parts += [f"{len(batch.failed)} failed before"] * bool(batch.failed)
-    if left := len(batch.to_do) - len(done):
-        parts.append(f"{left} not done")
-    total = len(batch.to_do) + len(batch.finished) + len(batch.failed)
-    rate = f" ({len(completed) / seconds:.2g} frames per second)" if completed else ""
-    lines = [f"{counted(total, 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
-    if left:
-        lines.append("Run the same command again to resume.")
+    before, failed_before = len(batch.finished), len(batch.failed)
+    total = len(batch.to_do) + before + failed_before
+    lines = summary(ShardCounts(before, failed_before, len(completed), len(done) - len(completed), total), seconds)
     pixels = sum(outcome.pixels or 0 for outcome in completed)
     if pixels:
-        before, after, outside = (
+        missing, after, outside = (
             sum(getattr(outcome, name) or 0 for outcome in completed) / pixels
             for name in ("missing_before", "missing_after", "outside_view")
         )
-        lines.append(f"Missing depth: {before:.1%} of the pixels before, {after:.1%} after.")
+        lines.append(f"Missing depth: {missing:.1%} of the pixels before, {after:.1%} after.")
         if outside:
             lines.append(f"Another {outside:.1%} lie outside the depth camera's view.")
     if implausible := [outcome for outcome in (*batch.finished, *completed) if outcome.plausibility_warnings]:

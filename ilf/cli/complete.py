@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,7 +25,7 @@ from .options import (
     feasible_options,
     geometry_flags,
 )
-from .output import print_json, warn
+from .output import print_json, shows_progress, warn
 from .parsing import (
     MAIN_PARAMETERS,
     add_block_parameters,
@@ -147,10 +146,9 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
-    wanted = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
-    with run.steps() as steps, RunProgress(steps, shown=wanted) as progress:
+    with run.steps() as steps, RunProgress(steps, shown=shows_progress(arguments)) as progress:
         for step in steps:
-            progress.update(step)
+            progress.show(step)
     return steps.completion()
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields, replace
 from itertools import groupby
@@ -24,7 +23,7 @@ from ..io.tables import write_csv
 from ..run.run import Run
 from ..segmentation.extraction import found_blocks
 from .options import add_given_blocks, check_given_blocks, filled, given_blocks
-from .output import Column, ShareProgress, comparison_table, print_json, table, warn
+from .output import Column, ShareProgress, comparison_table, print_json, shows_progress, table, warn
 from .parsing import (
     MAIN_PARAMETERS,
     add_block_parameters,
@@ -148,18 +147,17 @@ def run(arguments: argparse.Namespace) -> None:
     frame = frame_from(arguments)
     test = _hold_out(arguments, frame)
     runs, notes = _runs(arguments, frame, parameters, extractions)
-    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
     results: Sequence[RunEvaluation]
-    with ShareProgress(shown=shown) as progress:
+    with ShareProgress(shown=shows_progress(arguments)) as progress:
         if swept:
             found = run_to_end(
                 sweep_steps(Sweep(runs[0], swept, test)),
-                lambda item: progress.update(item) if isinstance(item, Step) else None,
+                lambda item: progress.show(item) if isinstance(item, Step) else None,
             )
             results, names = found.points, [_point_text(point.values) for point in found.points]
         else:
             several = [ground_truth_steps(run) if test is None else hold_out_steps(run, test) for run in runs]
-            results, names = run_to_end(compared_steps(several), progress.update), [preset.name for preset in presets]
+            results, names = run_to_end(compared_steps(several), progress.show), [preset.name for preset in presets]
     warn(notes)
     if arguments.json:
         print_json(_record(frame, test, names, results))

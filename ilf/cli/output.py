@@ -7,8 +7,7 @@ import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
@@ -47,11 +46,47 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 # Progress bars of runs, batches and evaluations.
 
 
+def shows_progress(arguments: argparse.Namespace) -> bool:
+    """Whether a command shows its progress: as --progress says, or on a terminal, but not with --quiet."""
+    if getattr(arguments, "quiet", False):
+        return False
+    return bool(sys.stderr.isatty() if arguments.progress is None else arguments.progress)
+
+
 class Bar(tqdm):
-    """tqdm without its monitor thread."""
+    """A progress bar on stderr, without the monitor thread of tqdm; a context manager.
+
+    Parameters
+    ----------
+    total : float
+    count : str
+        Format of what is done, as for tqdm.
+    shown : bool
+        Whether to show the bar.
+    left : str
+        Format of the remaining time.
+    initial : float
+        What was done before.
+    interval : float
+        Minimum time between two drawings [s].
+    """
 
     # otherwise the first bar starts a thread that keeps running
     monitor_interval = 0
+
+    def __init__(
+        self, total: float, count: str, shown: bool, left: str = "", initial: float = 0, interval: float = 0
+    ) -> None:
+        super().__init__(
+            total=total,
+            initial=initial,
+            disable=not shown,
+            mininterval=interval,
+            miniters=0,
+            leave=False,
+            dynamic_ncols=True,
+            bar_format=f"{count} |{{bar:30}}| {{elapsed}}{left}{{postfix}}",
+        )
 
 
 class FramesBar(Bar):
@@ -68,15 +103,7 @@ class FramesBar(Bar):
 
     def __init__(self, total: int, done: int, failed: int, *, shown: bool) -> None:
         self.completed, self.failed = 0, failed
-        super().__init__(
-            total=total,
-            initial=done,
-            disable=not shown,
-            mininterval=0,
-            leave=False,
-            dynamic_ncols=True,
-            bar_format="{n_fmt}/{total_fmt} frames |{bar:30}| {elapsed}, {left} left{postfix}",
-        )
+        super().__init__(total, "{n_fmt}/{total_fmt} frames", shown, ", {left} left", done)
 
     def add(self, *, completed: bool) -> None:
         """Count one more completed or failed frame."""
@@ -94,38 +121,7 @@ class FramesBar(Bar):
         return known
 
 
-class ProgressBar:
-    """A progress bar on stderr; a context manager.
-
-    Parameters
-    ----------
-    total : float
-    count : str
-        Format of the progress, as for tqdm.
-    shown : bool
-        Whether to show the bar.
-    """
-
-    def __init__(self, total: float, count: str, shown: bool) -> None:
-        self.bar = Bar(
-            total=total,
-            disable=not shown,
-            miniters=0,
-            leave=False,
-            dynamic_ncols=True,
-            bar_format=count + " |{bar:30}| {elapsed}{postfix}",
-        )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.bar.close()
-
-
-class ShareProgress(ProgressBar):
+class ShareProgress(Bar):
     """A progress bar on stderr for steps with a share and a text.
 
     Parameters
@@ -135,12 +131,12 @@ class ShareProgress(ProgressBar):
     """
 
     def __init__(self, *, shown: bool) -> None:
-        super().__init__(1.0, "{percentage:3.0f} %", shown)
+        super().__init__(1.0, "{percentage:3.0f} %", shown, interval=0.1)
 
-    def update(self, step: Step) -> None:
+    def show(self, step: Step) -> None:
         """Show a step."""
-        self.bar.set_postfix_str(step.text, refresh=False)
-        self.bar.update(max(min(step.share, 1.0) - self.bar.n, 0.0))
+        self.set_postfix_str(step.text, refresh=False)
+        self.update(max(min(step.share, 1.0) - self.n, 0.0))
 
 
 # Output of the benchmarks: progress, tables with the best value of every column marked, and skipped frames.
@@ -168,15 +164,7 @@ def comparison_table(columns: Sequence[Column], lines: Sequence[Any], heading: s
 
 def unit_bar(arguments: argparse.Namespace, total: int, what: str) -> Bar:
     """Make a progress bar on stderr, shown by --progress or on a terminal; `advance` updates it."""
-    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
-    return Bar(
-        total=total,
-        disable=not shown,
-        mininterval=0,
-        leave=False,
-        dynamic_ncols=True,
-        bar_format=f"{{n_fmt}}/{{total_fmt}} {what} |{{bar:30}}| {{elapsed}}{{postfix}}",
-    )
+    return Bar(total, f"{{n_fmt}}/{{total_fmt}} {what}", shows_progress(arguments))
 
 
 def advance(bar: Bar, name: str) -> None:

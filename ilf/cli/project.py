@@ -6,7 +6,6 @@ import argparse
 import dataclasses
 import os
 import secrets
-import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -29,7 +28,7 @@ from ..sources.frame_source import FrameSource
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
 from .options import add_export_options, export_options, geometry_flags
-from .output import print_json, table, warn
+from .output import print_json, shows_progress, table, warn
 from .parsing import add_allowed, add_look_in, add_reading, reading_options
 from .run_output import RunProgress
 from .usage import Parser, UsageError, add_progress, check_there
@@ -274,7 +273,7 @@ def _run_of(opened: OpenedProject, frame: ProjectFrame, complete: bool) -> tuple
 def run_replay(arguments: argparse.Namespace) -> None:
     """Replay frames and compare the results."""
     other, count = [], 0
-    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
+    shown = shows_progress(arguments)
     with _opened(arguments) as opened:
         for frame, state in _with_results(opened, arguments.frame):
             sentences = differences(state, _completed(present_run(state), shown))
@@ -291,7 +290,7 @@ def run_replay(arguments: argparse.Namespace) -> None:
 def _completed(run: Run, shown: bool) -> Completion:
     with run.steps() as steps, RunProgress(steps, shown=shown) as progress:
         for step in steps:
-            progress.update(step)
+            progress.show(step)
     return steps.completion()
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import shlex
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -24,7 +23,7 @@ from ..report.report import ReportOptions, report_steps, write_report
 from ..run.options import RECORD_FILE, as_file_name
 from ..run.replaying import replay
 from ..run.run import Run
-from .output import ShareProgress, warn
+from .output import ShareProgress, shows_progress, warn
 from .parsing import (
     MAIN_PARAMETERS,
     add_block_parameters,
@@ -209,15 +208,14 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     options, path = _hold_out(arguments), _output(arguments)
     notes: list[str] = []
-    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
     with ExitStack() as opened:
         sources = report_sources(arguments, opened)
-        progress = opened.enter_context(ShareProgress(shown=shown))
-        subjects = read_subjects(sources, notes, progress.update)
+        progress = opened.enter_context(ShareProgress(shown=shows_progress(arguments)))
+        subjects = read_subjects(sources, notes, progress.show)
         only = Path(arguments.inputs[0])
         title = only.stem if len(arguments.inputs) == 1 else "Report"
         made = ReportOptions(title, options)
-        content = run_to_end(report_steps(subjects, made, len(sources)), progress.update)
+        content = run_to_end(report_steps(subjects, made, len(sources)), progress.show)
     warn(notes)
     if path is None:
         path = Path(f"{as_file_name(content.title)}-report.html")

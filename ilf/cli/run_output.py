@@ -19,10 +19,10 @@ from ..data.parameters import nearest_preset
 from ..data.results import BlockOutcome, Completion, Progress, Status, blocks_by_message
 from ..evaluation.evaluation import Evaluation, evaluate_blocks, evaluate_completion
 from ..run.run import EXTRAPOLATED, Run, RunSteps
-from .output import ProgressBar, table
+from .output import Bar, table
 
 
-class RunProgress(ProgressBar):
+class RunProgress(Bar):
     """A progress bar on stderr: completed blocks, and the last iteration of a running block.
 
     Parameters
@@ -33,20 +33,20 @@ class RunProgress(ProgressBar):
     """
 
     def __init__(self, run: RunSteps, *, shown: bool) -> None:
-        super().__init__(len(run.blocks), "{n_fmt}/{total_fmt} blocks", shown)
+        super().__init__(len(run.blocks), "{n_fmt}/{total_fmt} blocks", shown, interval=0.1)
 
-    def update(self, step: Progress) -> None:
+    def show(self, step: Progress) -> None:
         """Show a step of the run."""
         record = step.record
         if record is None:
-            self.bar.update(step.result is not None)
+            self.update(step.result is not None)
             return
         what = "extrapolation" if step.label == EXTRAPOLATED else f"block {step.label}"
-        self.bar.set_postfix_str(
+        self.set_postfix_str(
             f"{what}: iteration {record.i}, stage {record.stage}, sigma {record.sigma_i * 1000:.3g} mm",
             refresh=False,
         )
-        self.bar.update(0)
+        self.update(0)
 
 
 _MAJORITY = 0.5

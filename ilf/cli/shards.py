@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from contextlib import closing
 from dataclasses import asdict, replace
@@ -16,12 +15,12 @@ from .._runtime.termination import extended_time_limit
 from ..batch.settings import BatchSettings
 from ..batch.shard_files import check_shards, merge_tables
 from ..batch.shard_task import KEPT
-from ..batch.shards import ListFrames, ShardBatch, open_shards
+from ..batch.shards import ListFrames, ShardBatch, ShardCounts, open_shards
 from ..errors import IlfError
 from ..run.options import ExportOptions
 from ..sources.shards import MERGED_FILE
 from .options import geometry_flags
-from .output import FramesBar, print_json, warn
+from .output import FramesBar, print_json, shows_progress, warn
 from .parsing import pairing_options, reading_options
 from .usage import UsageError, count
 
@@ -107,7 +106,7 @@ def run_shards(arguments: argparse.Namespace, settings: BatchSettings, list_fram
             _complete(batch, arguments, failed)
         finally:
             if text:
-                print("\n".join(_summary(batch, time.perf_counter() - started)), flush=True)
+                print("\n".join(summary(batch.counts, time.perf_counter() - started)), flush=True)
     if arguments.json:
         counts = asdict(batch.counts) | {"left": batch.counts.left, "seconds": time.perf_counter() - started}
         print_json({"folder": str(batch.folder), "shards": batch.shards.count} | counts)
@@ -150,7 +149,7 @@ def check_or_merge(arguments: argparse.Namespace) -> None:
 def _complete(batch: ShardBatch, arguments: argparse.Namespace, failed: list[str]) -> None:
     """Complete the frames, with a progress bar, and add the first failures to `failed`."""
     counts = batch.counts
-    shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
+    shown = shows_progress(arguments)
     with (
         FramesBar(counts.total, counts.before + counts.failed_before, counts.failed_before, shown=shown) as bar,
         closing(batch.outcomes(arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
@@ -161,8 +160,8 @@ def _complete(batch: ShardBatch, arguments: argparse.Namespace, failed: list[str
             bar.add(completed=outcome.is_completed)
 
 
-def _summary(batch: ShardBatch, seconds: float) -> list[str]:
-    counts = batch.counts
+def summary(counts: ShardCounts, seconds: float) -> list[str]:
+    """Describe the frames of a batch that took so many seconds, in a line or two."""
     parts = [f"{counts.completed} completed", f"{counts.failed} failed"]
     parts += [f"{counts.before} completed before"] * bool(counts.before)
     parts += [f"{counts.failed_before} failed before"] * bool(counts.failed_before)

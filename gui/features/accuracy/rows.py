@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QColor, QGuiApplication, QIcon, QKeyEvent, QKeySequence, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
 
@@ -25,7 +25,7 @@ from ilf.evaluation.ties import Ties
 
 from ...base import theme
 from ...state.session import Session
-from ...widgets.basics import literal_text, paint_hint
+from ...widgets.basics import Themed, literal_text, paint_hint
 from .hold_out_tests import CandidateResult, HoldOutOutcome, find_best
 
 # Texts of errors: millimetres and shares, for the tables of the panel.
@@ -215,7 +215,7 @@ class Row:
     is_best: bool = False
 
 
-class NumberTable(QTreeWidget):
+class NumberTable(Themed, QTreeWidget):
     """Table of numbers with group headings; Ctrl+C copies tab-separated text."""
 
     def __init__(self, name: str, columns: Sequence[tuple[str, str]], parent: QWidget | None = None) -> None:
@@ -273,9 +273,8 @@ class NumberTable(QTreeWidget):
         if not self._rows and self._empty:
             paint_hint(self, self._empty)
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_rows"):
+    def _take_theme(self) -> None:
+        if hasattr(self, "_rows"):
             self._fill()
 
     def _fill(self) -> None:

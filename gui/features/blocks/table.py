@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from PySide6.QtCore import (
-    QEvent,
     QItemSelection,
     QItemSelectionModel,
     QModelIndex,
@@ -19,7 +18,7 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QColorDialog, QHeaderView, QMenu, QTableView, QVBoxLayout, QWidget
 
-from ...widgets.basics import paint_hint
+from ...widgets.basics import Themed, paint_hint
 from ...widgets.tables import RowDelegate, set_up_table
 from .model import HOLD_OUT_AT_FIRST, ICON_COLUMNS, OPTIONAL, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column
 
@@ -29,7 +28,7 @@ _HIDDEN_KEY = "blocks/hidden_columns"
 _NAME_WIDTH = 58  # minimum; in less width, the table scrolls sideways
 
 
-class BlockTable(QWidget):
+class BlockTable(Themed, QWidget):
     """Table of blocks. It emits the user's requests; rows change only by `set_rows`.
 
     Signals
@@ -111,10 +110,8 @@ class BlockTable(QWidget):
         rows = sorted(index.row() for index in self.view.selectionModel().selectedRows())
         return [self._row(self._proxy.index(row, 0)).label for row in rows]
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._model.set_palette(self.palette())
+    def _take_theme(self) -> None:
+        self._model.set_palette(self.palette())
 
     def _indexes(self) -> list[QModelIndex]:
         return [self._proxy.index(row, Column.NAME) for row in range(self._proxy.rowCount())]

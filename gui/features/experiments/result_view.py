@@ -37,7 +37,7 @@ from ilf.lab.experiments.registry import EXPERIMENTS
 from ilf.lab.experiments.report import inline, paragraphs, shown
 
 from ...base import theme
-from ...widgets.basics import Message, PlainLabel, literal_text
+from ...widgets.basics import Message, PlainLabel, Themed, literal_text
 
 # A figure on white paper, fitted to the width, with its caption below.
 
@@ -238,7 +238,7 @@ def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-class ResultView(QWidget):
+class ResultView(Themed, QWidget):
     """View of one experiment: description, and its result in tabs if there is one.
 
     Signals
@@ -366,10 +366,8 @@ class ResultView(QWidget):
         self._zoom.setIcon(theme.icon("ph.frame-corners", self.palette()))
         self._save.setIcon(theme.icon("ph.floppy-disk", self.palette()))
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Update icons and text for another theme."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_result"):
+    def _take_theme(self) -> None:
+        if hasattr(self, "_result"):
             self._draw_icons()
             self._write_text()
 

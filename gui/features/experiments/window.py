@@ -6,7 +6,7 @@ import html
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QSize, Qt, QUrl, Signal
+from PySide6.QtCore import QSize, Qt, QUrl, Signal
 from PySide6.QtGui import QCloseEvent, QDesktopServices, QIcon, QPalette
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -30,7 +30,7 @@ from ilf.lab.experiments.registry import EXPERIMENTS
 from ilf.lab.experiments.report import REPORT_FILE, write_report
 
 from ...base import theme
-from ...widgets.basics import Message, literal_text
+from ...widgets.basics import Message, Themed, literal_text
 from ...widgets.notices import error_details, error_text, warn
 from ...work.jobs import Pace
 from .options import ExperimentOptions
@@ -42,7 +42,7 @@ _LEFT_WIDTH = 335
 _FIGURE_KINDS = {"PNG image (*.png)": ".png", "SVG drawing (*.svg)": ".svg"}
 
 
-class ExperimentsWindow(QWidget):
+class ExperimentsWindow(Themed, QWidget):
     """Window that runs experiments and shows all results of the results folder.
 
     Signals
@@ -341,10 +341,8 @@ class ExperimentsWindow(QWidget):
 
     # events
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Update icons for another theme."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "message_label"):
+    def _take_theme(self) -> None:
+        if hasattr(self, "message_label"):
             self._show_state()
 
     def shutdown(self) -> bool:

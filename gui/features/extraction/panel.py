@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
@@ -16,6 +16,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import stage_picture
 
 from ...base import theme
+from ...widgets.basics import Themed
 from ...widgets.parameter_form import ParameterForm
 from ...work.found_blocks import FoundBlocks, find
 from ...work.latest_request import LatestRequest
@@ -23,7 +24,7 @@ from ...work.latest_request import LatestRequest
 # The panel of EBS: its parameters, their preview, and the button that extracts blocks again.
 
 
-class ExtractionPanel(QWidget):
+class ExtractionPanel(Themed, QWidget):
     """Form with the parameters of the extraction, and the commands that use them.
 
     Signals
@@ -109,10 +110,8 @@ class ExtractionPanel(QWidget):
         self._summary.setText("<br>".join(lines))
         self._summary.setVisible(bool(lines))
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Apply the colours of another theme."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "form"):
+    def _take_theme(self) -> None:
+        if hasattr(self, "form"):
             self._write()
 
 

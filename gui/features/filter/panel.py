@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from enum import StrEnum
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QStandardItemModel
 from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
 
 from ilf.data.parameters import DEFAULT_PRESET, PRESETS, Parameters, nearest_preset
 
 from ...base import theme
+from ...widgets.basics import Themed
 from ...widgets.parameter_form import ParameterForm
 
 # Which frames share the common parameters: all, or only the current one.
@@ -84,7 +85,7 @@ class SharingRow(QWidget):
 _ABOUT = "best: adapts to edges and noise. paper: as described in the paper. released-code: as in the authors' program."
 
 
-class PresetBox(QWidget):
+class PresetBox(Themed, QWidget):
     """List that shows the preset of some parameters, or the preset they are based on, and selects another.
 
     Signals
@@ -159,9 +160,8 @@ class PresetBox(QWidget):
         self.names.setCurrentIndex(self.names.findData(shown))
         return shown
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "menu_button"):
+    def _take_theme(self) -> None:
+        if hasattr(self, "menu_button"):
             self._style()
 
     def _style(self) -> None:

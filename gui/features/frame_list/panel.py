@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from ...base import theme
 from ...state.entries import Entry
-from ...widgets.basics import paint_hint
+from ...widgets.basics import Themed, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameFilter, FrameListModel
 from .row_painter import RowPainter, close_box, row_height
 from .thumbnails import Thumbnails
@@ -307,7 +307,7 @@ class _NoteLine(QLineEdit):
         return super().event(event)
 
 
-class _OrderButton(QToolButton):
+class _OrderButton(Themed, QToolButton):
     """Button with a menu of orders; its icon shows whether the list is sorted."""
 
     changed = Signal()
@@ -327,21 +327,15 @@ class _OrderButton(QToolButton):
             action.triggered.connect(lambda _=False, order=order: self.choose(order))
             group.addAction(action)
         self.setMenu(menu)
-        self._look()
+        self._take_theme()
 
     def choose(self, order: str) -> None:
         """Sort by another of `ORDERS`."""
         self.order = order
-        self._look()
+        self._take_theme()
         self.changed.emit()
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Update the icon to the theme's colours."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._look()
-
-    def _look(self) -> None:
+    def _take_theme(self) -> None:
         own = self.order == next(iter(ORDERS))
         self.setIcon(theme.icon("ph.list-numbers" if own else "ph.sort-ascending", self.palette()))
         self.setToolTip(f"{ORDERS[self.order]}. Next and previous frame follow this order")

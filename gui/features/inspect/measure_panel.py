@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QFont, QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -28,7 +28,7 @@ from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.evaluation.statistics import SurfaceStatistics
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, literal_text
+from ...widgets.basics import PlainLabel, Themed, literal_text
 
 # Statistics of raw depth and of the result, side by side.
 
@@ -169,7 +169,7 @@ class MeasuredRow:
     filled: bool
 
 
-class MeasurePanel(QWidget):
+class MeasurePanel(Themed, QWidget):
     """Panel with a page of statistics and a page of measurements.
 
     Parameters
@@ -286,11 +286,6 @@ class MeasurePanel(QWidget):
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)
         self.hidden.emit()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._take_theme()
 
     def _take_theme(self) -> None:
         muted = theme.colours(self.palette()).muted.name()

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QFont, QHideEvent, QResizeEvent, QShowEvent, QTextDocument
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
@@ -18,7 +18,7 @@ from ...base import theme
 from ...state.inspection import Inspection
 from ...state.session import Point
 from ...tools.line import REACH, off_line, share_along
-from ...widgets.basics import PlainLabel
+from ...widgets.basics import PlainLabel, Themed
 from ..context import Context
 from ..documents.file_dialogs import ask_path, save
 from .profile_plot import ProfileData, ProfilePlot, profile_data, raw_colour, result_colour
@@ -29,7 +29,7 @@ _DOT, _LINE, _DASHES = "●", "━", "┅"
 _MAX_LINES = 3
 
 
-class ProfilePanel(QWidget):
+class ProfilePanel(Themed, QWidget):
     """Panel with the depth along the profile line.
 
     Parameters
@@ -147,11 +147,6 @@ class ProfilePanel(QWidget):
         super().resizeEvent(event)
         self._lines = 1
         self._write_legend()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._take_theme()
 
     def _change_axis(self) -> None:
         self.plot.fit()

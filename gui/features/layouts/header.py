@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QMenuBar, QToolButton, QWidget
 
 from ...base import theme
 from ...views.view_menus import ViewBar
+from ...widgets.basics import Themed
 
 _GAP = 14
 """Space between the view controls and the layouts [px]."""
@@ -24,7 +25,7 @@ class _LayoutButton(QToolButton):
             super().nextCheckState()
 
 
-class LayoutBar(QWidget):
+class LayoutBar(Themed, QWidget):
     """Row with a button for each layout; the button of the current layout is marked and has no effect."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -33,7 +34,7 @@ class LayoutBar(QWidget):
         self._row.setContentsMargins(0, 0, 0, 0)
         self._row.setSpacing(_SPACING)
         self._buttons: dict[QAction, QToolButton] = {}
-        self._paint()
+        self._take_theme()
 
     def set_actions(self, actions: Iterable[QAction]) -> None:
         """Show buttons for these actions."""
@@ -65,13 +66,7 @@ class LayoutBar(QWidget):
             self._row.addWidget(button)
             self._buttons[action] = button
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Apply the colours of another theme."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._paint()
-
-    def _paint(self) -> None:
+    def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
         sheet = (
             "QToolButton { border: none; padding: 1px 7px; background: transparent; "

@@ -32,7 +32,7 @@ from PySide6.QtWidgets import (
 
 from ...base import theme
 from ...base.commands import ActionEntry, Command, action_entries
-from ...widgets.basics import PlainLabel
+from ...widgets.basics import PlainLabel, Themed
 from ..context import Context, Feature
 from .matching import Offer, RecentCommands, offers
 
@@ -118,7 +118,7 @@ _MOVES = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Ke
 _KEYS = _MOVES | {Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape}
 
 
-class CommandPalette(QFrame):
+class CommandPalette(Themed, QFrame):
     """Field and list at the top of the window; it closes after a command or by Escape.
 
     Parameters
@@ -162,7 +162,7 @@ class CommandPalette(QFrame):
         layout.setSpacing(4)
         for widget in (self.field, self.list, self.hint):
             layout.addWidget(widget)
-        self._paint()
+        self._take_theme()
 
     def toggle(self) -> None:
         """Open or close the palette."""
@@ -200,12 +200,6 @@ class CommandPalette(QFrame):
             self._move(Qt.Key(event.key()))
         else:
             self._run_command(self.list.currentIndex())
-
-    def changeEvent(self, event: QEvent) -> None:
-        """Apply the colours of another theme."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._paint()
 
     def _offer(self) -> None:
         self._renew()
@@ -259,7 +253,7 @@ class CommandPalette(QFrame):
         self.adjustSize()
         self.move(QPoint((self._window.width() - width) // 2, _TOP))
 
-    def _paint(self) -> None:
+    def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
         sheet = (
             f"#palette {{ background: {colours.panel.name()}; border: 1px solid {colours.accent.name()}; "

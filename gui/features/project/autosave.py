@@ -32,7 +32,7 @@ from ilf.project.recovery import RecoverableWork, find_recoverable_work, journal
 
 from ...base import theme
 from ...widgets.basics import Message, PlainLabel
-from ...widgets.notices import error_details, error_text
+from ...widgets.notices import error_details, error_text, question
 from ...work.jobs import Worker
 from ..context import Context, Feature
 from .feature import ProjectFeature
@@ -308,12 +308,8 @@ class Recovery(QObject):
 
     def _discard(self, number: int) -> None:
         left = self._found[number]
-        box = QMessageBox(self.dialog)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setIcon(QMessageBox.Icon.Warning)
-        box.setWindowTitle("Discard unsaved work?")
-        box.setTextFormat(Qt.TextFormat.PlainText)
-        box.setText(f"The unsaved work on {name_of(left) or left.path.name} is deleted permanently.")
+        text = f"The unsaved work on {name_of(left) or left.path.name} is deleted permanently."
+        box = question(self.dialog or self._context.window, "Discard unsaved work?", text)
         discard = box.addButton("&Discard", QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         box.finished.connect(lambda _: self._delete(number) if box.clickedButton() is discard else None)

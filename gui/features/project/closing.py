@@ -27,6 +27,7 @@ from ilf.project.encoding import frame_part
 from ...state.entries import Entry
 from ...state.session import Session
 from ...widgets.basics import Message, group, literal_text
+from ...widgets.notices import question
 from ..context import Context
 from ..documents.feature import DocumentsFeature
 
@@ -304,13 +305,9 @@ class Closing(QObject):
             then()
             return
         names = worked[0] if len(worked) == 1 else f"{len(worked)} frames"
-        box = QMessageBox(self._context.window)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setIcon(QMessageBox.Icon.Warning)
-        box.setWindowTitle("Remove from the project?")
-        box.setTextFormat(Qt.TextFormat.PlainText)
-        box.setText(f"The work on {names} is removed, too. This cannot be undone.")
-        box.setInformativeText("The project file keeps it until the project is saved the next time.")
+        text = f"The work on {names} is removed, too. This cannot be undone."
+        more = "The project file keeps it until the project is saved the next time."
+        box = question(self._context.window, "Remove from the project?", text, more)
         remove = box.addButton("&Remove", QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         box.finished.connect(lambda _: then() if box.clickedButton() is remove else None)

@@ -22,6 +22,7 @@ from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
 from ...state.session import Session
 from ...widgets.basics import last_folder
+from ...widgets.notices import question
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
 from ..menus import insert_menu
@@ -251,26 +252,19 @@ class ProjectFeature(Feature):
             then()
 
     def _ask_join(self, place: Path, then: Callable[[], None]) -> None:
-        box = QMessageBox(self.context.window)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setIcon(QMessageBox.Icon.Question)
-        box.setTextFormat(Qt.TextFormat.PlainText)
-        box.setWindowTitle("Add to the project?")
-        box.setText(f"{place.name} is not of the folder whose project is {self.present.name}.")
-        box.setInformativeText("A new project closes its frames first.")
+        text = f"{place.name} is not of the folder whose project is {self.present.name}."
+        more, icon = "A new project closes its frames first.", QMessageBox.Icon.Question
+        box = question(self.context.window, "Add to the project?", text, more, icon)
         add = box.addButton("&Add to it", _ACCEPT)
         new = box.addButton("&New project", _ACCEPT)
         box.addButton(QMessageBox.StandardButton.Cancel)
         box.setDefaultButton(new)
 
-        def begin() -> None:
-            self._begin(then)
-
         def answer() -> None:
             if box.clickedButton() is add:
                 then()
             elif box.clickedButton() is new:
-                self._leave_project("a new project is started", begin)
+                self._leave_project("a new project is started", partial(self._begin, then))
 
         box.finished.connect(lambda _: answer())
         box.open()
@@ -311,22 +305,17 @@ class ProjectFeature(Feature):
 
     def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
         """Ask whether to replace a file that was changed since it was opened."""
-        box = QMessageBox(self.context.window)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setIcon(QMessageBox.Icon.Warning)
-        there = path.exists()
-        box.setTextFormat(Qt.TextFormat.PlainText)
-        box.setWindowTitle("Replace the project?" if there else "Write the project again?")
-        when = f" ({datetime.datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M})" if there else ""
-        box.setText(
-            f"{path.name} has been changed by another window or program since it was opened{when}."
-            if there
-            else f"{path.name} does not exist any more: it has been moved or deleted since it was opened."
-        )
-        box.setInformativeText(
-            "Replacing it discards the changes saved there meanwhile." if there else "It can be written again."
-        )
-        replace = box.addButton("&Replace" if there else "&Write again", QMessageBox.ButtonRole.DestructiveRole)
+        if path.exists():
+            when = f"{datetime.datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M}"
+            title, button = "Replace the project?", "&Replace"
+            text = f"{path.name} has been changed by another window or program since it was opened ({when})."
+            more = "Replacing it discards the changes saved there meanwhile."
+        else:
+            title, button = "Write the project again?", "&Write again"
+            text = f"{path.name} does not exist any more: it has been moved or deleted since it was opened."
+            more = "It can be written again."
+        box = question(self.context.window, title, text, more)
+        replace = box.addButton(button, QMessageBox.ButtonRole.DestructiveRole)
         other = box.addButton("Save &as…", QMessageBox.ButtonRole.AcceptRole)
         box.addButton(QMessageBox.StandardButton.Cancel)
         box.setDefaultButton(other)

@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QIcon, QImage, QPainter, QPixmap, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QGridLayout,
@@ -31,7 +31,7 @@ from ilf.sources.listing import list_frames
 
 from ...base import theme
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, literal_text
+from ...widgets.basics import Message, PlainLabel, Themed, literal_text
 from ...work.jobs import Worker
 from ...work.loading import contains_frames
 from ..context import Context, Feature
@@ -51,7 +51,7 @@ _DROP = "Or drop images, a folder of frames, a recording or a project anywhere i
 _ORIGIN, _HAS_PICTURE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
 
 
-class StartPage(QWidget):
+class StartPage(Themed, QWidget):
     """The program's name and purpose, commands that open something, and what was opened last, with thumbnails.
 
     Signals
@@ -157,10 +157,8 @@ class StartPage(QWidget):
             if not self.has_picture(row):
                 self.recent.item(row).setIcon(icon)
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Redraw the icons in the colours of another theme."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_message"):
+    def _take_theme(self) -> None:
+        if hasattr(self, "_message"):
             self._paint()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 
-from PySide6.QtCore import QEvent, QPoint, QSize, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtCore import QPoint, QSize, QSortFilterProxyModel, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QPaintEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QHeaderView, QTableView, QToolButton, QVBoxLayout, QWidget
 
 from ilf.project.run_history import StoredRun
 
-from ...widgets.basics import paint_hint
+from ...widgets.basics import Themed, paint_hint
 from ...widgets.tables import ICON_SIZE, RowDelegate, set_up_table
 from .model import EDITABLE, ERROR_COLUMNS, SORT_ROLE, Column, RunModel, RunRow
 
@@ -31,7 +31,7 @@ _VALUES_WIDTH = 120
 """Minimum width of the values [px]; below, the table scrolls horizontally."""
 
 
-class RunTable(QWidget):
+class RunTable(Themed, QWidget):
     """Table of the run history with its buttons. It shows rows and emits requests; only `set_rows` changes the rows.
 
     Parameters
@@ -131,10 +131,8 @@ class RunTable(QWidget):
             self.view.setCurrentIndex(index)
             self.view.edit(index)
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._model.set_palette(self.palette())
+    def _take_theme(self) -> None:
+        self._model.set_palette(self.palette())
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -7,12 +7,13 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QToolTip, QWidget
 
 from ...base import theme
 from ...views.colours import error_table
+from ...widgets.basics import Themed
 
 _MIN_LABEL_DISTANCE = 52
 """Minimum distance between the labels of values [px]."""
@@ -22,7 +23,7 @@ _CLICK_DISTANCE = 40
 """Horizontal distance [px] within which a click hits a point."""
 
 
-class ErrorCurve(pg.PlotWidget):
+class ErrorCurve(Themed, pg.PlotWidget):
     """Plot with a point per tested value; the best points and the current value are marked.
 
     Signals
@@ -96,9 +97,8 @@ class ErrorCurve(pg.PlotWidget):
             if distances[nearest] <= _CLICK_DISTANCE:
                 self.taken.emit(nearest)
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_name"):
+    def _take_theme(self) -> None:
+        if hasattr(self, "_name"):
             self._style()
 
     def point(self, number: int) -> QPointF:

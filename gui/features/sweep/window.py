@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QComboBox,
@@ -25,7 +25,7 @@ from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
 
 from ...base import theme
-from ...widgets.basics import Message, PlainLabel
+from ...widgets.basics import Message, PlainLabel, Themed
 from ...widgets.work_row import WorkRow
 from .charts import ErrorCurve, ErrorGrid
 from .multiples import Multiples, ScaleBar
@@ -39,7 +39,7 @@ _FULL_COVERAGE = 0.95
 """Share of filled pixels above which the coverage is not shown."""
 
 
-class SweepWindow(QDialog):
+class SweepWindow(Themed, QDialog):
     """Window of a sweep; emits the user's requests.
 
     Signals
@@ -297,9 +297,8 @@ class SweepWindow(QDialog):
         super().showEvent(event)
         self.became_visible.emit()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "bar"):
+    def _take_theme(self) -> None:
+        if hasattr(self, "bar"):
             self.show_found()
 
 

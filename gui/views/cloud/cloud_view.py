@@ -23,7 +23,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSizePolicy, QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from ...base import theme
-from ...widgets.basics import PlainLabel
+from ...widgets.basics import PlainLabel, Themed
 from ..colour_bar import ColourBar
 from ..view_cell import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
@@ -253,7 +253,7 @@ _LOOKS = {
 }
 
 
-class CloudView(QWidget):
+class CloudView(Themed, QWidget):
     """A point cloud with its view buttons, colour bar and clip.
 
     Signals
@@ -350,11 +350,9 @@ class CloudView(QWidget):
             self.bar.move(self.canvas.width() - self.bar.width() - _BAR_MARGIN, _BAR_MARGIN)
         return False
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._apply_theme()
-            self.colours_changed.emit()
+    def _take_theme(self) -> None:
+        self._apply_theme()
+        self.colours_changed.emit()
 
     def _apply_theme(self) -> None:
         colours = theme.colours(self.palette())

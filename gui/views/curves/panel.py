@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QSlider, QStackedWidget, 
 from ilf.data.results import IterationRecord
 
 from ...base import theme
-from ...widgets.basics import PlainLabel
+from ...widgets.basics import PlainLabel, Themed
 from .curve import FLOOR, Columns, Curve, legible, readout_columns, readout_texts
 from .plot import AXIS, NAMED_AXIS, ConvergencePlot, CriterionLines, HoldOutPlot, LengthAxis, Line, SumAxis
 from .readout import Readout, Row
@@ -22,7 +22,7 @@ from .readout import Readout, Row
 # A slider over the iterations of the last run: the views show the depth at the slider's iteration.
 
 
-class ScrubBar(QWidget):
+class ScrubBar(Themed, QWidget):
     """Slider over iterations, its position as text, and a button to its right end, the current depth.
 
     Signals
@@ -53,7 +53,7 @@ class ScrubBar(QWidget):
         layout.addWidget(self._text)
         layout.addWidget(self._end)
         self.set_range(0)
-        self._draw_icon()
+        self._take_theme()
 
     @property
     def position(self) -> int:
@@ -100,13 +100,8 @@ class ScrubBar(QWidget):
         self._text.setEnabled(self._slider.isEnabled())
         self._end.setEnabled(not self.at_end)
 
-    def _draw_icon(self) -> None:
+    def _take_theme(self) -> None:
         self._end.setIcon(theme.icon("ph.skip-forward", self.palette()))
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._draw_icon()
 
 
 class _Slider(QSlider):
@@ -152,7 +147,7 @@ _ERROR_PLOT_HINT = (
 )
 
 
-class CurvesPanel(QWidget):
+class CurvesPanel(Themed, QWidget):
     """The curves of some blocks and runs, with linked axes, a readout of all of them, and a slider over iterations.
 
     A single curve has the colours of the plots; several curves have their own colours.
@@ -439,11 +434,9 @@ class CurvesPanel(QWidget):
 
     # looks
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._refresh_theme()
-            self._draw()
+    def _take_theme(self) -> None:
+        self._refresh_theme()
+        self._draw()
 
     def _refresh_theme(self) -> None:
         colours = theme.colours(self.palette())
