@@ -238,7 +238,7 @@ def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> _Inputs:
 
 def _print_refusal(reason: str) -> int:
     """Print in one line why there is no window; returns the exit status."""
-    print(f"ilf-gui: {reason}", file=sys.stderr)
+    print(f"ilf-gui: error: {reason}", file=sys.stderr)
     return 1
 
 

@@ -53,8 +53,9 @@ def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str, masked: boo
             f"A mask of {what} must be bool with the frame's shape {shape}, or contain only 0 and 1, or 0 and 255; "
             f"not {array.dtype} with shape {array.shape}."
         )
-    hidden = np.ma.getmaskarray(mask) if masked and isinstance(mask, np.ma.MaskedArray) else False
-    return read_only(array | hidden)
+    if masked and isinstance(mask, np.ma.MaskedArray):
+        array = array | np.ma.getmaskarray(mask)
+    return read_only(array)
 
 
 DEPTH_LIMITS = (1e-9, 1e6)

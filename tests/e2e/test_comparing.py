@@ -267,6 +267,6 @@ def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice: tuple[M
     window.refresh.now()
     assert [views.material.names.get(side, side) for side in views.sides.names] == ["Best", "result"]
     runs.accept(best)
-    window.refresh.now()
+    window.refresh.draw_all()
     assert views.sides.names == ("run-1", "result")
     assert views.material.result_number == best.number

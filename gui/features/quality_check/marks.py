@@ -131,6 +131,7 @@ class CheckStrip(ReviewStrip):
         for place, widget in enumerate((arrows[0], self.position, arrows[1])):
             self.row.insertWidget(place, widget)
         self.remedy = _button(apply, Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.remedy.setAccessibleName("Remedy")
         self._remedy_text = ""
         apply.changed.connect(lambda: self.remedy.setText(self._remedy_text))  # it would get the command's text
         self.row.insertWidget(self.row.count() - 1, self.remedy)

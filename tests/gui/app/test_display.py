@@ -185,7 +185,7 @@ def test_a_missing_path_is_told_before_anything_else(
 ) -> None:
     assert main(arguments) == 1
     error = capsys.readouterr().err
-    assert error.startswith("ilf-gui: gone")
+    assert error.startswith("ilf-gui: error: gone")
     assert error.count("\n") == 1
 
 

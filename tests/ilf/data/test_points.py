@@ -53,7 +53,7 @@ def test_y_up_is_a_rotation_that_lifts_the_upper_half():
 
 
 def test_without_intrinsics_the_message_says_how_to_give_them():
-    with pytest.raises(InputError, match=r"nyu-kinect-v1.*fx,fy,cx,cy.*JSON"):
+    with pytest.raises(InputError, match=r"nyu-kinect-v1.*fx,fy,cx,cy.*file"):
         point_cloud(np.ones((2, 2)), np.zeros((2, 2, 3), np.uint8), None)
 
 
