@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path, PurePath
 from types import SimpleNamespace
-from typing import BinaryIO
+from typing import Any
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.files import MAX_FILE_BYTES
@@ -42,16 +42,16 @@ def bound_unpacking() -> None:
     zstd = optional(_ZSTD, "sequences", "A compressed ROS bag")
     ros1.decompressors.update(bz2=partial(_bounded, bz2.open), lz4=partial(_bounded, lz4.open))
     mcap.DECOMPRESSORS.update(zstd=partial(_bounded, zstd.open), lz4=partial(_bounded, lz4.open))
-    ros2.zstd = SimpleNamespace(open=zstd.open, decompress=partial(_bounded, zstd.open))
+    vars(ros2)["zstd"] = SimpleNamespace(open=zstd.open, decompress=partial(_bounded, zstd.open))
 
 
-def _bounded(opening: Callable[[BinaryIO], BinaryIO], data: bytes, _: int = 0) -> bytes:
-    """Unpack data by a function that opens them; raise FormatError if they become too large."""
+def _bounded(opening: Callable[..., Any], data: bytes, _: int = 0) -> bytes:
+    """Unpack data by a function that opens them; raise ValueError if they become too large."""
     at_most = min(max(_LARGEST_RATIO * len(data), _LARGEST), MAX_FILE_BYTES)
     with opening(io.BytesIO(data)) as stream:
-        plain = stream.read(at_most + 1)
+        plain: bytes = stream.read(at_most + 1)
     if len(plain) > at_most:
-        raise FormatError(f"a part of {len(data)} bytes has more than {at_most / 2**20:.3g} MiB when unpacked")
+        raise ValueError(f"a part of {len(data)} bytes has more than {at_most / 2**20:.3g} MiB when unpacked")
     return plain
 
 

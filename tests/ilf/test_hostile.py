@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ilf
-from gui.features.frame_list.thumbnails import read_thumbnail
+from gui.features.frame_list.thumbnails import read_thumbnail, stored_thumbnail
 from ilf.cli import main
 from ilf.errors import FormatError, IlfError, InputError, one_line
 from ilf.io.block_files import read_blocks
@@ -151,6 +151,10 @@ def test_a_thumbnail_takes_no_more_memory_than_the_image(tmp_path: Path) -> None
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(FormatError, match="checksum"):
         read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"))
+    with pytest.raises(FormatError, match="checksum"):
+        stored_thumbnail(bytes(content))
+    cv2.imwrite(str(tmp_path / "tower.png"), np.zeros((50_000, 1), np.uint8))
+    assert read_thumbnail(FrameSource(str(tmp_path / "tower.png"), "unread.png")).nbytes < 2**22
 
 
 def given_files(folder: Path) -> dict[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Generator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,9 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QImage, QPixmap
 
-from ilf._runtime.files import read_file
+from ilf._runtime.files import FileContent, read_file
 from ilf.errors import FormatError, IlfError
-from ilf.io.images import check_checksums, check_pixel_count, image_header, without_log
+from ilf.io.images import check_checksums, check_pixel_count, image_header, read_colour, without_log
 from ilf.sources.frame_source import FrameSource
 from ilf.sources.frames import frame_folder
 from ilf.sources.opening import opened
@@ -66,15 +67,24 @@ def read_thumbnail(source: FrameSource, width: int = THUMBNAIL_WIDTH) -> NDArray
     return thumbnail_of(np.asarray(image)[..., ::-1], width)
 
 
+_MOST_HEIGHT = 8
+"""Maximum height of a thumbnail, in widths."""
+
+
+def stored_thumbnail(content: bytes) -> NDArray[np.uint8]:
+    """The thumbnail that a project contains, which may be any image; raises FormatError if it cannot be read."""
+    return thumbnail_of(read_colour(FileContent(Path("thumbnail"), np.frombuffer(content, np.uint8))))
+
+
 def thumbnail_of(rgb: NDArray[Any], width: int = THUMBNAIL_WIDTH) -> NDArray[np.uint8]:
-    """Resize a colour image, uint8 (H, W, 3), to a width of `width` pixels.
+    """Resize a colour image, uint8 (H, W, 3), to a width of `width` pixels; one that is far higher is shortened.
 
     Examples
     --------
     >>> thumbnail_of(np.zeros((480, 640, 3), np.uint8)).shape
     (120, 160, 3)
     """
-    height = max(round(width * rgb.shape[0] / rgb.shape[1]), 1)
+    height = min(max(round(width * rgb.shape[0] / rgb.shape[1]), 1), _MOST_HEIGHT * width)
     small = cv2.resize(np.ascontiguousarray(rgb), (width, height), interpolation=cv2.INTER_AREA)
     return small.astype(np.uint8, copy=False)
 
@@ -171,9 +181,8 @@ class Thumbnails(QObject):
                 return rgb_image(thumbnail_of(request.rgb))
             stored = self.stored(request.id) if self.stored is not None else None
             if stored is not None:
-                decoded: NDArray[Any] | None = cv2.imdecode(np.frombuffer(stored, np.uint8), cv2.IMREAD_COLOR)
-                if decoded is not None:
-                    return rgb_image(thumbnail_of(decoded[..., ::-1]))
+                with suppress(FormatError):
+                    return rgb_image(stored_thumbnail(stored))
             return QImage() if request.source is None else rgb_image(read_thumbnail(request.source))
         except (IlfError, OSError, cv2.error):
             return QImage()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -35,7 +34,7 @@ from ...widgets.basics import Message, PlainLabel, Themed, literal_text
 from ...work.jobs import Worker
 from ...work.loading import contains_frames
 from ..context import Context, Feature
-from ..frame_list.thumbnails import read_thumbnail, thumbnail_of
+from ..frame_list.thumbnails import read_thumbnail, stored_thumbnail
 from .feature import ProjectFeature
 from .recent import Origin, RecentFeature, is_missing, key_of, name_of
 
@@ -260,15 +259,12 @@ def _pictures(origins: Iterable[Origin]) -> Generator[tuple[str, QImage], None, 
                 first = list_frames(origin.rgb, origin.options).sources[0] if contains_frames(origin.rgb) else origin
                 image = rgb_image(read_thumbnail(first))
             elif (picture := _picture_in(origin)) is not None:
-                image = rgb_image(thumbnail_of(picture))
+                image = rgb_image(picture)
         yield key_of(origin), image
 
 
-def _picture_in(project: Path) -> NDArray[Any] | None:
+def _picture_in(project: Path) -> NDArray[np.uint8] | None:
     """Return the first thumbnail in a project file, None if there is none; IlfError if it is no project file."""
     with Archive(project) as archive:
         name = next((name for name in archive.names() if name.startswith("thumbnails/")), None)
-        if name is None:
-            return None
-        decoded: NDArray[Any] | None = cv2.imdecode(np.frombuffer(archive.read(name), np.uint8), cv2.IMREAD_COLOR)
-        return None if decoded is None else decoded[..., ::-1]
+        return None if name is None else stored_thumbnail(archive.read(name))
