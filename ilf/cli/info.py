@@ -59,6 +59,7 @@ from ..sources.frames import (
 )
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
+from ..sources.own_results import is_result
 from ..sources.reading_options import ReadingOptions
 from ..sources.remote import restored
 from ..sources.shards import is_shards, read_shard_set
@@ -469,7 +470,7 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, options: ReadingO
     orientation = pair_orientation(read_file(colour), rgb, read_file(path), depth.metres)
     if orientation.note:
         facts.append(Fact("warning" if orientation.is_doubt else "orientation", orientation.note))
-    if FrameSource(str(colour), str(path)).is_result:
+    if is_result(str(colour), str(path), None):
         facts.append(Fact("note", f"{path.name}: {COMPLETED_DEPTH}"))
     rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
     if depth_camera is not None and rgb.shape[:2] != metres.shape:
