@@ -47,9 +47,19 @@ from ..run.record import RunRecord
 from ..run.record_file import read_record
 from ..run.replaying import file_problems
 from ..sources.frame_source import FrameSource
-from ..sources.frames import META_NAME, FrameFiles, files_of, frame_folder, is_frame_folder, meta_beside
+from ..sources.frames import (
+    COMPLETED_DEPTH,
+    META_NAME,
+    FrameFiles,
+    files_of,
+    frame_folder,
+    is_frame_folder,
+    meta_beside,
+    unlike_companions,
+)
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
+from ..sources.own_results import is_result
 from ..sources.reading_options import ReadingOptions
 from ..sources.remote import restored
 from ..sources.shards import is_shards, read_shard_set
@@ -460,11 +470,14 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, options: ReadingO
     orientation = pair_orientation(read_file(colour), rgb, read_file(path), depth.metres)
     if orientation.note:
         facts.append(Fact("warning" if orientation.is_doubt else "orientation", orientation.note))
+    if is_result(str(colour), str(path), None):
+        facts.append(Fact("note", f"{path.name}: {COMPLETED_DEPTH}"))
     rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
     if depth_camera is not None and rgb.shape[:2] != metres.shape:
         of_colour = _camera_facts("colour camera", options.intrinsics, (rgb.shape[0], rgb.shape[1]))
         return [*facts, *of_colour, Fact("registered", "on reading, by the intrinsics of both images")]
     try:
+        facts += [Fact("warning", text) for text in unlike_companions(options, read_file(path), orientation)]
         check_same_size(rgb, metres)
     except InputError as error:
         facts.append(Fact("problem", str(error)))

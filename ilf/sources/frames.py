@@ -49,10 +49,10 @@ from ..io.frame_additions import (
 from ..io.images import encode_image, read_colour_with_warning, turned
 from ..io.kinds import kind_at
 from ..io.labels import read_mask
-from ..io.orientation import AS_STORED, companion_doubts, orientation_tag, pair_orientation
-from .frame_source import FrameSource
+from ..io.orientation import AS_STORED, PairOrientation, companion_doubts, orientation_tag, pair_orientation
 from .naming import name_from_path
 from .opening import is_recording
+from .own_results import is_result
 from .poses import camera_pose, stated_pose
 from .reading_options import AS_STATED, ReadingOptions, path_text
 from .recorded import read_recorded
@@ -265,7 +265,7 @@ def _load(
                 "(1000 for millimetres) or the encoding's name, or give depth units."
             )
         loaded, reported = _from_files(files, options, name)
-    if FrameSource(rgb, depth, frame).is_result:
+    if is_result(rgb, depth, frame):
         loaded = replace(loaded, notes=(*loaded.notes, f"{depth or rgb}: {COMPLETED_DEPTH}"))
     for text in (*reported, *(one for one in loaded.notes if one.startswith(CAMERA_DOUBT))):
         report(text)
@@ -314,9 +314,7 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
         depth_intrinsics=_numbers(depth_camera),
         orientations=None if orientation.tags == AS_STORED else orientation.tags,
     )
-    beside = filter(None, (chosen.ground_truth, chosen.guide, chosen.confidence))
-    companions = [read_file(path) for path in beside if Path(path).suffix.lower() in COLOUR_SUFFIXES]
-    unlike = companion_doubts(companions, orientation_tag(depth_file) if orientation.tags == AS_STORED else 1)
+    unlike = unlike_companions(chosen, depth_file, orientation)
     of_pair = (*([orientation.note] if orientation.note else []), *unlike)
     doubts = (*of_colour, *(of_pair if orientation.is_doubt else unlike))
     try:
@@ -331,6 +329,15 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
     except InputError as error:
         raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
     return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued)
+
+
+def unlike_companions(
+    options: ReadingOptions, depth_file: FileContent, orientation: PairOrientation
+) -> tuple[str, ...]:
+    """Doubts about ground truth, guide and confidence map whose orientation is not that of the pair, as it is read."""
+    beside = filter(None, (options.ground_truth, options.guide, options.confidence))
+    companions = [read_file(path) for path in beside if Path(path).suffix.lower() in COLOUR_SUFFIXES]
+    return companion_doubts(companions, orientation_tag(depth_file) if orientation.tags == AS_STORED else 1)
 
 
 def _exchanged(colour: NDArray[np.uint8], depth: NDArray[np.float32]) -> str:

@@ -47,6 +47,8 @@ def test_completed_depth_is_doubted_and_not_scored_as_known(measured, capsys):
     for given in (["frames/one-done"], [colour, depth], ["shards", "--frame", "one"]):
         assert main(["evaluate", *given]) == 1
         assert "completed by ILF Studio" in capsys.readouterr().err
+        assert main(["info", *given]) == 0
+        assert "completed by ILF Studio" in capsys.readouterr().out
     frame = ilf.load_frame("frames/one-done", warn=False)
     assert any("completed by ILF Studio" in note for note in frame.notes)
     with pytest.raises(ilf.IlfError, match="completed by ILF Studio"):
