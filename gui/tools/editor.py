@@ -309,7 +309,7 @@ class Editor(QObject):
         return whole
 
     def _tell_of_rests(self, patch: LabelPatch, whole: LabelPatch) -> None:
-        """Name the blocks whose rest went with the change; count the slivers that stay."""
+        """Name the blocks whose rest went with the change; count the slivers that it has added."""
         session, lost = self.session, patch.before[patch.before != patch.after]
         gone = set(np.unique(whole.before).tolist()) - session.counts().keys() - {0}
         for label in sorted(gone):
@@ -318,9 +318,14 @@ class Editor(QObject):
                 self.show_message(
                     f"The last {grouped(rest)} px of {session.info(label).name} went to the block beside them."
                 )
-        left = count_slivers(session.labels, sliver_size(session.labels.size), whole.box, session.locked)
-        if left:
-            self.slivers_left.emit(left)
+        former = session.labels.copy()
+        whole.revert(former)
+        left, there = (
+            count_slivers(labels, sliver_size(labels.size), whole.box, session.locked)
+            for labels in (session.labels, former)
+        )
+        if left > there:
+            self.slivers_left.emit(left - there)
 
 
 def sliver_size(pixels: int) -> int:

@@ -25,11 +25,12 @@ from gui.state.results import ErrorEstimate
 from gui.state.session import Session
 from gui.work.loading import restore
 from ilf.data.frame import RGBDFrame
+from ilf.evaluation.quality.remedies import Remedy
 from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
-from .hand import CTRL, key
+from .hand import CTRL, click, key
 
 HEIGHT, WIDTH = 180, 240
 
@@ -135,8 +136,13 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     assert preview.isVisible()
     assert not preview.boundingRect().isEmpty()
 
-    # while a tool has something to finish, Enter is for the tool
+    # while a tool has something to finish, Enter is for the tool, and the button does not promise it
+    window.editor.set_tool("smart_select")
+    click(window, (100, 90))
+    qtbot.waitUntil(lambda: not window.editor.working, timeout=WAIT_MS)
+    assert checks.strip.remedy.text() == "Split Wall"
     window.editor.set_tool("split")
+    assert checks.strip.remedy.text() == "Split Wall (Enter)"
     QTest.keyClick(view, Qt.Key.Key_Return)
     assert workspace.session.undo_stack.count() == steps + 1, "Split has no line yet"
     settled(window, qtbot)
@@ -160,6 +166,19 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     for _ in range(4):
         window.actions_["undo"].trigger()
     assert settled(window, qtbot) == "2 flagged places left to check."
+
+
+def test_a_remedy_leaves_no_sliver(window, qtbot, tmp_path, monkeypatch):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    split = np.where(walls(80, WIDTH) == 1, 2, 1).astype(np.int32)
+    split[50:52, 30:32] = 1
+    remedy = Remedy("split", "Split Block 1", patch_between(np.ones_like(split), split))
+    monkeypatch.setattr("gui.features.quality_check.feature.find_remedy", lambda *_, **__: remedy)
+    press(window, qtbot, "next_check")
+    press(window, qtbot, "apply_remedy")
+    assert np.array_equal(window.workspace.session.labels == 2, walls(80, WIDTH) == 1)
+    window.actions_["undo"].trigger()
+    assert (window.workspace.session.labels == 1).all(), "one step"
 
 
 @pytest.mark.parametrize("focus", ["film strip", "closed panel", "layout", "panels by keys"])
@@ -277,7 +296,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     assert np.array_equal(window.views._layers._suspect, speck)
     row = block_rows(workspace.session, window.runs)[0]
     assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
-    assert "Step limit" in row.detail
+    assert "limit of steps" in row.detail
     assert summary_of(workspace.session).not_converged == 1
 
 

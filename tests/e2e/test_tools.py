@@ -319,6 +319,20 @@ def test_slivers_are_said_and_cleaned_up_by_what_is_offered(editing: MainWindow,
     assert [toast for toast in editing.toasts.shown if toast.commands] == [], "what was offered is done"
 
 
+def test_slivers_that_were_there_before_are_not_said(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    labels = session.labels.copy()
+    labels[24, 10] = labels[24, 50]
+    editing.workspace.blocks.replace(labels, "A sliver")
+    click(editing, (50, 40))
+    _take(editing, "paint")
+    editing.editor.set_option("brush_radius", 3.0)
+    drag(editing, [(50, 30), (8, 30), (8, 40)])
+    assert session.undo_stack.undoText() == f"Paint {session.info(session.selected[0]).name}"
+    assert session.labels[24, 10] == session.labels[24, 50] != session.labels[24, 12]
+    assert "sliver" not in editing.toasts.message
+
+
 def test_blocks_grow_shrink_and_become_smooth_by_the_amount(editing: MainWindow) -> None:
     session = editing.workspace.session
     counts = session.counts()

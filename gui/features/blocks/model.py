@@ -28,7 +28,7 @@ _STATES = {
     "queued": ("ph.clock", "muted"),
     "running": ("ph.play-circle", "accent"),
     "completed": ("ph.check-circle", "good"),
-    "iteration limit": ("ph.warning", "warning"),
+    "iteration limit": ("ph.dots-three-circle", "warning"),
     "not recoverable": ("ph.x-circle", "error"),
     "nothing missing": ("ph.minus-circle", "muted"),
     "values changed": ("ph.arrows-clockwise", "warning"),

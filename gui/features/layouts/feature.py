@@ -58,6 +58,7 @@ class LayoutsFeature(Feature):
         self.menu = QMenu("&Layout", context.window)
         self.bar = LayoutBar()
         self.header = Header(context.window.menuBar(), context.feature(ViewsFeature).bar, self.bar)
+        context.centre.turned.connect(self.header.fit)
 
     def _commands(self) -> Sequence[Command]:
         again = "again to go back"

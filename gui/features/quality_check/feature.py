@@ -104,8 +104,10 @@ class QualityCheckFeature(Feature):
         workspace.blocks.ignored_changed.connect(self._note_ignored)
 
     def begin(self) -> None:
-        """Connect the key that applies the remedy."""
+        """Connect the key that applies the remedy, unless the tool needs it, as its hint says."""
         self.context.feature(ToolsFeature).keys.on_enter(lambda: self.strip.isVisible() and self.apply())
+        for changed in (self.context.editor.hint_changed, self.context.editor.tool_changed):
+            changed.connect(self._show_remedy)
 
     def _commands(self) -> Sequence[Command]:
         no_frame = self.context.reasons.no_frame
@@ -186,7 +188,9 @@ class QualityCheckFeature(Feature):
         if remedy.kind == "checked":
             blocks.mark_checked(request.place.labels)
         elif remedy.patch is not None:
-            blocks.edit(remedy.patch, self._named(remedy.text))
+            if self.context.editor.commit(remedy.patch, self._named(remedy.text)) is None:
+                self._pending_step = 0
+                self.go(1)  # only a rest would have been cut off
         elif remedy.by_hand is not None:
             self._workspace.by_hand.set_depth(remedy.by_hand, np.isfinite(remedy.by_hand), "Continue plane")
             self._pending_step = 0
@@ -317,7 +321,13 @@ class QualityCheckFeature(Feature):
     def _take_remedy(self, question: _RemedyRequest, remedy: Remedy | None) -> None:
         if question is self._remedy_requested:
             self._set_remedy(remedy)
-            self.strip.show_remedy("No remedy found" if remedy is None else f"{self._named(remedy.text)} (Enter)")
+            self.strip.show_remedy("No remedy found")
+            self._show_remedy()
+
+    def _show_remedy(self) -> None:
+        if self._remedy is not None:
+            key = "" if "Enter" in self.context.editor.tool.hint else " (Enter)"
+            self.strip.show_remedy(f"{self._named(self._remedy.text)}{key}")
 
     # what is shown
 

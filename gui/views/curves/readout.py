@@ -123,9 +123,10 @@ class Readout(QWidget):
 
     @property
     def _name_end(self) -> int:
-        """Right end of the names: width of the widest, up to a share of the widget."""
+        """Right end of the names: width of the widest, up to a share of the widget, twice that for "not converged"."""
         widest = max((self.fontMetrics().horizontalAdvance(row.title) for row in self._rows), default=0)
-        return _PAD + _KEY + 6 + min(widest + 1, self.width() // _NAME_SHARE)
+        shares = 2 if any(row.limit for row in self._rows) else 1
+        return _PAD + _KEY + 6 + min(widest + 1, shares * self.width() // _NAME_SHARE)
 
     def _width_of(self, column: Column) -> int:
         text = f"{column.name} {column.widest}" if column.name else column.widest

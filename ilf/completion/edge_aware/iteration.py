@@ -359,7 +359,10 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         """A remark if the last stage was not steady at its end."""
         if self._steady:
             return ""
-        return "Step limit reached in the last stage."
+        return (
+            "Stopped at the limit of steps before it was steady: further steps usually change depth by less than its "
+            "expected error."
+        )
 
     @property
     def _steady(self) -> bool:

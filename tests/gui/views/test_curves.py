@@ -213,7 +213,7 @@ def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
 
 
 def test_a_curve_that_ended_at_a_limit_says_so(panel):
-    sentence = "Step limit reached in the last stage."
+    sentence = "Stopped at the limit of steps before it was steady."
     panel.show_curves([curve(staged(), limit=sentence)])
     assert panel.readout.text.startswith("Table: not converged   i 40 ")
     assert sentence in panel.readout.toolTip()
