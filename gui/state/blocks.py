@@ -27,7 +27,7 @@ from ilf.segmentation.reextraction import fill_around, overlay_kept
 
 from .frames import WorkspaceFrames
 from .parameters import WorkspaceParameters
-from .results import BlockErrors, same_guide, same_mask, same_neighbours
+from .results import BlockErrors, same_depth, same_mask
 from .session import Session, touched_by
 from .stroke import StrokeInProgress
 
@@ -296,7 +296,7 @@ class WorkspaceBlocks(QObject):
         """
         session = self._frames.session
         frame = session.frame.with_guide(guide)
-        if same_guide(session.frame.guide, frame.guide):
+        if same_depth(session.frame.guide, frame.guide):
             return False
         session.undo_stack.push(TakeFrame(session, frame, text, self._note_guide_changed))
         return True
@@ -304,7 +304,7 @@ class WorkspaceBlocks(QObject):
     def set_neighbours(self, neighbours: NeighbourDepth | None, text: str) -> bool:
         """Set or remove the depth of neighbours as one undo step; False if it is equal to the present one."""
         session = self._frames.session
-        if same_neighbours(session.frame.neighbours, neighbours):
+        if same_depth(session.frame.neighbours, neighbours):
             return False
         frame = session.frame.with_neighbours(neighbours)
         session.undo_stack.push(TakeFrame(session, frame, text, self._note_neighbours_changed))

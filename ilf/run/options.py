@@ -10,7 +10,7 @@ from ..data.frame import RGBDFrame
 from ..data.points import AXES
 from ..errors import ParameterError
 from ..io.clouds import UNITS_PER_METRE
-from ..sources.frame_source import RECORD_FILE
+from ..sources.own_results import RECORD_FILE
 
 LABELS_FILE, CURVES_FILE = "blocks.png", "curves.csv"
 EXTRAPOLATED_FILE, INVALID_MASK_FILE, DRAWN_FILE = "extrapolated.png", "invalid_mask.png", "drawn.png"

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from .._runtime.addresses import absolute, is_address
-from .._runtime.files import read_json
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section
 from ..data.camera import CameraIntrinsics
@@ -27,10 +26,6 @@ if TYPE_CHECKING:
     from .frames import FrameFiles
     from .recorded import ReadFrame
     from .registration import RawPair
-
-
-RECORD_FILE = "run.json"
-"""File of the record of a run, beside its results."""
 
 
 @dataclass(frozen=True)
@@ -90,14 +85,9 @@ class FrameSource:
     @property
     def is_result(self) -> bool:
         """Whether its depth was completed by this program, so that not all of it was measured. False at addresses."""
-        if self.frame is not None:
-            from .shards import is_shards
+        from .own_results import is_result
 
-            return not is_address(self.rgb) and is_shards(self.rgb)
-        record = os.path.join(self.rgb if self.depth is None else os.path.dirname(self.depth), RECORD_FILE)
-        if is_address(record) or not os.path.isfile(record):
-            return False
-        return self.depth is None or os.path.basename(self.depth) in output_names(record)
+        return is_result(self.rgb, self.depth, self.frame)
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -224,13 +214,3 @@ class FrameSource:
         added = self.options.or_else(files.options).given.keys() - self.options.given.keys()
         used_items = ["name", *(option.label for name, option in OPTIONS.items() if name in added and option.label)]
         return f"Read from {META_NAME} beside the files: {', '.join(used_items)}."
-
-
-def output_names(record: str) -> frozenset[str]:
-    """The names of the files that a run wrote, by its record; none if the file is no record."""
-    try:
-        data = read_json(record)
-    except InputError:
-        return frozenset()
-    outputs = data.get("outputs") if isinstance(data, dict) else None
-    return frozenset(outputs) if isinstance(outputs, dict) else frozenset()

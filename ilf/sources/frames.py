@@ -50,9 +50,9 @@ from ..io.images import encode_image, read_colour_with_warning, turned
 from ..io.kinds import kind_at
 from ..io.labels import read_mask
 from ..io.orientation import AS_STORED, companion_doubts, orientation_tag, pair_orientation
-from .frame_source import FrameSource
 from .naming import name_from_path
 from .opening import is_recording
+from .own_results import is_result
 from .poses import camera_pose, stated_pose
 from .reading_options import AS_STATED, ReadingOptions, path_text
 from .recorded import read_recorded
@@ -265,7 +265,7 @@ def _load(
                 "(1000 for millimetres) or the encoding's name, or give depth units."
             )
         loaded, reported = _from_files(files, options, name)
-    if FrameSource(rgb, depth, frame).is_result:
+    if is_result(rgb, depth, frame):
         loaded = replace(loaded, notes=(*loaded.notes, f"{depth or rgb}: {COMPLETED_DEPTH}"))
     for text in (*reported, *(one for one in loaded.notes if one.startswith(CAMERA_DOUBT))):
         report(text)

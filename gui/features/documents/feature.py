@@ -26,7 +26,7 @@ from ilf.sources.frame_source import FrameSource
 from ...base.commands import Command
 from ...base.paths import sort_paths
 from ...state.entries import Entry
-from ...state.results import same_by_hand, same_guide, same_mask, same_neighbours
+from ...state.results import same_depth, same_mask
 from ...state.session import Session
 from ...work.found_blocks import describe_blocks
 from ...work.jobs import Worker
@@ -416,9 +416,9 @@ def _is_recorded_run(session: Session, recorded: Run, completion: Completion) ->
     drawn, invalid_mask = session.notes.drawn, session.frame.invalid_mask
     if not (same_mask(drawn, recorded.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
         return False
-    if not same_neighbours(session.frame.neighbours, recorded.frame.neighbours):
+    if not same_depth(session.frame.neighbours, recorded.frame.neighbours):
         return False
-    if not (same_guide(session.frame.guide, recorded.frame.guide) and same_by_hand(session.by_hand, recorded.by_hand)):
+    if not (same_depth(session.frame.guide, recorded.frame.guide) and same_depth(session.by_hand, recorded.by_hand)):
         return False
     return set(completion.results) == (recorded.only or frozenset()) and all(
         result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()

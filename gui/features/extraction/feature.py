@@ -217,7 +217,8 @@ class ExtractionFeature(Feature):
         blocks = found.extraction.blocks
         locked, by_hand = self._workspace.blocks.staying(self._workspace.session)
         around = _describe_around(len(locked), len(by_hand))
-        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {_duration(found.seconds)}."
+        took = f"{1000 * found.seconds:.0f} ms" if found.seconds < 1 else f"{found.seconds:.1f} s"
+        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {took}."
 
     def show_stage(self, name: str) -> None:
         """Show a stage, and the view of the extraction if it is not visible."""
@@ -288,7 +289,3 @@ def _describe_around(locked: int, by_hand: int) -> str:
     kinds = (locked, "locked"), (by_hand, "made by hand")
     parts = [f"{counted(count, 'block')} {kind}" for count, kind in kinds if count]
     return f", around {' and '.join(parts)}" if parts else ""
-
-
-def _duration(seconds: float) -> str:
-    return f"{1000 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"

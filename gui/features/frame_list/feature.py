@@ -237,7 +237,7 @@ class FramesFeature(Feature):
         workspace, context = self.context.workspace, self.context
         entries = workspace.frames.entries
         for signal in (entries.added, entries.removed):
-            signal.connect(lambda *_: self._note_listed())
+            signal.connect(lambda *_: self._soon.start())
         entries.changed.connect(self._note_changed)
         workspace.frames.touched.connect(self._note_touched)
         context.refresh.add(
@@ -296,9 +296,6 @@ class FramesFeature(Feature):
             return self._played
         workspace = self.context.workspace
         return workspace.frames.entries.of(workspace.session.id) if workspace.has_session else None
-
-    def _note_listed(self) -> None:
-        self._soon.start()
 
     def _note_touched(self, session: Session) -> None:
         entry = self.context.workspace.frames.entries.of(session.id)

@@ -121,7 +121,7 @@ class LayoutsFeature(Feature):
                 "",
                 "Restore the layout that was deleted last",
                 handler=self.restore,
-                why_off=self._why_none_deleted,
+                why_off=lambda: "" if self._deleted is not None else "No layout has been deleted.",
             ),
             Command(
                 "reset_layout",
@@ -139,9 +139,6 @@ class LayoutsFeature(Feature):
 
     def _why_not_own(self) -> str:
         return "" if self.store.is_own(self.present) else _NOT_OWN
-
-    def _why_none_deleted(self) -> str:
-        return "" if self._deleted is not None else "No layout has been deleted."
 
     def begin(self) -> None:
         """Insert the menu, and restore the layout of the last program start."""

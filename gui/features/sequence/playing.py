@@ -196,7 +196,7 @@ class PlayFeature(Feature):
         strip = context.feature(FilmStripFeature).strip
         context.centre.add_before(strip, self.bar)
         entries = workspace.frames.entries
-        context.refresh.add("play bar", self._show_bar, (entries.added, entries.removed))
+        context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), (entries.added, entries.removed))
 
     def _commands(self) -> Sequence[Command]:
         return (
@@ -378,9 +378,6 @@ class PlayFeature(Feature):
     def _note_times(self, _: FrameSource, listing: Listing) -> None:
         keys = (source.key for source in listing.sources)
         self._times |= dict(zip(keys, listing.times, strict=False))
-
-    def _show_bar(self) -> None:
-        self.bar.setVisible(len(self.context.workspace.frames.entries) > 1)
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if no thread of the feature is left."""
