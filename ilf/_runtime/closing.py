@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Self
 
 
-class Closing:
+class Closeable:
     """A context manager for itself, closed at its end."""
 
     def close(self) -> None:

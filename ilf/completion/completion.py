@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_cancelled
-from .._runtime.closing import Closing
+from .._runtime.closing import Closeable
 from .._runtime.threads import Steps
 from ..data.blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from ..data.by_hand import DepthByHand, as_by_hand, by_hand_of
@@ -34,7 +34,7 @@ ParameterChoice = Parameters | str | Mapping[int, Parameters | str]
 """Parameters of all blocks, or block label -> parameters; a text is the name of a preset."""
 
 
-class CompletionRun(Closing, Iterator[Progress]):
+class CompletionRun(Closeable, Iterator[Progress]):
     """Completion of all blocks of a frame, one iteration per `next()`, several blocks at a time.
 
     The caller controls pace, pause and cancellation: without calls of `next()`, only a few short slices of iterations

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from .._runtime.cancellation import check_cancelled
-from .._runtime.closing import Closing
+from .._runtime.closing import Closeable
 from .._runtime.files import open_file
 from ..errors import ExportError, cause
 
@@ -55,7 +55,7 @@ _END = _record(_DATA_END, bytes(4)) + _FOOTER_AND_MAGIC
 """The end of a file without summary: readers scan the chunks."""
 
 
-class McapFile(Closing):
+class McapFile(Closeable):
     """Writes messages into an MCAP file, one chunk per call of `write`, followed by the end of the file, which the next
     chunk replaces: the file is complete between any two calls.
 

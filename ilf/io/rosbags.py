@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from .._runtime.closing import Closing
+from .._runtime.closing import Closeable
 from .._runtime.installation import optional
 from .._runtime.temporary_files import moving_into_place, remove, removed_on_exit
 from ..data.camera import CameraIntrinsics
@@ -140,7 +140,7 @@ def _write(writer: Any, frames: Iterable[StampedDepth], encoding: str, frame_id:
     return count
 
 
-class DepthRecorder(Closing):
+class DepthRecorder(Closeable):
     """Writes depth into one MCAP file of ROS 2, with the topics of `write_rosbag`. The file is readable between any two
     frames: after a crash or on a full disk it contains those before.
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Protocol
 
-from .._runtime.closing import Closing
+from .._runtime.closing import Closeable
 from .._runtime.files import atomic_path, open_file
 from .._runtime.formatting import counted
 from ..errors import FormatError, InputError, cause
@@ -50,7 +50,7 @@ class _Member:
     method: int
 
 
-class Archive(Closing):
+class Archive(Closeable):
     """The parts of a project file, each read on demand. Thread-safe.
 
     Parameters

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from .._runtime.closing import Closing
+from .._runtime.closing import Closeable
 from .._runtime.files import parse_json
 from .._runtime.schema import check_schema
 from ..data.frame import InputFile
@@ -218,7 +218,7 @@ SUFFIX = ".ilf"
 
 
 @dataclass(frozen=True)
-class OpenedProject(Closing):
+class OpenedProject(Closeable):
     """An open project file.
 
     Attributes

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.closing import Closing
+from .._runtime.closing import Closeable
 from .._runtime.files import existing_file, read_file
 from .._runtime.formatting import counted
 from .._runtime.sandbox import run_in_sandbox
@@ -39,7 +39,7 @@ CAMERA = "nyu-kinect-v1"
 _IMAGES, _FILLED, _RAW = "images", "depths", "rawDepths"
 
 
-class NyuLabelled(Closing):
+class NyuLabelled(Closeable):
     """The labelled file, open; frames are read one at a time. A context manager.
 
     Parameters

@@ -6,7 +6,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from .._runtime.closing import Closing
+from .._runtime.closing import Closeable
 from ..completion.confidence.expected_error import expected_error
 from ..data.results import Completion
 from ..errors import ExportError
@@ -18,7 +18,7 @@ from ..sources.frames import write_frame
 MCAP = ".mcap"
 
 
-class StreamRecorder(Closing):
+class StreamRecorder(Closeable):
     """Writes completed frames as they come: after each, the output is complete up to it.
 
     Parameters

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import cancelled_by
-from .._runtime.closing import Closing
+from .._runtime.closing import Closeable
 from .._runtime.threads import short_switches
 from ..completion.block import BlockTask, filter_steps
 from ..completion.correction import applied_change, needs_correction
@@ -267,7 +267,7 @@ class StreamStatistics:
     worst: float
 
 
-class Stream(Closing):
+class Stream(Closeable):
     """Completes the frames of a camera, one after the other, in a fraction of the time that `ilf.complete` takes.
 
     Blocks, edges and the learned correction change little from frame to frame: they are found every few frames and

@@ -203,9 +203,9 @@ class PlayFeature(Feature):
             Command(
                 "play_frames",
                 "&Play",
-                "ph.play-circle",
-                "K",
                 "Play the frames of the list from this one on; again, or a click in a view, opens the frame shown",
+                icon="ph.play-circle",
+                keys="K",
                 checkable=True,
                 handler=self._turn,
                 why_off=self._why_off,
@@ -213,8 +213,6 @@ class PlayFeature(Feature):
             Command(
                 "play_loop",
                 "&Loop",
-                "",
-                "",
                 "Go on with the first frame after the last one",
                 checkable=True,
                 handler=lambda on: setattr(self.pace, "loop", on),
@@ -222,8 +220,6 @@ class PlayFeature(Feature):
             Command(
                 "play_completed",
                 "&Complete while playing",
-                "",
-                "",
                 "Complete frames without a result as they play, as a stream does; nothing is stored",
                 checkable=True,
                 handler=lambda on: setattr(self.pace, "completes", on),
