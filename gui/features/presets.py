@@ -33,6 +33,7 @@ from ilf.errors import IlfError
 from ..base.commands import Command
 from ..widgets.basics import PlainLabel, last_folder, literal_text
 from .context import Context, Feature
+from .documents.file_dialogs import ask_path
 from .filter.feature import FilterFeature
 
 # The dialog that saves parameters as a preset of the user.
@@ -219,10 +220,9 @@ class PresetsFeature(Feature):
     def ask_export(self) -> None:
         """Write the current parameters to a file that the user chooses."""
         proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self._box.present}.json")
-        path, _ = QFileDialog.getSaveFileName(self.context.window, "Export preset", proposed, _FILES)
-        if path:
+        if path := ask_path(self.context.window, "Export preset", proposed, _FILES):
             QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
-            self.write(Path(path) if Path(path).suffix else Path(path + ".json"))
+            self.write(Path(path))
 
     def _choose(self, name: str) -> None:
         """Apply the preset's parameters of the extraction; the filter panel applies those of the filter."""
