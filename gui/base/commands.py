@@ -30,7 +30,7 @@ class Command:
     name : str
     text : str
         Menu text, with & before its mnemonic letter.
-    icon, keys, hint : str
+    hint, icon, keys : str
         "" for none.
     group : str
         Commands of one group are checkable, one at a time.
@@ -46,9 +46,9 @@ class Command:
 
     name: str
     text: str
+    hint: str = ""
     icon: str = ""
     keys: str = ""
-    hint: str = ""
     group: str = ""
     checkable: bool = False
     held: str = ""

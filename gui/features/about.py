@@ -82,25 +82,25 @@ class WindowFeature(Feature):
         window = context.window
         context.actions.add(
             (
-                Command("quit", "&Quit", "ph.sign-out", "Ctrl+Q", handler=window.close),
+                Command("quit", "&Quit", icon="ph.sign-out", keys="Ctrl+Q", handler=window.close),
                 Command(
                     "toggle_panels",
                     "S&how or hide all panels",
-                    "ph.arrows-in-line-horizontal",
-                    "F9",
                     "Hide all panels to leave the window to the images, or show them again",
+                    icon="ph.arrows-in-line-horizontal",
+                    keys="F9",
                     handler=context.panels.toggle_all,
                 ),
                 Command(
                     "full_screen",
                     "F&ull screen",
-                    "ph.corners-out",
-                    "F11",
                     "Show the window in full screen",
+                    icon="ph.corners-out",
+                    keys="F11",
                     checkable=True,
                     handler=self._show_full_screen,
                 ),
-                Command("about", "&About ILF Studio", "ph.info", handler=lambda: AboutDialog(window).open()),
+                Command("about", "&About ILF Studio", icon="ph.info", handler=lambda: AboutDialog(window).open()),
             )
         )
         context.panels.add_fold(context.actions["toggle_panels"])

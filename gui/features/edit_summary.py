@@ -329,9 +329,8 @@ class EditSummaryFeature(Feature):
                 Command(
                     "show_before_edit",
                     "Show state &before the last edit",
-                    "ph.eye",
-                    "",
                     "Show blocks and depth before the last edit; holding B does the same",
+                    icon="ph.eye",
                     checkable=True,
                     held="B",
                     handler=lambda on: self.presenter.look(on),

@@ -129,9 +129,9 @@ class ExportAllFeature(Feature):
                 Command(
                     "export_all",
                     "Export a&ll…",
-                    "ph.export",
-                    "Ctrl+Alt+E",
                     "Write the results of all frames of the list, of those worked on, or of those marked as done",
+                    icon="ph.export",
+                    keys="Ctrl+Alt+E",
                     handler=self.ask,
                     why_off=context.reasons.no_frame,
                 ),

@@ -33,6 +33,7 @@ from ilf.errors import IlfError
 from ..base.commands import Command
 from ..widgets.basics import PlainLabel, last_folder, literal_text
 from .context import Context, Feature
+from .documents.file_dialogs import ask_path
 from .filter.feature import FilterFeature
 
 # The dialog that saves parameters as a preset of the user.
@@ -92,44 +93,39 @@ class PresetsFeature(Feature):
             Command(
                 "save_preset",
                 "&Save preset as…",
-                "ph.floppy-disk",
-                "",
                 "Save the parameters of the filter as a preset of your own",
+                icon="ph.floppy-disk",
                 handler=self.ask_save,
             ),
             Command(
                 "rename_preset",
                 "&Rename preset…",
-                "ph.pencil-simple",
-                "",
                 "Rename the selected preset of your own",
+                icon="ph.pencil-simple",
                 handler=self.ask_rename,
                 why_off=self._why_not_own,
             ),
             Command(
                 "delete_preset",
                 "&Delete preset…",
-                "ph.trash",
-                "",
                 "Delete the selected preset of your own",
+                icon="ph.trash",
                 handler=self.ask_delete,
                 why_off=self._why_not_own,
             ),
             Command(
                 "import_preset",
                 "&Import preset…",
-                "ph.download-simple",
-                "",
                 "Add a preset from a file to your own presets",
+                icon="ph.download-simple",
                 handler=self.ask_import,
             ),
             Command(
                 "export_preset",
                 "&Export preset…",
-                "ph.upload-simple",
-                "",
                 "Write the parameters of the filter to a file, for another computer or "
                 "for 'ilf complete --preset FILE'",
+                icon="ph.upload-simple",
                 handler=self.ask_export,
             ),
         )
@@ -224,10 +220,9 @@ class PresetsFeature(Feature):
     def ask_export(self) -> None:
         """Write the current parameters to a file that the user chooses."""
         proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self._box.present}.json")
-        path, _ = QFileDialog.getSaveFileName(self.context.window, "Export preset", proposed, _FILES)
-        if path:
+        if path := ask_path(self.context.window, "Export preset", proposed, _FILES):
             QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
-            self.write(Path(path) if Path(path).suffix else Path(path + ".json"))
+            self.write(Path(path))
 
     def _choose(self, name: str) -> None:
         """Apply the preset's parameters of the extraction; the filter panel applies those of the filter."""

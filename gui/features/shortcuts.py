@@ -385,9 +385,9 @@ class ShortcutsFeature(Feature):
                 Command(
                     "shortcuts",
                     "&Keyboard shortcuts…",
-                    "ph.keyboard",
-                    "F1",
                     "Show the keyboard shortcuts and change them",
+                    icon="ph.keyboard",
+                    keys="F1",
                     handler=self._ask,
                 ),
             )

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 from PySide6.QtGui import QUndoCommand
 
 from ilf._runtime.formatting import counted
@@ -27,7 +28,7 @@ from ilf.segmentation.reextraction import fill_around, overlay_kept
 
 from .frames import WorkspaceFrames
 from .parameters import WorkspaceParameters
-from .results import BlockErrors, same_guide, same_mask, same_neighbours
+from .results import BlockErrors, same_depth, same_mask
 from .session import Session, touched_by
 from .stroke import StrokeInProgress
 
@@ -283,8 +284,7 @@ class WorkspaceBlocks(QObject):
         frame = session.frame.with_invalid_mask(mask)
         if same_mask(session.frame.invalid_mask, frame.invalid_mask):
             return False
-        session.undo_stack.push(TakeFrame(session, frame, text, self._note_invalid_mask_changed))
-        return True
+        return self._take_frame(frame, text, self.invalid_mask_changed)
 
     def set_guide(self, guide: Guide | None, text: str) -> bool:
         """Set or remove the guide as one undo step; False if it is equal to the present one.
@@ -296,19 +296,17 @@ class WorkspaceBlocks(QObject):
         """
         session = self._frames.session
         frame = session.frame.with_guide(guide)
-        if same_guide(session.frame.guide, frame.guide):
+        if same_depth(session.frame.guide, frame.guide):
             return False
-        session.undo_stack.push(TakeFrame(session, frame, text, self._note_guide_changed))
-        return True
+        return self._take_frame(frame, text, self.guide_changed)
 
     def set_neighbours(self, neighbours: NeighbourDepth | None, text: str) -> bool:
         """Set or remove the depth of neighbours as one undo step; False if it is equal to the present one."""
         session = self._frames.session
-        if same_neighbours(session.frame.neighbours, neighbours):
+        if same_depth(session.frame.neighbours, neighbours):
             return False
         frame = session.frame.with_neighbours(neighbours)
-        session.undo_stack.push(TakeFrame(session, frame, text, self._note_neighbours_changed))
-        return True
+        return self._take_frame(frame, text, self.neighbours_changed)
 
     def set_region(self, box: Box | None) -> None:
         """Set or remove the current frame's rectangle (rows, columns)."""
@@ -385,19 +383,15 @@ class WorkspaceBlocks(QObject):
                 self.edited.emit(change)
         self.validity_changed.emit(session)
 
-    def _note_invalid_mask_changed(self, session: Session) -> None:
-        if self._frames.is_current(session):
-            self.invalid_mask_changed.emit()
-        self.validity_changed.emit(session)
+    def _take_frame(self, frame: RGBDFrame, text: str, changed: SignalInstance) -> bool:
+        """Put a frame in place of the current one, as one undo step."""
+        session = self._frames.session
+        session.undo_stack.push(TakeFrame(session, frame, text, partial(self._note_depth_changed, changed)))
+        return True
 
-    def _note_guide_changed(self, session: Session) -> None:
+    def _note_depth_changed(self, changed: SignalInstance, session: Session) -> None:
         if self._frames.is_current(session):
-            self.guide_changed.emit()
-        self.validity_changed.emit(session)
-
-    def _note_neighbours_changed(self, session: Session) -> None:
-        if self._frames.is_current(session):
-            self.neighbours_changed.emit()
+            changed.emit()
         self.validity_changed.emit(session)
 
     def note_checked(self, session: Session) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple, Self
+from typing import NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,10 +44,10 @@ class StoredBlockResult(NamedTuple):
             and one.block.box == another.block.box
             and np.array_equal(one.block.mask, another.block.mask)
             and same_mask(one.drawn, another.drawn)
-            and same_by_hand(one.by_hand, another.by_hand)
+            and same_depth(one.by_hand, another.by_hand)
             and same_mask(self.invalid_mask, other.invalid_mask)
-            and same_guide(self.guide, other.guide)
-            and same_neighbours(self.neighbours, other.neighbours)
+            and same_depth(self.guide, other.guide)
+            and same_depth(self.neighbours, other.neighbours)
         )
 
     def fits(
@@ -68,10 +68,10 @@ class StoredBlockResult(NamedTuple):
             and result.edges == edge_parameters(result.parameters, extraction)
             and np.array_equal(labels[block.box] == block.label, block.mask)
             and same_mask(self.invalid_mask, frame.invalid_mask)
-            and same_guide(self.guide, frame.guide)
-            and same_neighbours(self.neighbours, frame.neighbours)
+            and same_depth(self.guide, frame.guide)
+            and same_depth(self.neighbours, frame.neighbours)
             and same_mask(result.drawn, drawn_of(block, drawn))
-            and same_by_hand(result.by_hand, by_hand_of(block, by_hand, frame))
+            and same_depth(result.by_hand, by_hand_of(block, by_hand, frame))
         )
 
 
@@ -205,18 +205,11 @@ class Results:
         return former
 
 
-def same_guide(one: Guide | None, other: Guide | None) -> bool:
-    """Return whether two guides are equal; None is no guide."""
-    return one is other or (one is not None and one.is_same_as(other))
+Stated = TypeVar("Stated", Guide, NeighbourDepth, DepthByHand)
 
 
-def same_neighbours(one: NeighbourDepth | None, other: NeighbourDepth | None) -> bool:
-    """Return whether two depths of neighbours are equal; None is none."""
-    return one is other or (one is not None and one.is_same_as(other))
-
-
-def same_by_hand(one: DepthByHand | None, other: DepthByHand | None) -> bool:
-    """Return whether two are equal; None is no depth by hand."""
+def same_depth(one: Stated | None, other: Stated | None) -> bool:
+    """Return whether two guides, two depths of neighbours or two depths by hand are equal; None is none."""
     return one is other or (one is not None and one.is_same_as(other))
 
 

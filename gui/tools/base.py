@@ -10,6 +10,7 @@ from typing import Protocol, TypeVar
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from ilf.segmentation.editing.patches import LabelPatch, Labels
@@ -214,6 +215,11 @@ class Press:
         """Update with an event; return whether it is a drag."""
         self.drags = self.drags or math.dist(self.point, (event.x, event.y)) > _CLICK * event.pixel
         return self.drags
+
+    def box_to(self, event: PointerEvent) -> QRectF:
+        """Return the rectangle between the press and an event."""
+        x, y = self.point
+        return QRectF(x, y, event.x - x, event.y - y).normalized()
 
 
 def warn_if_locked(host: Host, label: int) -> bool:

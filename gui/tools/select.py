@@ -40,13 +40,13 @@ class SelectTool(Tool):
             select_at((event.x, event.y), event, host)
         elif event.kind is PointerKind.MOVE and self._press is not None and self._press.follow(event):
             band = QPainterPath()
-            band.addRect(_band(self._press, event))
+            band.addRect(self._press.box_to(event))
             host.show_preview(Preview(band, dashed=True))
         elif event.kind is PointerKind.RELEASE and self._press is not None:
             press = self._press
             self.cancel(host)
             if press.drags:
-                add(_inside(_band(press, event), host), host)
+                add(_inside(press.box_to(event), host), host)
             else:
                 select_at(press.point, event, host)
         return False
@@ -73,11 +73,6 @@ def select_at(point: Point, event: PointerEvent, host: Host) -> None:
 def add(labels: list[int], host: Host) -> None:
     """Add blocks to the selection; 0 is no block."""
     host.select(list(dict.fromkeys([*host.session.selected, *(label for label in labels if label)])))
-
-
-def _band(press: Press, event: PointerEvent) -> QRectF:
-    x, y = press.point
-    return QRectF(x, y, event.x - x, event.y - y).normalized()
 
 
 def _inside(band: QRectF, host: Host) -> list[int]:

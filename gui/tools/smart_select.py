@@ -190,7 +190,7 @@ class SmartSelectTool(Tool):
             host.show_preview(Preview(line_path(self._stroke)))
             return
         band = QPainterPath()
-        band.addRect(_band(press, event))
+        band.addRect(press.box_to(event))
         host.show_preview(Preview(band, dashed=True))
 
     def _add(self, press: Press, event: PointerEvent, host: Host) -> None:
@@ -202,7 +202,7 @@ class SmartSelectTool(Tool):
             self._show(host)
             return
         if is_box:
-            box = _band(press, event).intersected(QRectF(0, 0, width, height))
+            box = press.box_to(event).intersected(QRectF(0, 0, width, height))
             self._clicks = _Clicks() if box.isEmpty() else _Clicks(box=box)
         else:
             drawn = self._stroke if press.drags else [(event.x, event.y)]
@@ -320,8 +320,3 @@ def _change(session: Session, mask: Mask, label: int, to_no_block: bool) -> Labe
         if removed is not None:
             removed.apply(labels)
     return patch_between(session.labels, labels)
-
-
-def _band(press: Press, event: PointerEvent) -> QRectF:
-    x, y = press.point
-    return QRectF(x, y, event.x - x, event.y - y).normalized()

@@ -161,10 +161,6 @@ FINISH_LIMIT_S = 10.0
 """The same [s] for a job that must finish."""
 
 
-def _always(_: Any) -> bool:
-    return True
-
-
 class Worker(QObject):
     """Drives one generator at a time in a background thread.
 
@@ -207,7 +203,7 @@ class Worker(QObject):
         """Whether the job waits for `resume` or `step`."""
         return self._job is not None and self._job.command is Command.PAUSE
 
-    def start(self, job: Make, paused: bool = False, is_step_end: Callable[[Any], bool] = _always) -> None:
+    def start(self, job: Make, paused: bool = False, is_step_end: Callable[[Any], bool] = lambda _: True) -> None:
         """Start a job; RuntimeError if one is in progress. With `paused`, it pauses after one step.
 
         A step ends with an item for which `is_step_end` returns True.

@@ -35,7 +35,6 @@ from .options import add_export_options, add_given_blocks, check_given_blocks, e
 from .output import FramesBar, print_json, shows_progress, warn
 from .parsing import (
     MAIN_PARAMETERS,
-    add_allowed,
     add_block_parameters,
     add_borders,
     add_invalid_mask,
@@ -108,7 +107,6 @@ def add_arguments(parser: Parser) -> None:
         help="also rerun frames whose settings or files have changed since",
     )
     add_reading(parser.add_argument_group("reading the frames"))
-    add_allowed(parser)
     add_strict(parser, "fail a frame")
     add_invalid_mask(parser)
     parser.add_argument(

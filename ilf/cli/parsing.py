@@ -56,7 +56,6 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
     )
     add_pairing(parser)
     add_reading(parser.add_argument_group("reading the frame"))
-    add_allowed(parser)
 
 
 def add_pairing(parser: argparse._ActionsContainer) -> None:
@@ -100,8 +99,9 @@ def _topics(text: str) -> tuple[str, str]:
 
 
 def add_reading(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments of the reading options of all frames; see `reading_options`."""
+    """Add the arguments of the reading options of all frames, see `reading_options`, and of what files may name."""
     add_options(parser, {name: option for name, option in OPTIONS.items() if not option.one_frame})
+    add_allowed(parser)
 
 
 def add_companions(parser: argparse.ArgumentParser) -> None:

@@ -165,7 +165,6 @@ def add_arguments(parser: Parser) -> None:
         "inputs", nargs="+", metavar="FRAME", help="folder of a frame or of frames, or a colour file and a depth file"
     )
     add_reading(making.add_argument_group("reading the frames"))
-    add_allowed(making)
     making.add_argument("--embed", action="store_true", help="embed the frames' files in the project")
 
     telling = _action(actions, "info", run_info, "show the contents of a project and its problems")

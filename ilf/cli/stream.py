@@ -17,7 +17,7 @@ from ..sources.source import Source
 from ..stream.recording import MCAP, StreamRecorder
 from ..stream.stream import Stream
 from .output import advance, unit_bar, warn
-from .parsing import add_allowed, add_pairing, add_preset, add_reading, preset_from, source_from
+from .parsing import add_pairing, add_preset, add_reading, preset_from, source_from
 from .usage import Parser, add_progress, count
 
 
@@ -57,7 +57,6 @@ def add_arguments(parser: Parser) -> None:
     add_progress(parser)
     add_pairing(parser)
     add_reading(parser.add_argument_group("reading the frames"))
-    add_allowed(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

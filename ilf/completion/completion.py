@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Generator, Iterator, Mapping
 from contextlib import closing
 from dataclasses import replace
-from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_cancelled
+from .._runtime.closing import Closeable
 from .._runtime.threads import Steps
 from ..data.blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from ..data.by_hand import DepthByHand, as_by_hand, by_hand_of
@@ -34,7 +34,7 @@ ParameterChoice = Parameters | str | Mapping[int, Parameters | str]
 """Parameters of all blocks, or block label -> parameters; a text is the name of a preset."""
 
 
-class CompletionRun(Iterator[Progress]):
+class CompletionRun(Closeable, Iterator[Progress]):
     """Completion of all blocks of a frame, one iteration per `next()`, several blocks at a time.
 
     The caller controls pace, pause and cancellation: without calls of `next()`, only a few short slices of iterations
@@ -120,12 +120,6 @@ class CompletionRun(Iterator[Progress]):
         """End the run and wait for its threads. Call it from the same thread as `next()`."""
         self._steps.close()
         self._live.clear()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
         """The running blocks, including those that wait for the correction, with their current depth [m]. From any

@@ -86,8 +86,8 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
     """
     content = read_file(path)
     reader = DEPTH_READERS.get(content.path.suffix.lower())
-    if reader is None and not is_common_image(start := content.data[:64].tobytes()):
-        raise wrong_kind(content, start, _DEPTH_FORMATS)
+    if reader is None and not is_common_image(content.data[:64].tobytes()):
+        raise wrong_kind(content, content.data, _DEPTH_FORMATS)
     return checked_depth_values(without_channel((reader or read_image)(content)), path)
 
 
@@ -298,11 +298,16 @@ def encode_expected_error(
     return encode_depth(path, values, units)
 
 
+def checked_number(value: object, needed: str) -> float:
+    """Return a real number as float; raise ParameterError, which begins with what is needed, for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ParameterError(f"{needed}, not {value!r:.60}.")
+    return as_float(value)
+
+
 def checked_units(units: object) -> float:
     """Return file units per metre as float; raise ParameterError unless positive and finite."""
-    if isinstance(units, bool) or not isinstance(units, int | float | np.integer | np.floating):
-        raise ParameterError(f"Depth units must be a number of file units per metre, not {units!r:.60}.")
-    number = as_float(units)
+    number = checked_number(units, "Depth units must be a number of file units per metre")
     if not (math.isfinite(number) and number > 0):
         raise ParameterError(
             f"Depth units must be a positive number of file units per metre (1000 for millimetres), not {number:g}."

@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.formatting import as_float
 from ..data.camera import CameraIntrinsics, fitted
 from ..data.frame import FARTHEST_DEPTH, FrameInputs
 from ..errors import FormatError, InputError, ParameterError
 from .cameras import camera_of_image
-from .depth import checked_units, default_depth_units, depth_in_metres
+from .depth import checked_number, checked_units, default_depth_units, depth_in_metres
 
 _FARTHEST_KINECT = 10.0
 _BOP = "bop"
@@ -233,7 +232,8 @@ def ray_encoding(units: float, camera: CameraIntrinsics, size: tuple[int, int] |
     >>> encoding_of("ray:1,3,3,0,0").metres(np.full((1, 5), 5.0))[0, [0, 4]].tolist()
     [5.0, 3.0]
     """
-    return f"{_RAY}:{','.join(repr(float(number)) for number in (units, *_numbers_of(camera), *(size or ())))}"
+    numbers = units, camera.fx, camera.fy, camera.cx, camera.cy, *(size or ())
+    return f"{_RAY}:{','.join(repr(float(number)) for number in numbers)}"
 
 
 def _along_rays(name: str) -> DepthEncoding:
@@ -267,10 +267,6 @@ def _ray_lengths(ray: tuple[float, ...], shape: tuple[int, ...]) -> NDArray[np.f
 def _camera(numbers: Sequence[float]) -> CameraIntrinsics:
     fx, fy, cx, cy = numbers[:4]
     return CameraIntrinsics(fx, fy, cx, cy)
-
-
-def _numbers_of(camera: CameraIntrinsics) -> tuple[float, float, float, float]:
-    return camera.fx, camera.fy, camera.cx, camera.cy
 
 
 def needs_scene(spec: EncodingSpec) -> bool:
@@ -319,9 +315,7 @@ def encoding_of_inputs(inputs: FrameInputs) -> DepthEncoding:
 
 def checked_invalid(value: object) -> float:
     """Return a file's value for missing depth as float; raise ParameterError unless it is a finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise ParameterError(f"The invalid value must be a number, not {value!r:.60}.")
-    number = as_float(value)
+    number = checked_number(value, "The invalid value must be a number")
     if not math.isfinite(number):
         raise ParameterError("The invalid value must be a finite number: non-finite values are always missing.")
     return number

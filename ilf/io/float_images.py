@@ -23,9 +23,6 @@ from .hdf5 import dataset, open_hdf5, rows
 from .images import check_pixel_count
 from .kinds import wrong_kind
 
-_START = 64
-"""Number of first bytes that tell the kind of a file."""
-
 # all exceptions of parsing a header as Python text
 _NPY_ERRORS = (
     ValueError, TypeError, SyntaxError, ArithmeticError, OSError, EOFError, MemoryError, RecursionError,
@@ -36,8 +33,8 @@ _NPY_ERRORS = (
 def read_npy(file: FileContent) -> NDArray[Any]:
     """Read the array of an NPY file; raise FormatError if it is damaged or contains Python objects."""
     stream = io.BytesIO(file.data.data)
-    if not (start := file.data[:_START].tobytes()).startswith(b"\x93NUMPY"):
-        raise wrong_kind(file, start, "an NPY array")
+    if file.data[:6].tobytes() != b"\x93NUMPY":
+        raise wrong_kind(file, file.data, "an NPY array")
     try:
         # np.load would otherwise also try archives and pickles
         version = np.lib.format.read_magic(stream)
@@ -72,8 +69,8 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
     FormatError
         If there are several arrays and none has such a name, or it cannot be read.
     """
-    if not (start := file.data[:_START].tobytes()).startswith(b"PK"):
-        raise wrong_kind(file, start, "an NPZ archive of arrays")
+    if file.data[:2].tobytes() != b"PK":
+        raise wrong_kind(file, file.data, "an NPZ archive of arrays")
     try:
         with zipfile.ZipFile(io.BytesIO(file.data.tobytes())) as archive:
             members = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
@@ -156,7 +153,7 @@ def read_exr(file: FileContent) -> NDArray[Any]:
     """
     openexr = optional("OpenEXR", "sequences", "Reading EXR")
     if file.data[:4].tobytes() != _MAGIC:
-        raise wrong_kind(file, file.data[:_START].tobytes(), "an EXR")
+        raise wrong_kind(file, file.data, "an EXR")
     stream = io.BytesIO(file.data.tobytes())
     try:
         with silenced():
@@ -253,7 +250,7 @@ def read_pfm(file: FileContent) -> NDArray[np.float32]:
     """
     header = _PFM_HEADER.match(file.data[:_LONGEST_PFM_HEADER].tobytes())
     if header is None:
-        raise wrong_kind(file, file.data[:_START].tobytes(), "a PFM")
+        raise wrong_kind(file, file.data, "a PFM")
     kind, width, height, scale = header[1], int(header[2]), int(header[3]), header[4]
     if kind == b"F":
         raise FormatError(f"{file}: this PFM has three channels. Export depth with one.")
@@ -279,7 +276,7 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
     """
     header = _COLMAP_HEADER.match(file.data[:_LONGEST_COLMAP_HEADER].tobytes())
     if header is None:
-        raise wrong_kind(file, file.data[:_START].tobytes(), "a depth map of COLMAP, which begins with width&height&1&")
+        raise wrong_kind(file, file.data, "a depth map of COLMAP, which begins with width&height&1&")
     width, height, channels = map(int, header.groups())
     if channels != 1:
         raise FormatError(

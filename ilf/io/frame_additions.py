@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, FileSource, existing_file, read_file, write_bytes
-from .._runtime.formatting import as_float, counted
+from .._runtime.formatting import counted
 from .._runtime.plugins import GUIDES, call, entry_of_file, entry_points, load
 from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
 from ..data.guide import Guide
 from ..errors import FormatError, InputError, ParameterError
-from .depth import checked_units, default_depth_units, depth_in_metres, read_depth_values
+from .depth import checked_number, checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .depth_reading import decoded
 from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import HDF5_SUFFIXES, read_exr, read_npy, read_npz, read_pfm, without_channel
@@ -384,9 +384,7 @@ def confidence_doubt(confidence: NDArray[Any], least: float) -> str:
 
 def checked_min_confidence(value: object) -> float:
     """Return the minimum confidence as float; raise ParameterError unless it is a finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise ParameterError(f"The min. confidence must be a number, not {value!r:.60}.")
-    number = as_float(value)
+    number = checked_number(value, "The min. confidence must be a number")
     if not math.isfinite(number):
         raise ParameterError("The min. confidence must be a finite number, a value of the confidence map.")
     return number

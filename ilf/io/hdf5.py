@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .._runtime.installation import optional
 from ..errors import FormatError
-from .kinds import kind_of_file, wrong_kind
+from .kinds import kind_of_file, start_of, wrong_kind
 
 _MAGIC = b"\x89HDF", b"MATLAB 7.3"
 
@@ -54,21 +54,10 @@ def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, extra: str, p
     try:
         return h5py.File(source, "r")
     except _PROBLEMS as error:
-        start = _start_of(source)
+        start = (source.getvalue() if isinstance(source, BytesIO) else start_of(source)) or b""
         if not start.startswith(_MAGIC) and kind_of_file("", start):  # by content alone, which may begin later
             raise wrong_kind(file, start, "an HDF5 file") from error
         raise FormatError(f"{file} is not a complete HDF5 file. Download or copy it again.") from error
-
-
-def _start_of(source: str | os.PathLike[str] | BytesIO) -> bytes:
-    """The first bytes of a file; none if it cannot be read."""
-    if isinstance(source, BytesIO):
-        return source.getvalue()[:64]
-    try:
-        with open(source, "rb") as stream:
-            return stream.read(64)
-    except OSError:
-        return b""
 
 
 def dataset(opened: Any, name: str, kinds: str, dimensions: int, file: str) -> Any:

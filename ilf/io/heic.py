@@ -104,9 +104,8 @@ def _opened(file: FileContent) -> Iterator[Any]:
     except FormatError:
         raise
     except (ValueError, OSError, RuntimeError, SyntaxError, EOFError, MemoryError) as error:
-        start = file.data[:64].tobytes()
-        if start[4:8] != b"ftyp" and kind_of_file(file, start):
-            raise wrong_kind(file, start, "an HEIC photo") from error
+        if file.data[4:8].tobytes() != b"ftyp" and kind_of_file(file, file.data):
+            raise wrong_kind(file, file.data, "an HEIC photo") from error
         raise FormatError(f"{file}: this HEIC cannot be read ({error!s:.80}). Copy it again.") from error
 
 

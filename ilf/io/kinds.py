@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .._runtime.files import FileSource
 from ..errors import FormatError
@@ -83,16 +87,17 @@ _NAME = re.compile("[A-Z][A-Z0-9]{2,}")
 _LONGEST_START = 64
 
 
-def kind_of_file(file: FileSource, data: bytes) -> tuple[str, str] | None:
+def kind_of_file(file: FileSource, data: bytes | NDArray[np.uint8]) -> tuple[str, str] | None:
     """The kind of a file, with its article, and what to do where it is not read; None if unknown.
 
     Parameters
     ----------
     file : path-like or FileContent
-    data : bytes
+    data : bytes or ndarray of uint8
         Its content, or the beginning of it.
     """
-    start = data[:_LONGEST_START].removeprefix(b"\xef\xbb\xbf")
+    start = data[:_LONGEST_START]
+    start = (start if isinstance(start, bytes) else start.tobytes()).removeprefix(b"\xef\xbb\xbf")
     return (
         _by_start(_BY_START, start) or _BY_SUFFIX.get(Path(str(file)).suffix.lower()) or _by_start(_CONTAINERS, start)
     )
@@ -105,11 +110,17 @@ def _by_start(table: tuple[tuple[bytes, str, str], ...], start: bytes) -> tuple[
 
 def kind_at(path: Path) -> tuple[str, str] | None:
     """The kind of the file at a path, as `kind_of_file`; None also if it cannot be read."""
+    start = start_of(path)
+    return None if start is None else kind_of_file(path, start)
+
+
+def start_of(path: str | os.PathLike[str]) -> bytes | None:
+    """The first bytes of the file at a path; None if it cannot be read."""
     try:
-        if not path.is_file():  # a pipe would block
+        if not os.path.isfile(path):  # a pipe would block
             return None
-        with path.open("rb") as stream:
-            return kind_of_file(path, stream.read(_LONGEST_START))
+        with open(path, "rb") as stream:
+            return stream.read(_LONGEST_START)
     except (OSError, ValueError):
         return None
 
@@ -121,7 +132,7 @@ def check_is_there(path: Path) -> None:
         raise FormatError(f"{path} is {found[0]}, not the file itself. {found[1]}")
 
 
-def wrong_kind(file: FileSource, data: bytes, wanted: str) -> FormatError:
+def wrong_kind(file: FileSource, data: bytes | NDArray[np.uint8], wanted: str) -> FormatError:
     """The error for a file that is not `wanted`, naming its kind."""
     found = kind_of_file(file, data)
     if found is None:

@@ -7,9 +7,10 @@ import os
 import struct
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple
 
 from .._runtime.cancellation import check_cancelled
+from .._runtime.closing import Closeable
 from .._runtime.files import open_file
 from ..errors import ExportError, cause
 
@@ -54,7 +55,7 @@ _END = _record(_DATA_END, bytes(4)) + _FOOTER_AND_MAGIC
 """The end of a file without summary: readers scan the chunks."""
 
 
-class McapFile:
+class McapFile(Closeable):
     """Writes messages into an MCAP file, one chunk per call of `write`, followed by the end of the file, which the next
     chunk replaces: the file is complete between any two calls.
 
@@ -120,12 +121,6 @@ class McapFile:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _write_at(self, place: int, content: bytes) -> None:
         self._file.seek(place)

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_UINT16_MAX = 65535
+from ..data.frame import USUAL_MEDIAN_DEPTH
+from .depth import UINT16_MAX
+
 _FULL = 1 - 1e-6
 """Share of the largest value that counts as that value, which rounding in single precision may miss."""
 
@@ -27,8 +29,6 @@ _FEWEST_VALUES = 32
 _ROUNDING = 0.01
 """Maximum difference from a whole number after single precision."""
 
-_NEAR, _FAR = 0.3, 6.0
-"""Median depth [m] outside of which nearly no frame of a depth camera lies."""
 
 _DISTANCE = re.compile(
     r"(?:^|[^a-z])(distance|distances|range|ranges|euclidean|radial|ray|rays|raydepth|raylength)(?:[^a-z]|$)"
@@ -43,14 +43,14 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
     if not seen.size or not (values.dtype.kind == "f" or values.dtype == np.uint16):
         return ""
     least, largest = float(seen.min()), float(seen.max())
-    full = 1.0 if values.dtype.kind == "f" else float(_UINT16_MAX)
+    full = 1.0 if values.dtype.kind == "f" else float(UINT16_MAX)
     if largest > full:
         return ""
     at_largest, median = float(np.mean(values == seen.max())), float(np.nanmedian(metres))
-    is_usual = _NEAR <= median <= _FAR
+    is_usual = USUAL_MEDIAN_DEPTH[0] <= median <= USUAL_MEDIAN_DEPTH[1]
     if least > _LEAST_OF_BUFFER * full:
         sign = f"all lie between {least:.4g} and {largest:.6g}"
-    elif full > 1 and (is_usual or not _reaches(seen)) and not _is_one(metres[values == _UINT16_MAX]):
+    elif full > 1 and (is_usual or not _reaches(seen)) and not _is_one(metres[values == UINT16_MAX]):
         return ""
     elif largest >= _FULL * full:
         sign = f"they reach exactly {full:g}"
@@ -71,7 +71,7 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
 
 def _are_integers(seen: NDArray[Any]) -> bool:
     """Whether values are those of an image of 8 or 16 bits, divided by the largest possible one."""
-    scaled = _UINT16_MAX * seen[:: seen.size // 10_000 + 1].astype(np.float64)
+    scaled = UINT16_MAX * seen[:: seen.size // 10_000 + 1].astype(np.float64)
     return bool(np.all(np.abs(scaled - np.rint(scaled)) < _ROUNDING) and np.unique(scaled).size >= _FEWEST_VALUES)
 
 
@@ -82,8 +82,8 @@ def _is_one(metres: NDArray[np.float32]) -> bool:
 
 def _reaches(seen: NDArray[np.uint16]) -> bool:
     """Whether 16-bit values reach the largest one, without a gap below it as there is below an invalid marker."""
-    near = (seen > _LEAST_OF_BUFFER * _UINT16_MAX) & (seen < _UINT16_MAX)
-    return bool(seen.max() == _UINT16_MAX and np.mean(near) >= _LEAST_NEAR)
+    near = (seen > _LEAST_OF_BUFFER * UINT16_MAX) & (seen < UINT16_MAX)
+    return bool(seen.max() == UINT16_MAX and np.mean(near) >= _LEAST_NEAR)
 
 
 def distance_doubt(path: Path) -> str:

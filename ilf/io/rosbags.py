@@ -7,12 +7,13 @@ import secrets
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from .._runtime.closing import Closeable
 from .._runtime.installation import optional
 from .._runtime.temporary_files import moving_into_place, remove, removed_on_exit
 from ..data.camera import CameraIntrinsics
@@ -139,7 +140,7 @@ def _write(writer: Any, frames: Iterable[StampedDepth], encoding: str, frame_id:
     return count
 
 
-class DepthRecorder:
+class DepthRecorder(Closeable):
     """Writes depth into one MCAP file of ROS 2, with the topics of `write_rosbag`. The file is readable between any two
     frames: after a crash or on a full disk it contains those before.
 
@@ -178,12 +179,6 @@ class DepthRecorder:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _typestore() -> Any:

@@ -14,8 +14,9 @@ from collections.abc import Collection, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Protocol, Self
+from typing import BinaryIO, Protocol
 
+from .._runtime.closing import Closeable
 from .._runtime.files import atomic_path, open_file
 from .._runtime.formatting import counted
 from ..errors import FormatError, InputError, cause
@@ -49,7 +50,7 @@ class _Member:
     method: int
 
 
-class Archive:
+class Archive(Closeable):
     """The parts of a project file, each read on demand. Thread-safe.
 
     Parameters
@@ -79,12 +80,6 @@ class Archive:
         self._members: dict[str, _Member] = {}
         self._identity: tuple[int, ...] = ()
         self._open()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Close the file; parts can no longer be read."""

@@ -6,8 +6,8 @@ import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
 
+from .._runtime.closing import Closeable
 from .._runtime.files import parse_json
 from .._runtime.schema import check_schema
 from ..data.frame import InputFile
@@ -218,7 +218,7 @@ SUFFIX = ".ilf"
 
 
 @dataclass(frozen=True)
-class OpenedProject:
+class OpenedProject(Closeable):
     """An open project file.
 
     Attributes
@@ -230,12 +230,6 @@ class OpenedProject:
 
     parts: Archive
     read: ReadProject
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     @property
     def path(self) -> Path:

@@ -172,7 +172,9 @@ def copy_frames(stores: Collection[Parts], ids: Mapping[str, str]) -> Copied:
         try:
             content = _first(stores, frame_part(former))
             names = arrays_of(content)
-            put[frame_part(frame_id)] = content if former == frame_id else _renamed(content, frame_id)
+            if former != frame_id:
+                content = json.dumps(parse_json(content, "The frame's part") | {"id": frame_id}).encode()
+            put[frame_part(frame_id)] = content
         except UNREADABLE as error:
             problems.append(f"The work on a frame is lost: {error}")
             continue
@@ -193,7 +195,3 @@ def _first(stores: Collection[Parts], name: str) -> bytes:
         except InputError as error:
             problem = error
     raise problem
-
-
-def _renamed(content: bytes, frame_id: str) -> bytes:
-    return json.dumps(parse_json(content, "The frame's part") | {"id": frame_id}).encode()

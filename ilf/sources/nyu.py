@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.closing import Closeable
 from .._runtime.files import existing_file, read_file
 from .._runtime.formatting import counted
 from .._runtime.sandbox import run_in_sandbox
@@ -39,7 +39,7 @@ CAMERA = "nyu-kinect-v1"
 _IMAGES, _FILLED, _RAW = "images", "depths", "rawDepths"
 
 
-class NyuLabelled:
+class NyuLabelled(Closeable):
     """The labelled file, open; frames are read one at a time. A context manager.
 
     Parameters
@@ -93,14 +93,6 @@ class NyuLabelled:
 
     def __len__(self) -> int:
         return int(self._data[_RAW].shape[0])
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Close the file."""

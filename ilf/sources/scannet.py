@@ -64,7 +64,8 @@ class ScanNet(Recording):
 
     def frame(self, key: str) -> RecordedFrame:
         place = self._position(key)
-        colour, depth = self._bytes(place.start, place.colour_bytes), self._depth_bytes(place)
+        colour = self._bytes(place.start, place.colour_bytes)
+        depth = self._bytes(place.start + place.colour_bytes, place.depth_bytes)
         values = np.frombuffer(self._unpacked(depth, key), "<u2").astype(np.uint16)
         return RecordedFrame(
             self._decoded(colour, key),
@@ -150,9 +151,6 @@ class ScanNet(Recording):
         if not key.isdecimal() or str(int(key)) != key or int(key) >= len(self._frames):
             raise self.unknown(key)
         return self._frames[int(key)]
-
-    def _depth_bytes(self, place: _FramePosition) -> bytes:
-        return self._bytes(place.start + place.colour_bytes, place.depth_bytes)
 
     def _bytes(self, start: int, count: int) -> bytes:
         stream: BinaryIO = self._file

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Self
 
+from .._runtime.closing import Closeable
 from ..completion.confidence.expected_error import expected_error
 from ..data.results import Completion
 from ..errors import ExportError
@@ -18,7 +18,7 @@ from ..sources.frames import write_frame
 MCAP = ".mcap"
 
 
-class StreamRecorder:
+class StreamRecorder(Closeable):
     """Writes completed frames as they come: after each, the output is complete up to it.
 
     Parameters
@@ -75,9 +75,3 @@ class StreamRecorder:
             self._file.close()
             if not self.count:
                 self.path.unlink()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import cancelled_by
+from .._runtime.closing import Closeable
 from .._runtime.threads import short_switches
 from ..completion.block import BlockTask, filter_steps
 from ..completion.correction import applied_change, needs_correction
@@ -266,7 +267,7 @@ class StreamStatistics:
     worst: float
 
 
-class Stream:
+class Stream(Closeable):
     """Completes the frames of a camera, one after the other, in a fraction of the time that `ilf.complete` takes.
 
     Blocks, edges and the learned correction change little from frame to frame: they are found every few frames and
@@ -424,12 +425,6 @@ class Stream:
         self._scene = None
         if self._thread is not None:
             self._thread.shutdown(cancel_futures=True)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _refresh(self, scene: Scene) -> None:
         """Find blocks and edges again if it is time; with a rate, in the thread, whose results are used when done."""

@@ -15,7 +15,7 @@ from ilf.evaluation.ties import Ties, find_ties
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
-from ...state.results import same_by_hand, same_guide, same_mask, same_neighbours
+from ...state.results import same_depth, same_mask
 from ...state.session import Session
 from ...work.jobs import spare_cores
 
@@ -84,10 +84,10 @@ class HoldOutOutcome:
         return (
             np.array_equal(session.labels, run.blocks)
             and same_mask(session.frame.invalid_mask, run.frame.invalid_mask)
-            and same_guide(session.frame.guide, run.frame.guide)
-            and same_neighbours(session.frame.neighbours, run.frame.neighbours)
+            and same_depth(session.frame.guide, run.frame.guide)
+            and same_depth(session.frame.neighbours, run.frame.neighbours)
             and same_mask(session.notes.drawn, run.drawn)
-            and same_by_hand(session.by_hand, run.by_hand)
+            and same_depth(session.by_hand, run.by_hand)
         )
 
     @property

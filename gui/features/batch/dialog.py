@@ -275,7 +275,7 @@ class BatchDialog(QDialog):
         folder = self.folder.text().strip()
         self._form.setEnabled(not self._busy)
         self.start_button.setEnabled(not self._busy and bool(folder))
-        self.show_button.setEnabled(not self._busy and bool(folder) and _has_results(Path(folder)))
+        self.show_button.setEnabled(not self._busy and bool(folder) and any(Path(folder).glob(f"*/{RECORD_FILE}")))
 
     def _browse(self) -> None:
         path = QFileDialog.getExistingDirectory(self, "Folder for the results", self.folder.text())
@@ -293,11 +293,6 @@ class BatchDialog(QDialog):
         settings.setValue(_KEY + "folder", self.folder.text())
         settings.setValue(_KEY + "sheet", self.sheet.isChecked())
         settings.setValue(_KEY + "video", self.video.isChecked())
-
-
-def _has_results(folder: Path) -> bool:
-    """Whether the folder contains a completed frame, even of an unfinished batch."""
-    return any(folder.glob(f"*/{RECORD_FILE}"))
 
 
 def _row(*widgets: QWidget) -> QHBoxLayout:

@@ -144,9 +144,8 @@ class BatchFeature(Feature):
                 Command(
                     "batch",
                     "&Batch…",
-                    "ph.film-strip",
-                    "",
                     "Complete many frames of the list from their files, in the background, each into its own folder",
+                    icon="ph.film-strip",
                     handler=self.ask,
                     why_off=self._why_no_frames,
                 ),

@@ -26,7 +26,7 @@ from ilf.sources.frame_source import FrameSource
 from ...base.commands import Command
 from ...base.paths import sort_paths
 from ...state.entries import Entry
-from ...state.results import same_by_hand, same_guide, same_mask, same_neighbours
+from ...state.results import same_depth, same_mask
 from ...state.session import Session
 from ...work.found_blocks import describe_blocks
 from ...work.jobs import Worker
@@ -103,41 +103,37 @@ class DocumentsFeature(Feature):
             Command(
                 "open",
                 "&Open frame…",
-                "ph.folder-open",
-                "Ctrl+O",
                 "Open a colour and a depth file, or a frame folder",
+                icon="ph.folder-open",
+                keys="Ctrl+O",
                 handler=self.ask_open,
             ),
             Command(
                 "open_sample",
                 "Open &sample",
-                "ph.house",
-                "Ctrl+Shift+O",
                 "Open the bundled sample frame, a synthetic room",
+                icon="ph.house",
+                keys="Ctrl+Shift+O",
                 handler=self.open_sample,
             ),
             Command(
                 "open_run",
                 "Open &run…",
-                "ph.clock-counter-clockwise",
-                "",
                 "Open a run.json: its frame, blocks and parameters",
+                icon="ph.clock-counter-clockwise",
                 handler=self.ask_open_run,
             ),
             Command(
                 "load_blocks",
                 "Load &blocks…",
-                "ph.squares-four",
-                "",
                 "Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks",
+                icon="ph.squares-four",
                 handler=self.ask_load_blocks,
                 why_off=why.busy,
             ),
             Command(
                 "save_blocks",
                 "Save b&locks…",
-                "",
-                "",
                 "Write the blocks and their names as label map (PNG), COCO or labelme file",
                 handler=self.ask_save_blocks,
                 why_off=why.no_blocks,
@@ -145,26 +141,25 @@ class DocumentsFeature(Feature):
             Command(
                 "export",
                 "&Export…",
-                "ph.export",
-                "Ctrl+E",
                 "Write completed depth, blocks, curves, point cloud and run.json",
+                icon="ph.export",
+                keys="Ctrl+E",
                 handler=self.ask_export,
                 why_off=why.no_frame,
             ),
             Command(
                 "save_picture",
                 "Save &picture of the window…",
-                "ph.camera",
-                "",
                 "Save a screenshot of the window as PNG",
+                icon="ph.camera",
                 handler=self.ask_save_picture,
             ),
             Command(
                 "close_frame",
                 "&Close frame",
-                "ph.x",
-                "Ctrl+W",
                 "Close the current frame",
+                icon="ph.x",
+                keys="Ctrl+W",
                 handler=self.close_frame,
                 why_off=why.no_frame,
             ),
@@ -416,9 +411,9 @@ def _is_recorded_run(session: Session, recorded: Run, completion: Completion) ->
     drawn, invalid_mask = session.notes.drawn, session.frame.invalid_mask
     if not (same_mask(drawn, recorded.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
         return False
-    if not same_neighbours(session.frame.neighbours, recorded.frame.neighbours):
+    if not same_depth(session.frame.neighbours, recorded.frame.neighbours):
         return False
-    if not (same_guide(session.frame.guide, recorded.frame.guide) and same_by_hand(session.by_hand, recorded.by_hand)):
+    if not (same_depth(session.frame.guide, recorded.frame.guide) and same_depth(session.by_hand, recorded.by_hand)):
         return False
     return set(completion.results) == (recorded.only or frozenset()) and all(
         result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()

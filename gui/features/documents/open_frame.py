@@ -177,8 +177,10 @@ class OpenFrameDialog(QDialog):
         options = ReadingOptions(
             encoding=name,
             depth_units=units,
-            invalid=self._invalid(),
-            min_confidence=self._min_confidence(),
+            invalid=_number(self.invalid, "The invalid value must be a number of the depth file, such as 65535"),
+            min_confidence=_number(
+                self.min_confidence, "The minimum confidence must be a number of the confidence map, such as 2"
+            ),
             intrinsics=self._intrinsics(),
             guide=guide,
         )
@@ -395,12 +397,6 @@ class OpenFrameDialog(QDialog):
                     f"The depth encoding must be one of the list, or a number of file units per metre, not {chosen!r}."
                 ) from error
             return None, chosen
-
-    def _invalid(self) -> float | None:
-        return _number(self.invalid, "The invalid value must be a number of the depth file, such as 65535")
-
-    def _min_confidence(self) -> float | None:
-        return _number(self.min_confidence, "The minimum confidence must be a number of the confidence map, such as 2")
 
     def _intrinsics(self) -> str | tuple[float, ...] | None:
         choice, text = self.camera.currentText(), self.camera_text.text().strip()

@@ -33,6 +33,7 @@ from ...base import theme
 from ...widgets.basics import Message, Themed, literal_text
 from ...widgets.notices import error_details, error_text, warn
 from ...work.jobs import Pace
+from ..documents.file_dialogs import ask_path
 from .options import ExperimentOptions
 from .result_view import ResultView
 from .runner import ExperimentRunner
@@ -285,9 +286,8 @@ class ExperimentsWindow(Themed, QWidget):
 
     def _ask_report(self) -> None:
         start = str(self.options.results_folder() / REPORT_FILE)
-        path, _ = QFileDialog.getSaveFileName(self, "Write report", start, "Web page (*.html)")
-        if path:
-            self.write_report(_with_suffix(path, ".html"))
+        if path := ask_path(self, "Write report", start, "Web page (*.html)"):
+            self.write_report(Path(path))
 
     def write_report(self, path: Path) -> None:
         """Write the report of the results shown."""
@@ -363,11 +363,6 @@ def _button(text: str, hint: str, slot: Callable[[], object]) -> QPushButton:
     button.setToolTip(hint)
     button.clicked.connect(lambda _=False: slot())
     return button
-
-
-def _with_suffix(path: str, suffix: str) -> Path:
-    """Path as typed, with the suffix added if it has none."""
-    return Path(path) if Path(path).suffix else Path(path + suffix)
 
 
 def _stored(folder: Path, names: Sequence[str]) -> dict[str, StoredResult | IlfError]:

@@ -85,18 +85,17 @@ class ExtractionFeature(Feature):
             Command(
                 "extract",
                 "E&xtract blocks",
-                "ph.polygon",
-                "Ctrl+B",
                 "Extract the blocks again; locked blocks and hand-made blocks stay",
+                icon="ph.polygon",
+                keys="Ctrl+B",
                 handler=self.extract,
                 why_off=self.context.reasons.busy,
             ),
             Command(
                 "stage_strength",
                 "Edge &strength",
-                "",
-                "Alt+1",
                 "Show the edge strength: how much each pixel looks like a boundary",
+                keys="Alt+1",
                 group="stage",
                 handler=partial(self.show_stage, "strength"),
                 why_off=no_frame,
@@ -104,9 +103,8 @@ class ExtractionFeature(Feature):
             Command(
                 "stage_binarised",
                 "&Binarised edges",
-                "",
-                "Alt+2",
                 "Show the binarised edges over the colour image",
+                keys="Alt+2",
                 group="stage",
                 handler=partial(self.show_stage, "binarised"),
                 why_off=no_frame,
@@ -114,9 +112,8 @@ class ExtractionFeature(Feature):
             Command(
                 "stage_dilated",
                 "&Dilated edges",
-                "",
-                "Alt+3",
                 "Show the dilated edges, with the added pixels marked",
+                keys="Alt+3",
                 group="stage",
                 handler=partial(self.show_stage, "dilated"),
                 why_off=no_frame,
@@ -124,9 +121,8 @@ class ExtractionFeature(Feature):
             Command(
                 "stage_contracted",
                 "&Contracted regions",
-                "",
-                "Alt+4",
                 "Show the regions after contraction, grown back to the edges",
+                keys="Alt+4",
                 group="stage",
                 handler=partial(self.show_stage, "contracted"),
                 why_off=no_frame,
@@ -134,9 +130,8 @@ class ExtractionFeature(Feature):
             Command(
                 "stage_blocks",
                 "B&locks found",
-                "",
-                "Alt+5",
                 "Show the blocks that the extraction finds",
+                keys="Alt+5",
                 group="stage",
                 handler=partial(self.show_stage, "blocks"),
                 why_off=no_frame,
@@ -217,7 +212,8 @@ class ExtractionFeature(Feature):
         blocks = found.extraction.blocks
         locked, by_hand = self._workspace.blocks.staying(self._workspace.session)
         around = _describe_around(len(locked), len(by_hand))
-        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {_duration(found.seconds)}."
+        took = f"{1000 * found.seconds:.0f} ms" if found.seconds < 1 else f"{found.seconds:.1f} s"
+        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {took}."
 
     def show_stage(self, name: str) -> None:
         """Show a stage, and the view of the extraction if it is not visible."""
@@ -288,7 +284,3 @@ def _describe_around(locked: int, by_hand: int) -> str:
     kinds = (locked, "locked"), (by_hand, "made by hand")
     parts = [f"{counted(count, 'block')} {kind}" for count, kind in kinds if count]
     return f", around {' and '.join(parts)}" if parts else ""
-
-
-def _duration(seconds: float) -> str:
-    return f"{1000 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"

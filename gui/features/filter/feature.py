@@ -47,36 +47,32 @@ class FilterFeature(Feature):
             Command(
                 "reset_own",
                 "Reset &own parameters",
-                "ph.eraser",
-                "",
                 "Reset the selected blocks to the common parameters",
+                icon="ph.eraser",
                 handler=self.reset_own,
                 why_off=self._why_none_own,
             ),
             Command(
                 "copy_own",
                 "Copy own para&meters",
-                "ph.copy",
-                "",
                 "Copy the own parameters of the first selected block to the other selected blocks",
+                icon="ph.copy",
                 handler=self.copy_own,
                 why_off=self._why_no_copy,
             ),
             Command(
                 "share_parameters",
                 "Use parameters for all &frames",
-                "ph.share-network",
-                "",
                 "Use this frame's filter parameters for all frames in the list, now and after each change",
+                icon="ph.share-network",
                 handler=sharing.share,
                 why_off=self._why_all_share,
             ),
             Command(
                 "keep_own_parameters",
                 "Use parameters for this frame o&nly",
-                "ph.push-pin",
-                "",
                 "Give this frame its own filter parameters: changes for all frames do not affect them",
+                icon="ph.push-pin",
                 handler=sharing.keep,
                 why_off=lambda: (
                     self._why_not_shared()
@@ -86,9 +82,8 @@ class FilterFeature(Feature):
             Command(
                 "reset_to_shared",
                 "Reset to s&hared parameters",
-                "ph.arrow-u-up-left",
-                "",
                 "Reset this frame to the filter parameters that all frames share",
+                icon="ph.arrow-u-up-left",
                 handler=sharing.reset,
                 why_off=lambda: (
                     self._why_not_shared()
@@ -98,8 +93,6 @@ class FilterFeature(Feature):
             Command(
                 "separate_parameters",
                 "Separa&te parameters for each frame",
-                "",
-                "",
                 "Set filter parameters for each frame separately; all frames keep their current parameters",
                 handler=sharing.separate,
                 why_off=self._why_not_shared,

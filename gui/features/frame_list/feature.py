@@ -161,62 +161,60 @@ class FramesFeature(Feature):
             Command(
                 "open_folder",
                 "Open &folder of frames…",
-                "ph.folders",
-                "Ctrl+Shift+F",
                 "List the frames of a folder or sequence, and open the first; the others are read when they are shown",
+                icon="ph.folders",
+                keys="Ctrl+Shift+F",
                 handler=self.ask_folder,
             ),
             Command(
                 "open_recording",
                 "Open reco&rding…",
-                "ph.film-strip",
-                "",
                 "List the frames of a recording: a ROS bag or a camera recording; "
                 "a ROS 2 bag is opened as a folder of frames",
+                icon="ph.film-strip",
                 handler=self.ask_recording,
             ),
             Command(
                 "next_frame",
                 "&Next frame",
-                "ph.caret-down",
-                "Ctrl+PgDown",
                 "Show the next frame in the order of the list",
+                icon="ph.caret-down",
+                keys="Ctrl+PgDown",
                 handler=lambda: self.turn(1),
                 why_off=self.why_no_other,
             ),
             Command(
                 "previous_frame",
                 "&Previous frame",
-                "ph.caret-up",
-                "Ctrl+PgUp",
                 "Show the previous frame in the order of the list",
+                icon="ph.caret-up",
+                keys="Ctrl+PgUp",
                 handler=lambda: self.turn(-1),
                 why_off=self.why_no_other,
             ),
             Command(
                 "next_untouched",
                 "Next &untouched frame",
-                "ph.caret-double-down",
-                "Ctrl+Shift+PgDown",
                 "Show the next frame that has not been worked on",
+                icon="ph.caret-double-down",
+                keys="Ctrl+Shift+PgDown",
                 handler=self.next_untouched,
                 why_off=self.why_no_other,
             ),
             Command(
                 "mark_done",
                 "Mark as &done",
-                "ph.check-circle",
-                "Ctrl+Return",
                 "Mark the current frame as done and show the next one that is not; if it is done, remove the mark",
+                icon="ph.check-circle",
+                keys="Ctrl+Return",
                 handler=self.mark_done,
                 why_off=self.context.reasons.no_frame,
             ),
             Command(
                 "note_frame",
                 "N&ote on the frame",
-                "ph.note-pencil",
-                "",
                 "Write a note on the current frame",
+                icon="ph.note-pencil",
                 handler=self.write_note,
                 why_off=self._why_empty,
             ),
@@ -237,7 +235,7 @@ class FramesFeature(Feature):
         workspace, context = self.context.workspace, self.context
         entries = workspace.frames.entries
         for signal in (entries.added, entries.removed):
-            signal.connect(lambda *_: self._note_listed())
+            signal.connect(lambda *_: self._soon.start())
         entries.changed.connect(self._note_changed)
         workspace.frames.touched.connect(self._note_touched)
         context.refresh.add(
@@ -296,9 +294,6 @@ class FramesFeature(Feature):
             return self._played
         workspace = self.context.workspace
         return workspace.frames.entries.of(workspace.session.id) if workspace.has_session else None
-
-    def _note_listed(self) -> None:
-        self._soon.start()
 
     def _note_touched(self, session: Session) -> None:
         entry = self.context.workspace.frames.entries.of(session.id)

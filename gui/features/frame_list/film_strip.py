@@ -199,9 +199,8 @@ class FilmStripFeature(Feature):
             Command(
                 "film_strip",
                 "Film &strip",
-                "ph.film-strip",
-                "",
                 "Show the frames under the images while there are several; the bar has the colour of the state",
+                icon="ph.film-strip",
                 checkable=True,
             ),
         )

@@ -66,9 +66,9 @@ class LayoutsFeature(Feature):
             Command(
                 f"layout_{layout.name}",
                 f"&{layout.text}",
-                _ICONS[layout.name],
-                _KEYS.get(layout.name, ""),
                 f"{layout.hint}; {again}",
+                icon=_ICONS[layout.name],
+                keys=_KEYS.get(layout.name, ""),
                 checkable=True,
                 handler=partial(self._choose, layout.name),
             )
@@ -78,9 +78,8 @@ class LayoutsFeature(Feature):
             Command(
                 f"layout_{name}",
                 name,
-                "",
-                f"Ctrl+Alt+{number}",
                 f"A layout of your own; {again}",
+                keys=f"Ctrl+Alt+{number}",
                 checkable=True,
                 handler=partial(self._choose, name),
             )
@@ -92,16 +91,13 @@ class LayoutsFeature(Feature):
             Command(
                 "save_layout",
                 "&Save layout as…",
-                "ph.floppy-disk",
-                "",
                 "Save the views, their contents and the panels under a name, with a shortcut",
+                icon="ph.floppy-disk",
                 handler=self._ask_save,
             ),
             Command(
                 "rename_layout",
                 "Re&name layout…",
-                "",
-                "",
                 "Rename the current layout, if it is one of your own",
                 handler=self._ask_rename,
                 why_off=self._why_not_own,
@@ -109,27 +105,23 @@ class LayoutsFeature(Feature):
             Command(
                 "delete_layout",
                 "&Delete layout",
-                "ph.trash",
-                "",
                 "Delete the current layout, if it is one of your own",
+                icon="ph.trash",
                 handler=self.delete,
                 why_off=self._why_not_own,
             ),
             Command(
                 "restore_layout",
                 "Restore layout",
-                "",
-                "",
                 "Restore the layout that was deleted last",
                 handler=self.restore,
-                why_off=self._why_none_deleted,
+                why_off=lambda: "" if self._deleted is not None else "No layout has been deleted.",
             ),
             Command(
                 "reset_layout",
                 "&Reset layout",
-                "ph.arrow-counter-clockwise",
-                "",
                 "Reset the current layout to its default or saved state",
+                icon="ph.arrow-counter-clockwise",
                 handler=self.reset,
             ),
         )
@@ -140,9 +132,6 @@ class LayoutsFeature(Feature):
 
     def _why_not_own(self) -> str:
         return "" if self.store.is_own(self.present) else _NOT_OWN
-
-    def _why_none_deleted(self) -> str:
-        return "" if self._deleted is not None else "No layout has been deleted."
 
     def begin(self) -> None:
         """Insert the menu, and restore the layout of the last program start."""

@@ -329,9 +329,9 @@ class PaletteFeature(Feature):
                 Command(
                     "palette",
                     "Command &palette…",
-                    "ph.magnifying-glass",
-                    "Ctrl+Shift+P",
                     "Find a command by part of its name",
+                    icon="ph.magnifying-glass",
+                    keys="Ctrl+Shift+P",
                     handler=self.palette.toggle,
                 ),
             )

@@ -198,7 +198,7 @@ class CloseDialog(QDialog):
 
     def _follow_ticks(self) -> None:
         ticked = self.ticked()
-        frames, chosen = _frame_count(self._rows), len(ticked - {""})
+        frames, chosen = sum(bool(row.id) for row in self._rows), len(ticked - {""})
         self.save_button.setEnabled(bool(ticked))
         self.save_button.setText("&Save" if chosen == frames else f"&Save {chosen} of {frames}")
 
@@ -211,10 +211,6 @@ def _question(what: str, rows: Sequence[Unsaved]) -> str:
     parts += ["the project itself"] * (len(rows) > len(names))
     lost = " Work that is not ticked is lost." if len(names) > 1 else ""
     return f"Save the work on {' and '.join(parts)} before {what}?{lost}"
-
-
-def _frame_count(rows: Sequence[Unsaved]) -> int:
-    return sum(bool(row.id) for row in rows)
 
 
 class SaveHandler(Protocol):

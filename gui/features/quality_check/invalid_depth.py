@@ -42,22 +42,24 @@ class InvalidDepthFeature(Feature):
                 Command(
                     "suggest_invalid",
                     "Su&ggest invalid depth",
-                    "ph.warning",
-                    "",
                     "Find known depth that is probably wrong (flying pixels, speckles, glass), to accept or reject",
+                    icon="ph.warning",
                     handler=self.suggest,
                     why_off=context.reasons.no_frame,
                 ),
                 Command(
                     "mark_suggested",
                     "Mark &invalid",
-                    "ph.check",
-                    "",
                     "Mark the suggested depth as invalid: it is missing",
+                    icon="ph.check",
                     handler=self.take,
                 ),
                 Command(
-                    "ignore_suggested", "Reject", "ph.x", "", "Keep the suggested depth as valid", handler=self.leave
+                    "ignore_suggested",
+                    "Reject",
+                    "Keep the suggested depth as valid",
+                    icon="ph.x",
+                    handler=self.leave,
                 ),
             )
         )

@@ -132,7 +132,7 @@ class CheckStrip(ReviewStrip):
             self.row.insertWidget(place, widget)
         self.remedy = _button(apply, Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.remedy.setAccessibleName("Remedy")
-        self._remedy_text = ""
+        self._remedy_text = apply.iconText()
         apply.changed.connect(lambda: self.remedy.setText(self._remedy_text))  # it would get the command's text
         self.row.insertWidget(self.row.count() - 1, self.remedy)
         self.row.addWidget(_button(close, icon_only))

@@ -272,10 +272,9 @@ class ReportFeature(Feature):
                 Command(
                     "report",
                     "&Report…",
-                    "ph.file-text",
-                    "",
                     "Write a page on this frame or all frames, as HTML or PDF: "
                     "pictures, blocks, parameters, curves, errors",
+                    icon="ph.file-text",
                     handler=self.ask,
                     why_off=context.reasons.no_frame,
                 ),

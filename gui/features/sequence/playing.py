@@ -196,16 +196,16 @@ class PlayFeature(Feature):
         strip = context.feature(FilmStripFeature).strip
         context.centre.add_before(strip, self.bar)
         entries = workspace.frames.entries
-        context.refresh.add("play bar", self._show_bar, (entries.added, entries.removed))
+        context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), (entries.added, entries.removed))
 
     def _commands(self) -> Sequence[Command]:
         return (
             Command(
                 "play_frames",
                 "&Play",
-                "ph.play-circle",
-                "K",
                 "Play the frames of the list from this one on; again, or a click in a view, opens the frame shown",
+                icon="ph.play-circle",
+                keys="K",
                 checkable=True,
                 handler=self._turn,
                 why_off=self._why_off,
@@ -213,8 +213,6 @@ class PlayFeature(Feature):
             Command(
                 "play_loop",
                 "&Loop",
-                "",
-                "",
                 "Go on with the first frame after the last one",
                 checkable=True,
                 handler=lambda on: setattr(self.pace, "loop", on),
@@ -222,8 +220,6 @@ class PlayFeature(Feature):
             Command(
                 "play_completed",
                 "&Complete while playing",
-                "",
-                "",
                 "Complete frames without a result as they play, as a stream does; nothing is stored",
                 checkable=True,
                 handler=lambda on: setattr(self.pace, "completes", on),
@@ -378,9 +374,6 @@ class PlayFeature(Feature):
     def _note_times(self, _: FrameSource, listing: Listing) -> None:
         keys = (source.key for source in listing.sources)
         self._times |= dict(zip(keys, listing.times, strict=False))
-
-    def _show_bar(self) -> None:
-        self.bar.setVisible(len(self.context.workspace.frames.entries) > 1)
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if no thread of the feature is left."""

@@ -32,10 +32,9 @@ class SweepFeature(Feature):
                 Command(
                     "sweep",
                     "S&weep a parameter…",
-                    "ph.chart-bar",
-                    "",
                     "Test many values of a parameter, or of two, and compare their errors against "
                     "ground truth or on hold-outs",
+                    icon="ph.chart-bar",
                     handler=self.open,
                     why_off=context.reasons.no_frame,
                 ),
