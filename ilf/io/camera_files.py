@@ -140,10 +140,18 @@ def _plain(key: str) -> str:
 
 
 def _numbered(items: list[Any]) -> dict[str, Any]:
-    """The mappings and lists of a list by their number, from 1, or by the name before each, as in [[0, {...}]]."""
-    if all(isinstance(item, list) and len(item) == 2 and isinstance(item[0], str | int) for item in items):
-        return {str(name): item for name, item in items}
-    return {str(number): item for number, item in enumerate(items, 1) if isinstance(item, Mapping | list)}
+    """The mappings and lists of a list by their names, if these tell them apart, or numbered from 1."""
+    named = [_with_name(item) for item in items if isinstance(item, Mapping | list)]
+    are_names = len({name for name, _ in named if name}) == len(named)
+    return {name if are_names else str(number): item for number, (name, item) in enumerate(named, 1)}
+
+
+def _with_name(item: Mapping[Any, Any] | list[Any]) -> tuple[str, Any]:
+    """The name and the content of {"name": ...} or, as in DepthAI's files, [name, {...}]; the name may be empty."""
+    if isinstance(item, Mapping):
+        return str(item.get("name") or item.get("camera_name") or ""), item
+    is_pair = len(item) == 2 and isinstance(item[0], str | int)
+    return (str(item[0]), item[1]) if is_pair else ("", item)
 
 
 def _nested(tree: Mapping[Any, Any]) -> dict[str, Any]:
@@ -271,13 +279,13 @@ def _tree_of(content: FileContent) -> Any:
             return _parsed(_of_xml(text))
         lines = [line.partition("#")[0] for line in text.splitlines()]
         if cameras := [found.groups() for line in lines if (found := _COLMAP.fullmatch(line))]:
-            return {number: _of_colmap(*camera) for number, *camera in cameras}
+            return _once((number, _of_colmap(*camera)) for number, *camera in cameras)
         words = re.split(r"[\s,;\[\]]+", " ".join(lines).strip("[]; \t"))
         if isinstance(numbers := _number_or_text(" ".join(words)), float | list):
             return _of_numbers(content, numbers if isinstance(numbers, list) else [numbers])
         half = len(words) // 2  # a line of names and one of numbers, or lines of a name and a number
-        for names, numbers in ((words[:half], words[half:]), (words[::2], words[1::2])):
-            values = _number_or_text(" ".join(numbers))
+        for names, others in ((words[:half], words[half:]), (words[::2], words[1::2])):
+            values = _number_or_text(" ".join(others))
             if isinstance(values, list) and len(names) == len(values) and all(map(str.isidentifier, names)):
                 return _once(zip(names, values, strict=True))
         return _parsed(_of_sections(text) if _ASSIGNED.search(text) else _of_yaml(text))

@@ -166,7 +166,11 @@ def _transforms(content: FileContent) -> Trajectory:
     scale = data.get("depth_unit_scale_factor")
     return Trajectory(
         by_name={name: as_pose(frame["transform_matrix"]) for name, frame in named},
-        cameras={name: camera for name, frame in named for _, camera in [*cameras_in(frame)][:1]},
+        cameras={
+            name: camera | {"name": content.path.name}
+            for name, frame in named
+            for _, camera in [*cameras_in(frame)][:1]
+        },
         depth_files={
             os.path.normpath(_file(frame["file_path"])): _file(frame.get("depth_file_path") or "") for _, frame in named
         },
@@ -175,12 +179,13 @@ def _transforms(content: FileContent) -> Trajectory:
 
 
 def _file(path: Any) -> str:
-    """A path of a file in JSON, also as Windows writes it, or ""; raises ValueError for anything else."""
+    """A path of a file in JSON, also as Windows writes it or (as Blender's data sets do) without .png, or ""; raises
+    ValueError for anything else."""
     if isinstance(path, str):
         path = path.replace("\\", "/")
     if not isinstance(path, str) or os.path.basename(os.path.normpath(path or "none")) in {"", ".", ".."}:
         raise ValueError(f"{path!r:.40} is not the path of a file")
-    return path
+    return f"{path}.png" if path and not os.path.splitext(path)[1] else path
 
 
 def image_name(path: str) -> str:

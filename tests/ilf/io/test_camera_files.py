@@ -134,6 +134,7 @@ def test_two_cameras_are_a_question_that_a_name_answers(tmp_path):
     ("content", "name"),
     [
         (json.dumps({"depth": {"intrinsics": LARGE}, "color": {"intrinsics": LARGE | {"fx": 900.0}}}), "depth"),
+        (f"- name: ir\n  K: {[91.25, *CAMERA[1:]]}\n- name: rgb\n  K: {CAMERA}\n", "rgb"),
         (KALIBR + KALIBR.replace("cam0", "cam1").replace("131.25", "91.25"), "cam0"),
         (ORB + "Camera1.cy: 59.5\nCamera2.fx: 91.0\nCamera2.fy: 91.0\nCamera2.cx: 80.0\nCamera2.cy: 60.0\n", "Camera1"),
         ("1 PINHOLE 160 120 131.25 131.25 80 60\n2 PINHOLE 160 120 91.25 91.25 80 60\n", "1"),
@@ -145,7 +146,7 @@ def test_two_cameras_are_a_question_that_a_name_answers(tmp_path):
         (json.dumps({"cameraData": [[n, {**LARGE, "fx": fx}] for n, fx in ((0, 900), (1, 1050.0))]}), "1"),
         (f"%YAML:1.0\n---\nM1{MATRIX.replace('131.25', '91.25')}M2{MATRIX}", "M2"),
     ],
-    ids=["realsense", "kalibr", "orb-slam", "colmap", "by image", "kitti", "letters", "top", "lists", "depthai",
+    ids=["realsense", "list", "kalibr", "orb-slam", "colmap", "by image", "kitti", "letters", "top", "four", "depthai",
          "stereo of opencv"],
 )  # fmt: skip
 def test_cameras_of_a_rig_are_chosen_and_never_mixed(tmp_path, content, name):

@@ -109,13 +109,13 @@ def test_the_camera_of_depth_of_another_size_is_doubted(files, tmp_path):
     assert "Depth camera" in frame.notes[0]
 
 
-def _transforms(folder, facts, separator="/"):
+def _transforms(folder, facts, separator="/", suffix=".png"):
     for name in ("f0", "f1"):
         for kind, image in (("images", COLOUR), ("depth", MILLIMETRES)):
             (folder / kind).mkdir(exist_ok=True)
             (folder / kind / f"{name}.png").write_bytes(encode_image(".png", image))
     frames = [
-        {"file_path": f"images{separator}{name}.png", "depth_file_path": f"depth{separator}{name}.png",
+        {"file_path": f"images{separator}{name}{suffix}", "depth_file_path": f"depth{separator}{name}.png",
          "transform_matrix": np.eye(4).tolist()}
         for name in ("f0", "f1")
     ]  # fmt: skip
@@ -151,7 +151,7 @@ def test_distortion_of_transforms_is_noted_as_that_of_recordings(tmp_path):
 @pytest.mark.parametrize("size", [{}, {"w": 2 * W, "h": 2 * H}], ids=["of the image", "stated"])
 def test_the_angle_of_view_alone_gives_the_camera(tmp_path, size):
     angle = 2 * np.arctan(80 / 131.25)
-    _transforms(tmp_path, {"camera_angle_x": angle, **size})
+    _transforms(tmp_path, {"camera_angle_x": angle, **size}, suffix="" if size else ".png")
     camera = ilf.open_source(tmp_path)[0].intrinsics
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == pytest.approx((131.25, 131.25, 79.5, 59.5))
 

@@ -358,7 +358,7 @@ def test_depth_beside_the_images_of_a_transforms_json(tmp_path: Path) -> None:
     (tmp_path / "transforms.json").write_text(json.dumps(data))
     assert ilf.open_source(tmp_path)[1].inputs.depth_units == 2000
     assert set(ilf.open_source(tmp_path).frame_source("images/00001").options.intrinsics) == {
-        *("fx", "fy", "cx", "cy", "width", "height", "lens")
+        *("fx", "fy", "cx", "cy", "width", "height", "lens", "name")
     }
     (tmp_path / "transforms.json").write_text('{"frames": [{"file_path": 3}]}')
     with pytest.raises(FormatError, match=r"transforms\.json contains no camera poses"):
