@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -13,6 +14,7 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.documents.open_frame import OpenFrameDialog
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.sources.frame_source import FrameSource
@@ -71,3 +73,21 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(
     box.button(QMessageBox.StandardButton.Yes).click()
     qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
     assert asked
+
+
+def test_the_open_dialog_leads_to_the_question(window: MainWindow, qtbot: QtBot, tmp_path: Path):
+    desk = write_frames(tmp_path / "elsewhere", 1)
+    folder = tmp_path / "stranger"
+    folder.mkdir()
+    (desk / "depth/0000.png").rename(folder / "depth.png")
+    meta = {"rgb": str(desk / "rgb/0000.png"), "depth": "depth.png", "depth_units_per_m": 1000}
+    (folder / "meta.json").write_text(json.dumps(meta))
+    window.actions_["open"].trigger()
+    dialog = window.findChild(OpenFrameDialog)
+    dialog.colour_path.setText(str(folder))
+    dialog.read()
+    assert "elsewhere" in dialog.message.text()
+    assert "--" not in dialog.message.text(), "that is for the command line"
+    dialog.open_button.click()
+    question(window, qtbot).button(QMessageBox.StandardButton.Yes).click()
+    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)

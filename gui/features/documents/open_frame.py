@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from ilf._runtime.formatting import counted
+from ilf._runtime.named_places import NotAllowed
 from ilf.data.camera import INTRINSICS
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
@@ -206,6 +207,8 @@ class OpenFrameDialog(QDialog):
                 self._look_into(source)
                 return
             frame = source.load()
+        except NotAllowed as error:
+            self._announce_question(error)
         except IlfError as error:
             self._refuse(str(error), "error")
         else:
@@ -240,8 +243,21 @@ class OpenFrameDialog(QDialog):
             self._show(look.frame, f"{text} First frame:\n{_describe_frame(look.frame)}", look.plausibility_warnings)
 
     def _refuse_source(self, source: FrameSource, error: Exception) -> None:
-        if source == self._wanted:
+        if source != self._wanted:
+            return
+        if isinstance(error, NotAllowed):
+            self._announce_question(error)
+        else:
             self._refuse(error_text(error), "error")
+
+    def _announce_question(self, error: NotAllowed) -> None:
+        """Say what a file names elsewhere; the window asks about it after *Open*."""
+        self._show_nothing()
+        places = " and ".join(error.places)
+        self.message.show_message(
+            f"A file names {places} outside its own folder, which was never opened here: Open asks first.", "warning"
+        )
+        self.open_button.setEnabled(True)
 
     def _show_nothing(self) -> None:
         self.colour_preview.show_rgb(None)
