@@ -29,6 +29,7 @@ ROOT = HERE.parents[1]
 PAGES = {
     ROOT / "README.md": HERE / "index.md",
     ROOT / ".github" / "CONTRIBUTING.md": HERE / "contributing.md",
+    ROOT / ".github" / "SECURITY.md": HERE / "security.md",
     ROOT / "assets" / "models" / "README.md": HERE / "networks.md",
     ROOT / "assets" / "models" / "bsds500" / "README.md": HERE / "bsds500.md",
     ROOT / "assets" / "plugins" / "napari-ilf" / "README.md": HERE / "napari.md",
