@@ -56,7 +56,7 @@ def test_commands_in_any_order(
     window: MainWindow, qtbot: QtBot, small_frame: RGBDFrame, tmp_path: Path, seed: int
 ) -> None:
     part = np.s_[:36, :50]
-    smaller = RGBDFrame(small_frame.rgb[part], small_frame.depth[part], small_frame.intrinsics)
+    smaller = RGBDFrame(small_frame.rgb[part], small_frame.depth[part], (60.0, 60.0, 24.5, 17.5))
     for number, frame in enumerate((replace(small_frame), smaller)):
         open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / f"frame-{number}", frame))))
     for title in ("Runs", "Accuracy", "Profile", "Measure", "Range", "Convergence"):

@@ -252,6 +252,7 @@ def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
     """Ask for the file to write. The suffix of the selected kind ("Table (*.csv);;…") is added if none was typed;
     return "" if the user cancels."""
     path, kind = QFileDialog.getSaveFileName(window, title, str(save_folder() / name), kinds)
+    kind = kind or kinds.partition(";;")[0]  # some systems do not tell which was selected
     if path and not Path(path).suffix and "*" in kind:
         path += kind.split("*", 1)[1].rstrip(")")
         if Path(path).exists():  # the dialog asked about the name without the suffix

@@ -88,7 +88,9 @@ def test_the_camera_field_says_what_to_type(dialog):
 
 def test_a_file_of_two_cameras_is_a_question_and_an_implausible_camera_a_warning(dialog, folder):
     camera = {"fx": 525.0, "fy": 525.0, "cx": 319.5, "cy": 239.5}
-    (folder / "rig.json").write_text(json.dumps({"color": camera, "depth": camera | {"fx": 0.8, "fy": 0.9}}))
+    (folder / "rig.json").write_text(
+        json.dumps({"color": camera, "depth": camera | {"fx": 0.8, "fy": 0.9, "cx": 0.5, "cy": 0.5}})
+    )
     dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
     dialog.camera.setCurrentText("From a file")
     for name, message in (("", "color or depth?"), ("#color", "fx 525"), ("#depth", "0.8 * 640 = 512.0 px")):
