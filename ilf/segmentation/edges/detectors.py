@@ -119,6 +119,10 @@ SCALES = (0.5, 1.0, 1.5)
 LONGEST_SIDE = 1600
 """Pixels: larger images do not improve the boundaries of objects, and take gigabytes."""
 
+SCALE_PROPERTY, _SMALLEST_SIDE = "scale", 320
+"""Property of a network's file: the scale of the images that it is made for, 1 without it; and length [px] of the longer
+side below which it does not make images smaller."""
+
 _PROBABILITY = "probability"
 """Name of the output with the probability of a boundary, which only some networks have."""
 
@@ -151,7 +155,8 @@ class EdgeNetwork(OnnxNetwork):
 
     The file is an ONNX network with one input, RGB in [0, 1] as float32 (1, 3, H, W) with H and W multiples of 32. Its
     last output is the boundary strength in [0, 1] as float32 (1, 1, H, W); an output `probability` of the same shape
-    may be among the others.
+    may be among the others. A property `scale` of the file tells at which scale it looks at images: 0.5 for half their
+    size.
     """
 
     def strength(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> NDArray[np.float32]:
@@ -165,7 +170,8 @@ class EdgeNetwork(OnnxNetwork):
         Parameters
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
-            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that.
+            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that, and then to the scale
+            that the network is made for.
         multiscale : bool
             Average the image at 0.5, 1 and 1.5 times its size: slightly better, 3.5 times as slow.
 
@@ -179,11 +185,20 @@ class EdgeNetwork(OnnxNetwork):
             If the image is not of this shape and type, or has no pixels.
         """
         check_image(rgb)
-        full = min(1.0, LONGEST_SIDE / max(rgb.shape[:2]))
+        longest = max(rgb.shape[:2])
+        full = min(1.0, LONGEST_SIDE / longest) * min(1.0, max(self._made_for, _SMALLEST_SIDE / longest))
         scales = SCALES if multiscale else (1.0,)
         found = np.stack([self._at_scale(rgb, full * scale) for scale in scales])
         maps = np.asarray(found.mean(axis=0, dtype=np.float32), np.float32)
         return Contours(maps[0], maps[-1])
+
+    @property
+    def _made_for(self) -> float:
+        """Scale of the images that the network is made for, at most 1."""
+        try:
+            return float(self._session.properties.get(SCALE_PROPERTY, 1))
+        except ValueError as error:
+            raise FormatError(f"{self.path.name} has the property {SCALE_PROPERTY}, which must be a number.") from error
 
     def _at_scale(self, rgb: NDArray[np.uint8], scale: float) -> NDArray[np.float32]:
         """Strength, and probability if the network gives it, shape (1 or 2, H, W)."""

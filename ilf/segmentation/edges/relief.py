@@ -91,8 +91,8 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
         (np.abs(one - other) > np.maximum(jump, share * np.minimum(one, other))) & trusted
         for (one, other), trusted in zip(sides(filled), both(near), strict=True)
     )
-    evaluated = _surrounded_by(near & ~mark((right, below)))
-    bend = np.where(evaluated, _bend(filled), np.float32(0))
+    evaluated = surrounded_by(near & ~mark((right, below)))
+    bend = np.where(evaluated, bend_of(filled), np.float32(0))
     return Relief(near, (right, below), long_lines((right, below), JUMP_LENGTH), evaluated, bend)
 
 
@@ -115,13 +115,14 @@ def filled_depth(depth: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArr
     return np.asarray(cv2.medianBlur(np.ascontiguousarray(depth[rows, columns]), 5), np.float32), distance
 
 
-def _surrounded_by(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels whose whole neighbourhood inside the image is surface."""
+def surrounded_by(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels whose whole neighbourhood, as far as it decides on their bend, inside the image is surface."""
     square = np.ones((2 * _BEND_RADIUS + 1,) * 2, np.uint8)
     return cv2.erode(surface.astype(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=1) > 0
 
 
-def _bend(filled: NDArray[np.float32]) -> NDArray[np.float32]:
+def bend_of(filled: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Deviation of a filled depth from a plane, in multiples of the maximum for a smooth surface (`find_relief`)."""
     # planes continue beyond the image
     beyond = np.pad(1 / filled, _BEND_RADIUS, mode="reflect", reflect_type="odd")
     rim = _BEND_RADIUS - _CONTINUITY_DISTANCE
