@@ -2,9 +2,9 @@
 
     python assets/models/sense_frames.py FRAME... --out FOLDER
 
-FRAME is a folder with rgb.jpg or rgb.png, exact depth.png, and meta.json with `rendered`, `K` and `depth_units_per_m`. FOLDER
-gets a folder of the same name for each: the colour image, depth.png as a camera of `scenekit.sensing`, drawn at random,
-measures it, and gt.png, the exact depth. Other frames are left out.
+FRAME is a folder with rgb.jpg or rgb.png, exact depth.png, and meta.json with `rendered`, `K` and `depth_units_per_m`.
+FOLDER gets a folder of the same name for each: the colour image, depth.png as a camera of `scenekit.sensing`, drawn at
+random, measures it, and gt.png, the exact depth. Other frames are left out.
 """
 
 from __future__ import annotations
