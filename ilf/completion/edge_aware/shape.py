@@ -15,6 +15,7 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron
 from scipy.sparse.linalg import splu
 
 from ..._runtime.compiling import compiled
+from ...data.frame import FARTHEST_DEPTH
 from .noise import Noise
 
 Array = NDArray[np.float64]
@@ -50,6 +51,9 @@ _AT_ONCE = 1 << 18
 
 _POWERS = tuple((a, b) for a in range(3) for b in range(3 - a))
 """Powers of y and x in the terms of a quadric."""
+
+_OF_A_PLANE = [k for k, powers in enumerate(_POWERS) if sum(powers) < 2]
+"""Which of them a plane has, of which inverse depth is a linear function."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +116,8 @@ def _bends(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.fl
 
 
 def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) -> Trend | None:
-    """Fit a quadric to the block's known depth, refined by a stiff sheet where it deviates.
+    """Fit a quadric to the block's known depth or, if it lies on none, a plane, whose depth is one along a wall that
+    recedes steeply; a stiff sheet refines it where the depth deviates.
 
     Parameters
     ----------
@@ -126,7 +131,7 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     Returns
     -------
     Trend or None
-        None if too little of the depth lies on one quadric.
+        None if too little of the depth lies on one quadric or plane.
     """
     known = mask & np.isfinite(depth)
     height, width = depth.shape
@@ -143,22 +148,18 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     values, weights = totals[held] / counts[held], counts[held]
     near = np.maximum(_NEAR_SHARE * values, 3 * noise / np.sqrt(weights))
     y, x = (np.linspace(-1, 1, size) for size in counts.shape)
-    basis = np.stack([(y**a)[:, None] * (x**b)[None, :] for a, b in _POWERS], axis=2)
-    trust = np.ones(values.size)
-    for _ in range(_ROUNDS):
-        root = np.sqrt(weights * trust)
-        coefficients, *_rest = np.linalg.lstsq(basis[held] * root[:, None], values * root, rcond=None)
-        off = np.abs(values - basis[held] @ coefficients)
-        trust = 1 / (1 + (off / near) ** 2)
-    lies_on_it = off < near
-    if weights[lies_on_it].sum() < _LEAST_SHARE * weights.sum():
+    basis = np.stack([(y**a)[:, None] * (x**b)[None, :] for a, b in _POWERS], axis=2)[held]
+    for inverse in (False, True):
+        coefficients, off = _fitted_shape(basis, values, weights, near, inverse)
+        lies_on_it = off < near
+        if weights[lies_on_it].sum() >= _LEAST_SHARE * weights.sum():
+            break
+    else:
         return None
 
-    # relative to the quadric, a cell's mean is valid at its centre wherever the known pixels are in the cell
-    quadric = partial(_quadric, coefficients, (height, width), cell)
-    rests = np.concatenate(
-        [cell_sums(np.where(known[rows], depth[rows] - quadric(rows), 0.0), cell) for rows in strips]
-    )
+    # relative to the shape, a cell's mean is valid at its centre wherever the known pixels are in the cell
+    shape = partial(_shape, coefficients, inverse, (height, width), cell)
+    rests = np.concatenate([cell_sums(np.where(known[rows], depth[rows] - shape(rows), 0.0), cell) for rows in strips])
     trusted = counts.copy()
     trusted[held] = np.where(lies_on_it, weights, 0.0)
     sheet = _sheet(trusted, rests, cell)
@@ -168,7 +169,7 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     reach = _REACH * (high - low)
     surface = np.empty((height, width), np.float32)
     for rows in strips:
-        surface[rows] = np.clip(quadric(rows) + refined[rows, :width], low - reach, high + reach)
+        surface[rows] = np.clip(shape(rows) + refined[rows, :width], low - reach, high + reach)
     return Trend(surface, _spread(rests, counts, sheet, noise))
 
 
@@ -178,11 +179,34 @@ def _strips(height: int, width: int, cell: int) -> list[slice]:
     return [slice(first, min(first + rows, height)) for first in range(0, height, rows)]
 
 
-def _quadric(coefficients: NDArray[np.floating], shape: tuple[int, int], cell: int, rows: slice) -> NDArray[np.float64]:
-    """The quadric at the pixels of some rows; -1 and 1 are the centres of the first and the last cell."""
+def _fitted_shape(basis: Array, values: Array, weights: Array, near: Array, inverse: bool) -> tuple[Array, Array]:
+    """Coefficients of the quadric, or of the plane of inverse depth, through most of the cells' means, and how far
+    these are off [m]."""
+    terms, target, scale = basis, values, np.ones(values.size)
+    if inverse:
+        terms, target, scale = np.zeros_like(basis), 1 / values, values**2
+        terms[:, _OF_A_PLANE] = basis[:, _OF_A_PLANE]
+    trust = np.ones(values.size)
+    for _ in range(_ROUNDS):
+        root = np.sqrt(weights * trust) * scale
+        coefficients, *_rest = np.linalg.lstsq(terms * root[:, None], target * root, rcond=None)
+        off = np.abs(values - _as_depth(terms @ coefficients, inverse))
+        trust = 1 / (1 + (off / near) ** 2)
+    return coefficients, off
+
+
+def _as_depth(values: Array, inverse: bool) -> Array:
+    return 1 / np.maximum(values, 1 / FARTHEST_DEPTH) if inverse else values
+
+
+def _shape(
+    coefficients: NDArray[np.floating], inverse: bool, shape: tuple[int, int], cell: int, rows: slice
+) -> NDArray[np.float64]:
+    """The quadric or plane at the pixels of some rows; -1 and 1 are the centres of the first and the last cell."""
     y, x = ((np.arange(size) - (cell - 1) / 2) / (cell * max(-(-size // cell) - 1, 1) / 2) - 1 for size in shape)
     terms = zip(coefficients, _POWERS, strict=True)
-    return np.sum([value * (y[rows] ** a)[:, None] * (x**b)[None, :] for value, (a, b) in terms], axis=0)
+    found = np.sum([value * (y[rows] ** a)[:, None] * (x**b)[None, :] for value, (a, b) in terms], axis=0)
+    return _as_depth(found, inverse)
 
 
 def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) -> NDArray[np.float64]:

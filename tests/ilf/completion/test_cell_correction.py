@@ -7,19 +7,19 @@ import pytest
 
 import ilf
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
+from ilf._runtime.networks.models import CELL_CORRECTION, CORRECTION
 from ilf.completion import correction as correcting
-from ilf.completion.correction import fading
-from ilf.completion.plain_surfaces import colourisation, thin_plate
-from ilf.completion.sparse_correction import (
+from ilf.completion.cell_correction import (
     CHANNELS,
-    SparseCorrectionNetwork,
+    CellCorrectionNetwork,
+    cell_features,
     cell_side,
-    load_sparse_correction_network,
+    load_cell_correction_network,
     middles_of_cells,
-    sparse_features,
     spread_to_pixels,
 )
+from ilf.completion.correction import fading
+from ilf.completion.plain_surfaces import colourisation, thin_plate
 from ilf.errors import FormatError, InputError
 from ilf.run.record import installed_sha256
 
@@ -60,7 +60,7 @@ def test_a_thin_plate_continues_a_plane_and_colourisation_keeps_a_level() -> Non
 def test_features_know_no_scale(sparse: ilf.RGBDFrame) -> None:
     rgb, depth, corrected, change, contours = inputs_of(sparse)
     one, other = (
-        sparse_features(rgb, depth * k, corrected * k, change, contours) for k in (np.float32(1), np.float32(4))
+        cell_features(rgb, depth * k, corrected * k, change, contours) for k in (np.float32(1), np.float32(4))
     )
     side = cell_side(SHAPE)
     assert one[0].shape == (len(CHANNELS), *(-(-length // side) for length in SHAPE))
@@ -70,7 +70,7 @@ def test_features_know_no_scale(sparse: ilf.RGBDFrame) -> None:
 
 def test_features_are_what_their_names_say(sparse: ilf.RGBDFrame) -> None:
     rgb, depth, corrected, change, contours = inputs_of(sparse)
-    features, log_depth = sparse_features(rgb, depth, corrected, change, contours)
+    features, log_depth = cell_features(rgb, depth, corrected, change, contours)
     named = dict(zip(CHANNELS, features, strict=True))
     side = cell_side(SHAPE)
     assert side == 1
@@ -94,7 +94,7 @@ def test_features_are_what_their_names_say(sparse: ilf.RGBDFrame) -> None:
 def test_what_has_not_been_completed_counts_as_the_nearest_known_depth(sparse: ilf.RGBDFrame) -> None:
     rgb, depth, corrected, change, contours = inputs_of(sparse)
     corrected[:, 64:] = np.nan
-    features, _ = sparse_features(rgb, depth, corrected, change, contours)
+    features, _ = cell_features(rgb, depth, corrected, change, contours)
     assert np.isfinite(features).all()
     assert np.all(features[CHANNELS.index("nearest")][:, 64:] == 0)
 
@@ -134,14 +134,14 @@ def test_sparse_depth_is_corrected_by_both_networks(sparse: ilf.RGBDFrame, compl
     np.testing.assert_array_equal(completed.depth[sparse.known], sparse.depth[sparse.known])
     assert not np.isnan(completed.depth).any()
     used = {result.correction for result in completed.results.values() if result.correction}
-    assert used == {(installed_sha256(CORRECTION), installed_sha256(SPARSE_CORRECTION))}
+    assert used == {(installed_sha256(CORRECTION), installed_sha256(CELL_CORRECTION))}
     near = fading(sparse.known) == 0
     plain = ilf.complete(sparse, ilf.extract_blocks(sparse), ilf.preset("best", correction=False))
     np.testing.assert_array_equal(completed.depth[near], plain.depth[near])
 
 
 def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(correcting, "load_sparse_correction_network", lambda: pytest.fail("the network is asked"))
+    monkeypatch.setattr(correcting, "load_cell_correction_network", lambda: pytest.fail("the network is asked"))
     assert sparse.ground_truth is not None
     depth = sparse.ground_truth.copy()
     depth[30:70, 40:90] = np.nan
@@ -151,10 +151,10 @@ def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: py
 
 
 def test_without_its_network_nothing_is_corrected(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing() -> SparseCorrectionNetwork:
+    def missing() -> CellCorrectionNetwork:
         raise InputError("There is no correction network for sparse depth at here.")
 
-    monkeypatch.setattr(correcting, "load_sparse_correction_network", missing)
+    monkeypatch.setattr(correcting, "load_cell_correction_network", missing)
     fresh = ilf.RGBDFrame(sparse.rgb, sparse.depth)
     found = ilf.complete(fresh, ilf.extract_blocks(fresh))
     assert "Depth is not corrected: There is no correction network for sparse depth at here." in found.notes
@@ -162,17 +162,17 @@ def test_without_its_network_nothing_is_corrected(sparse: ilf.RGBDFrame, monkeyp
 
 
 def test_output_that_is_not_finite_is_not_applied(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    network = load_sparse_correction_network()
+    network = load_cell_correction_network()
     real = network._results
     monkeypatch.setattr(network, "_results", lambda inputs: [np.inf * one for one in real(inputs)])
     fresh = ilf.RGBDFrame(sparse.rgb, sparse.depth)
     notes = ilf.complete(fresh, ilf.extract_blocks(fresh)).notes
-    assert "Depth is not corrected: sparse-correction.onnx returns values that are not finite for this frame." in notes
+    assert "Depth is not corrected: cell-correction.onnx returns values that are not finite for this frame." in notes
 
 
 def test_a_network_of_another_kind_is_refused() -> None:
     with pytest.raises(FormatError, match="is not a correction network for sparse depth"):
-        SparseCorrectionNetwork.load(asset_path("models/correction.onnx"))
+        CellCorrectionNetwork.load(asset_path("models/correction.onnx"))
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])
@@ -180,7 +180,7 @@ def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
     rgb = RNG.integers(0, 255, (*shape, 3)).astype(np.uint8)
     depth = np.full(shape, np.nan, np.float32)
     depth.ravel()[:: max(1, depth.size // 9)] = 2
-    found = load_sparse_correction_network().change(
+    found = load_cell_correction_network().change(
         rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     )
     assert found.shape == shape

@@ -1,4 +1,4 @@
-"""`python -m ilf.lab.training.sparse_correction --frames FRAME... --data SAMPLES --out FOLDER`: train the correction
+"""`python -m ilf.lab.training.cell_correction --frames FRAME... --data SAMPLES --out FOLDER`: train the correction
 network for sparse depth."""
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from ..trainer import train
 from .samples import make_samples
 
 if TYPE_CHECKING:
-    from .task import SparseCorrectionTraining
+    from .task import CellCorrectionTraining
 
 
-def _training(arguments: argparse.Namespace) -> SparseCorrectionTraining:
-    from .task import SparseCorrectionTraining
+def _training(arguments: argparse.Namespace) -> CellCorrectionTraining:
+    from .task import CellCorrectionTraining
 
     make_samples(arguments.frames, arguments.data, arguments.jobs)
-    return SparseCorrectionTraining(arguments.data)
+    return CellCorrectionTraining(arguments.data)
 
 
 def main() -> None:
     """Make the samples that are missing, train, or resume training, and export."""
-    parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.sparse_correction", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.cell_correction", description=__doc__)
     parser.add_argument("--frames", type=Path, nargs="*", default=[], help="folders of real frames")
     parser.add_argument("--data", type=Path, required=True, help="folder of the samples")
     parser.add_argument(
