@@ -114,7 +114,7 @@ def seating(kit: Kit) -> Setting:
 
 
 def stairwell(kit: Kit) -> Setting:
-    """Steps indoors with walls, a landing and a railing."""
+    """Steps indoors with walls, a landing and a railing, from below or above."""
     wide, rise, tread, count = kit.between(0.8, 1.8), kit.between(0.15, 0.2), kit.between(0.24, 0.32), kit.number(6, 14)
     paint = kit.materials.wall()
     closed = kit.chance(0.6)
@@ -124,7 +124,7 @@ def stairwell(kit: Kit) -> Setting:
         )
         for n in range(count)
     ]
-    parts: Parts = [(standing((14, 0.1, 20)).moved(0, -0.1, 5), kit.materials.floor()), *_flight(kit, boxes, tread)]
+    parts: Parts = [(standing((14, 0.1, 20)).moved(0, -0.1, 5), kit.materials.floor()), *_flight(kit, boxes)]
     end = count * tread + 1
     parts.append((standing((14, 0.1, 20)).moved(0, 6, 5), kit.materials.ceiling()))
     parts.append((standing((14, 6, 0.1)).moved(0, 0, -kit.between(2.2, 4)), paint))
@@ -149,15 +149,12 @@ def stairwell(kit: Kit) -> Setting:
 
 
 @one_object
-def _flight(kit: Kit, steps: list[Shape], tread: float) -> Parts:
-    """Steps, at times with a strip or a carpet painted along each."""
+def _flight(kit: Kit, steps: list[Shape]) -> Parts:
+    """Steps, at times with a strip painted along the edge of each."""
     parts: Parts = [(joined(steps), kit.materials.one_of("wood", "floor", "street", "seamed"))]
     if kit.chance(0.4):
         wide = kit.rng.choice([0.03, 0.06])
-        strips = [painted(step.high[0] - step.low[0], wide).turned(rotation(90, "x")) for step in steps]
-        placed = [
-            s.moved(step.low[0], step.high[1] + 0.001, step.low[2] + 0.01)
-            for s, step in zip(strips, steps, strict=True)
-        ]
-        parts.append((joined(placed), kit.materials.one_of("black", "paint", "metal")))
+        strip = painted(steps[0].high[0] - steps[0].low[0], wide).turned(rotation(90, "x"))
+        strips = [strip.moved(step.low[0], step.high[1] + 0.001, step.low[2] + 0.01) for step in steps]
+        parts.append((joined(strips), kit.materials.one_of("black", "paint", "metal")))
     return parts

@@ -11,17 +11,7 @@ from .parts import Ground, Kit, Parts, copied, footprint, moved, one_object, tur
 from .setting import Setting
 from .shapes import ball, box, joined, lathe, rotation, standing
 from .storage import cupboard_of
-from .walls import (
-    Opening,
-    carpet,
-    door_leaf,
-    painted,
-    painted_wall,
-    panelled_wall,
-    shell,
-    wall_with,
-    window,
-)
+from .walls import carpet, door_leaf, painted, panelled_wall, shell, unbroken, wall_with, window
 
 
 def hall(kit: Kit) -> Setting:
@@ -34,7 +24,7 @@ def hall(kit: Kit) -> Setting:
         parts[0] = parts[0][0], seamed("tiles", "checker", "planks", "parquet", "stripes")
     if kit.chance(0.5):
         parts[1] = parts[1][0], seamed("tiles", "tiles", "planks")
-    shining, lamp = _ceiling_lamps(kit, width, depth, height)
+    shining, lamps = _ceiling_lamps(kit, width, depth, height)
     parts += shining
     if kit.chance(0.4):
         parts += moved(carpet(kit, width * kit.between(0.4, 0.8), depth * kit.between(0.4, 0.9)), 0, 0.006, depth / 2)
@@ -49,7 +39,7 @@ def hall(kit: Kit) -> Setting:
             parts += ground.put(thing)
     stand = np.array([-width / 2 + 0.3, 0.7, 0.2]), np.array([width / 2 - 0.3, 1.9, 0.3 * depth])
     look = np.array([-width / 2, 0.5, 0.5 * depth]), np.array([width / 2, 1.9, depth])
-    return Setting(parts, stand, look, lamps=lamp)
+    return Setting(parts, stand, look, lamps=lamps)
 
 
 def _ceiling_lamps(kit: Kit, width: float, depth: float, height: float) -> tuple[Parts, tuple[Lamp, ...]]:
@@ -100,7 +90,7 @@ def _road(kit: Kit, half: float) -> Parts:
     """Ground with painted lines."""
     parts: Parts = [(standing((60, 0.1, 58)).moved(0, -0.1, 25), kit.materials.street())]
     white, broad = kit.materials.paint(), kit.between(0.1, 0.25)
-    marks = [(x, -4.0, broad, 60.0) for x in (0.35 - half, half - 0.35 - broad) if kit.chance(0.4)]
+    marks = [(x, -4.0, broad, 58.0) for x in (0.35 - half, half - 0.35 - broad) if kit.chance(0.4)]
     dash = kit.between(1, 4)
     marks += [(-broad / 2, z, broad, dash) for z in np.arange(-4, 50, dash * kit.between(1.5, 3))]
     if kit.chance(0.3):
@@ -122,37 +112,30 @@ def _pavement(kerb_at: float, end: float, high: float, stone: tuple[int, int]) -
 
 def house_front(kit: Kit, width: float) -> Parts:
     """Front seen from -z, x from 0 to `width`: rows of like windows, flush or set back a little, and a door."""
-    storey, storeys, thick = kit.between(2.6, 3.5), kit.number(1, 4), 0.3
-    wide, low, tall = kit.between(0.7, 1.8), kit.between(0.5, 1.0), kit.between(1.1, 1.7)
+    storey, wide, low, tall = kit.between(2.6, 3.5), kit.between(0.7, 1.8), kit.between(0.5, 1.0), kit.between(1.1, 1.7)
     back = kit.rng.choice([-0.02, 0.0, 0.03, 0.08, 0.2])
-    places = np.arange(kit.between(0.4, 1.2), width - wide - 0.3, wide + kit.between(0.4, 2))
-    openings: list[Opening] = [(float(x), float(x) + wide, low, low + tall) for x in places]
+    places = [float(x) for x in np.arange(kit.between(0.4, 1.2), width - wide - 0.3, wide + kit.between(0.4, 2))]
     entrance = kit.number(0, len(places) - 1)
     pane, rows, parts = window(kit, wide, tall, ("black", "mirror", "screen", "outside")), [], []
-    for n in range(storeys):
-        holes = [
-            (left, right, 0.0, high) if (n, k) == (0, entrance) else (left, right, bottom, high)
-            for k, (left, right, bottom, high) in enumerate(openings)
-        ]
-        rows.append(wall_with(width, storey, thick, holes).moved(y=n * storey))
-        for left, _, bottom, high in holes:
+    for n in range(kit.number(1, 4)):
+        bottoms = [0.0 if (n, k) == (0, entrance) else low for k in range(len(places))]
+        holes = [(x, x + wide, bottom, low + tall) for x, bottom in zip(places, bottoms, strict=True)]
+        rows.append(wall_with(width, storey, 0.3, holes).moved(y=n * storey))
+        for x, _, bottom, high in holes:
             thing = copied(pane) if bottom else door_leaf(kit, wide, high, 0.0)
-            parts += moved(thing, left, n * storey + bottom, back + 0.03)
-    paint = (
-        kit.materials.seamed("bricks", "tiles", "planks")
-        if kit.chance(0.25)
-        else kit.materials.one_of("wall", "street", "wood", "paint")
-    )
-    return parts + painted_wall(kit, joined(rows), [], paint)
+            parts += moved(thing, x, n * storey + bottom, back + 0.03)
+    kinds = ("wall", "street", "wood", "paint")
+    paint = kit.materials.seamed("bricks", "tiles", "planks") if kit.chance(0.25) else kit.materials.one_of(*kinds)
+    return [*parts, (unbroken(joined(rows)), paint)]
 
 
 @one_object
 def car(kit: Kit) -> Parts:
     """Parked along z."""
-    length, paint = kit.between(3.6, 4.8), kit.materials.plastic()
-    parts: Parts = [(ball((1.75, 0.75, length), 0.35).moved(0, 0.65, 0), paint)]
-    parts.append((ball((1.5, 0.75, 0.55 * length), 0.5).moved(0, 1.1, kit.between(-0.4, 0.1)), kit.materials.black()))
-    parts.append((ball((1.4, 0.2, 0.42 * length), 0.5).moved(0, 1.43, parts[-1][0].vertices[:, 2].mean()), paint))
+    length, shift, paint = kit.between(3.6, 4.8), kit.between(-0.4, 0.1), kit.materials.plastic()
+    body = ball((1.75, 0.75, length), 0.35).moved(0, 0.65, 0)
+    panes, roof = ball((1.5, 0.75, 0.55 * length), 0.5), ball((1.4, 0.2, 0.42 * length), 0.5)
     wheel = lathe([(0, -0.1), (0.32, -0.1), (0.32, 0.1), (0, 0.1)]).turned(rotation(90, "z"))
     wheels = [wheel.moved(x, 0.32, z * length) for x in (-0.8, 0.8) for z in (-0.3, 0.3)]
-    return [*parts, (joined(wheels), kit.materials.black())]
+    dark = joined([*wheels, panes.moved(0, 1.1, shift)])
+    return [(body, paint), (roof.moved(0, 1.43, shift), paint), (dark, kit.materials.black())]

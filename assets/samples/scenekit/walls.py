@@ -101,9 +101,9 @@ def panelled_wall(kit: Kit, width: float, height: float, paint: int) -> tuple[Pa
 
 @one_object
 def painted_wall(kit: Kit, wall: Shape, pieces: list[tuple[float, float]], paint: int) -> Parts:
-    """A wall in the plane z = 0 whose pattern runs on past its openings, with bands or fields painted on its pieces."""
+    """A wall in the plane z = 0, with bands or fields painted on its pieces between doors."""
     height = wall.high[1]
-    parts: Parts = [(replace(wall, uv=wall.vertices[:, :2]), paint)]
+    parts: Parts = [(unbroken(wall), paint)]
     inset, other = kit.rng.choice([0.0, 0.0, 0.12]), kit.materials.one_of("paint", "seamed", "wood")
     for n in range(kit.rng.choice([0, 0, 1, 1, 2])):
         low = kit.rng.choice([inset, kit.between(0.5, 0.8 * height)])
@@ -112,6 +112,11 @@ def painted_wall(kit: Kit, wall: Shape, pieces: list[tuple[float, float]], paint
             if b - a > 3 * inset:
                 parts.append((painted(b - a - 2 * inset, tall).moved(a + inset, low, -0.001 * (n + 1)), other))
     return parts
+
+
+def unbroken(wall: Shape) -> Shape:
+    """The wall in the plane z = 0 with a pattern that runs on past its openings."""
+    return replace(wall, uv=wall.vertices[:, :2])
 
 
 def painted(width: float, height: float) -> Shape:
@@ -215,7 +220,8 @@ def window(
 
 
 def shell(kit: Kit, width: float, depth: float, height: float, paint: int, make_wall: MakeWall = one_wall) -> Parts:
-    """Floor, ceiling and four walls of a room, x from -width / 2, z from 0; the room beyond each door comes with it."""
+    """Floor, ceiling (these come first) and four walls of a room, x from -width / 2, z from 0, with the room beyond
+    each door."""
     parts: Parts = [(standing((width + 12, 0.1, depth + 12)).moved(0, -0.1, depth / 2), kit.materials.floor())]
     parts.append((standing((width + 12, 0.1, depth + 12)).moved(0, height, depth / 2), kit.materials.ceiling()))
     if kit.chance(0.15):
