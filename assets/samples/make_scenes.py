@@ -14,21 +14,23 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from scenekit.labels import label
+from scenekit.layouts import LAYOUTS
 from scenekit.scenes import picture
 from scenekit.sensing import sense
 
 SIZE = (320, 256)
 
 
-def record(seed: int, number: int, size: tuple[int, int] = SIZE) -> dict[str, np.ndarray]:
+def record(seed: int, number: int, size: tuple[int, int] = SIZE, kinds: Sequence[str] = ()) -> dict[str, np.ndarray]:
     """The arrays of one picture."""
-    taken, rng = picture(seed, number, size)
+    taken, rng = picture(seed, number, size, kinds)
     intrinsics = np.array(taken.intrinsics, np.float32)
     measured = sense(taken.exact, taken.normals, taken.rgb, taken.flags, taken.behind, taken.unlit, intrinsics, rng)
     jump, crease = label(taken.exact, taken.normals, taken.part, intrinsics)
@@ -45,12 +47,12 @@ def record(seed: int, number: int, size: tuple[int, int] = SIZE) -> dict[str, np
     }
 
 
-def write(out: Path, seed: int, size: tuple[int, int], number: int) -> None:
+def write(out: Path, seed: int, size: tuple[int, int], kinds: Sequence[str], number: int) -> None:
     """Write one picture into a folder, unless it is there."""
     path = out / f"{number:06d}.npz"
     if path.exists():
         return
-    made = record(seed, number, size)
+    made = record(seed, number, size, kinds)
     unfinished = out / f".{number:06d}.{os.getpid()}.npz"
     np.savez(unfinished, **made)
     unfinished.replace(path)
@@ -68,11 +70,13 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--start", type=int, default=0, help="number of the first picture")
     parser.add_argument("--size", type=_size, default=SIZE, metavar="WxH")
+    names = [layout.__name__ for layout, _ in LAYOUTS]
+    parser.add_argument("--kinds", nargs="+", choices=names, default=(), help="of scene (default: all)")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
     numbers = range(options.start, options.start + options.count)
-    one = partial(write, options.out, options.seed, options.size)
+    one = partial(write, options.out, options.seed, options.size, options.kinds)
     if options.jobs == 1:
         for number in numbers:
             one(number)

@@ -7,13 +7,13 @@ import numpy as np
 from .devices import cable
 from .furniture import BY_WALL, FREE
 from .light import Lamp
-from .parts import Ground, Kit, Parts, copied, extent, footprint, height_of, moved, scaled, turned
+from .parts import Ground, Kit, Parts, copied, extent, footprint, height_of, moved, one_object, scaled, turned
 from .seats import chair, office_chair
 from .setting import Setting
-from .shapes import joined, rotation, standing
+from .shapes import Shape, joined, rotation, standing
 from .small_things import SMALL
 from .storage import table
-from .walls import hanging_lamp, railing, rug, shell
+from .walls import hanging_lamp, painted, railing, rug, shell
 
 ROWS = (table, table, chair, chair, chair, chair, office_chair, office_chair)
 """What stands in rows in meeting rooms."""
@@ -114,7 +114,7 @@ def seating(kit: Kit) -> Setting:
 
 
 def stairwell(kit: Kit) -> Setting:
-    """Steps indoors with walls, a landing and a railing."""
+    """Steps indoors with walls, a landing and a railing, from below or above."""
     wide, rise, tread, count = kit.between(0.8, 1.8), kit.between(0.15, 0.2), kit.between(0.24, 0.32), kit.number(6, 14)
     paint = kit.materials.wall()
     closed = kit.chance(0.6)
@@ -124,11 +124,10 @@ def stairwell(kit: Kit) -> Setting:
         )
         for n in range(count)
     ]
-    parts: Parts = [
-        (joined(boxes), kit.materials.one_of("wood", "floor", "street")),
-        (standing((14, 0.1, 20)).moved(0, -0.1, 5), kit.materials.floor()),
-    ]
+    parts: Parts = [(standing((14, 0.1, 20)).moved(0, -0.1, 5), kit.materials.floor()), *_flight(kit, boxes)]
     end = count * tread + 1
+    parts.append((standing((14, 0.1, 20)).moved(0, 6, 5), kit.materials.ceiling()))
+    parts.append((standing((14, 6, 0.1)).moved(0, 0, -kit.between(2.2, 4)), paint))
     parts.append((standing((wide + 3, rise * count, 2)).moved(0, 0, end + 1), paint))
     parts.append((standing((8, 6, 0.1)).moved(0, 0, end + kit.between(1.2, 2)), paint))
     parts.append((standing((0.1, 6, end + 8)).moved(-wide / 2 - 0.05, 0, end / 2), paint))
@@ -141,8 +140,21 @@ def stairwell(kit: Kit) -> Setting:
     parts += moved(turned(railing(kit, count * tread, rise / tread), rotation(-90)), wide / 2 - 0.05, 0, 1)
     for _ in range(kit.number(0, 4)):
         parts += moved(kit.one_of(SMALL)(kit), kit.between(-0.4, 0.4) * wide, 0, kit.between(-0.5, 0.9))
-    return Setting(
-        parts,
-        (np.array([-wide * 0.4, 0.7, -2.0]), np.array([wide * 0.9, 2.0, 0.0])),
-        (np.array([-wide / 2, 0.3, 1.5]), np.array([wide / 2, rise * count, end])),
-    )
+    top = rise * count
+    if kit.chance(0.4):
+        stand = np.array([-wide * 0.4, top + 1.2, end - 0.2]), np.array([wide * 0.4, top + 1.8, end + 0.8])
+        return Setting(parts, stand, (np.array([-wide / 2, 0.0, -0.5]), np.array([wide / 2, 0.8 * top, end - 0.8])))
+    stand = np.array([-wide * 0.4, 0.7, -2.0]), np.array([wide * 0.9, 2.0, 0.0])
+    return Setting(parts, stand, (np.array([-wide / 2, 0.3, 1.5]), np.array([wide / 2, top, end])))
+
+
+@one_object
+def _flight(kit: Kit, steps: list[Shape]) -> Parts:
+    """Steps, at times with a strip painted along the edge of each."""
+    parts: Parts = [(joined(steps), kit.materials.one_of("wood", "floor", "street", "seamed"))]
+    if kit.chance(0.4):
+        wide = kit.rng.choice([0.03, 0.06])
+        strip = painted(steps[0].high[0] - steps[0].low[0], wide).turned(rotation(90, "x"))
+        strips = [strip.moved(step.low[0], step.high[1] + 0.001, step.low[2] + 0.01) for step in steps]
+        parts.append((joined(strips), kit.materials.one_of("black", "paint", "metal")))
+    return parts

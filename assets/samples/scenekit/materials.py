@@ -43,7 +43,8 @@ FLOORS = (
 )
 STREETS = ("cobbles", "tiles", "bricks", "granite", "plain", "blotches", "planks")
 PACKS = ("label", "label", "poster", "text", "stripes", "picture", "plain", "plain", "confetti", "dots", "gradient")
-ANYTHING = tuple(NUMBER)
+SEAMS = ("panels", "panels", "tiles", "tiles", "stripes", "pinstripes", "checker", "bricks", "planks", "parquet")
+ANYTHING = tuple(name for name in NUMBER if name not in ("parquet", "panels"))
 HUES = ((0.04, 0.13), (0.0, 0.04), (0.54, 0.66), (0.2, 0.45), (0.0, 1.0))
 HUE_SHARES = (0.42, 0.13, 0.2, 0.1, 0.15)
 """Browns and yellows, reds, blues, greens, and all."""
@@ -158,6 +159,16 @@ class Materials:
         return self.add(
             pattern=pattern, period=period, a=b * rng.uniform(0.5, 1.2), b=b, gloss=gloss, shine=60.0,
             glossy=bool(gloss > 0.04), grain=rng.uniform(0, 0.12),
+        )  # fmt: skip
+
+    def seamed(self, *patterns: str) -> int:
+        """Seams, fields or stripes of strong contrast on one flat surface."""
+        rng = self.rng
+        light, dark = self.colour(0.55, 0.97, 0.6), self.colour(0.03, 0.4)
+        a, b = (light, dark) if rng.random() < 0.7 else (dark, light)
+        return self.add(
+            pattern=str(rng.choice(patterns or SEAMS)), period=float(np.exp(rng.uniform(np.log(0.12), 0.2))), a=a, b=b,
+            turn=rng.choice([0.0, 0.0, np.pi / 2]), gloss=rng.choice([0.0, 0.0, 0.03]), grain=0.1 * rng.random() ** 2,
         )  # fmt: skip
 
     def street(self) -> int:

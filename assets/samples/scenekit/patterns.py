@@ -106,6 +106,22 @@ def planks(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
     return np.clip(fibre, 0, 1), _none(u), (0.75 + 0.4 * tone) * (1 - 0.6 * joint)
 
 
+def parquet(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
+    i, j, x, y = _cells(u, v)
+    strip = np.where((i + j) % 2 == 0, x, y) * 4
+    tone = hashed(i, j, np.floor(strip))
+    joint = np.maximum(_rim(strip % 1, 0.08), np.maximum(_rim(x, 0.02), _rim(y, 0.02)))
+    return tone * w, joint * (w > 0.4), 0.75 + 0.35 * hashed(j, i, np.floor(strip))
+
+
+def panels(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
+    """Fronts side by side with dark gaps, at times with a field in each."""
+    i, j, x, y = _cells(u, v * (0.35 + 0.6 * w))
+    gap = np.maximum(_rim(x, 0.025), _rim(y, 0.025 * (0.35 + 0.6 * w)))
+    field = (np.minimum(np.minimum(x, 1 - x), np.minimum(y, 1 - y)) > 0.13) * ((7 * w) % 1 < 0.5)
+    return gap, field * (1 - gap), 0.93 + 0.1 * hashed(i, j)
+
+
 def wood(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
     bend = noise("cloud", u * 0.06 + 7 * w, v * 0.1)
     rings = 0.5 + 0.5 * np.sin(5 * v + 3.5 * bend)
@@ -239,6 +255,6 @@ def leaf(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
 PATTERNS: tuple[Callable[[np.ndarray, np.ndarray, np.ndarray], Shares], ...] = (
     plain, stripes, pinstripes, waves, zigzag, checker, plaid, tiles, bricks, cobbles, planks, wood, marble, granite,
     blotches, camouflage, dots, confetti, diamonds, rings, text, poster, picture, weave, ribs, wicker, gradient, label,
-    page, leaf,
+    page, leaf, parquet, panels,
 )  # fmt: skip
 NUMBER = {pattern.__name__: number for number, pattern in enumerate(PATTERNS)}

@@ -12,7 +12,7 @@ from .light import Lighting, irradiance, openness, smoothed
 from .shapes import unit
 from .world import OFF_SURFACE, Hits, World, dot
 
-FARTHEST = 20.0
+FARTHEST = 60.0
 """Depth beyond which there is nothing [m]."""
 BASELINE = 0.075
 """From the camera to the pattern projector on its right [m]."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .camera import Camera, aimed
@@ -18,13 +20,17 @@ GLANCE = 1 / 8
 """Pixels along a side, as a share, with which a view is judged before it is taken."""
 
 
-def picture(seed: int, number: int, size: tuple[int, int]) -> tuple[Picture, np.random.Generator]:
+def picture(
+    seed: int, number: int, size: tuple[int, int], kinds: Sequence[str] = ()
+) -> tuple[Picture, np.random.Generator]:
     """Picture `number` of a seed on (width, height) pixels, and what its sensor's chance comes from.
+
+    It is of one of the `kinds` of scene, names in `LAYOUTS`; none = all of them.
 
     Scenes whose views are blank, too near or in a wall are made again, with the chance that follows.
     """
     rng = np.random.default_rng([seed, number])
-    names, shares = zip(*LAYOUTS, strict=True)
+    names, shares = zip(*((one, share) for one, share in LAYOUTS if not kinds or one.__name__ in kinds), strict=True)
     while True:
         kit = Kit(rng, Materials(rng))
         setting = names[rng.choice(len(names), p=np.array(shares) / sum(shares))](kit)

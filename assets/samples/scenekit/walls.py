@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from .frames import hanging
 from .furniture import BY_WALL
-from .parts import Kit, Parts, extent, moved, one_object, turned
-from .shapes import Shape, ball, bar, box, joined, lathe, rotation, standing
+from .parts import Kit, Parts, copied, extent, moved, one_object, turned
+from .shapes import Shape, ball, bar, box, joined, lathe, rotation, sheet, standing
 from .storage import laid_out
 
 Opening = tuple[float, float, float, float]
 """Left, right, bottom and top of a hole in a wall [m]."""
+
+MakeWall = Callable[[Kit, float, float, int], tuple[Parts, list[Opening]]]
+"""Makes a wall of a width, height [m] and material, as `one_wall`."""
 
 
 def wall_with(width: float, height: float, thick: float, openings: list[Opening]) -> Shape:
@@ -62,9 +68,69 @@ def one_wall(kit: Kit, width: float, height: float, paint: int) -> tuple[Parts, 
         x += wide + kit.between(0.1, 1.5)
     parts.append((wall_with(width, height, thick, openings), paint))
     if kit.chance(0.5):
-        skirting = [standing((b - a, 0.08, 0.02)).moved((a + b) / 2, 0, -0.01) for a, b in _between_doors(width, doors)]
-        parts.append((joined(skirting), kit.materials.paint()))
+        parts.append(_skirting(kit, width, doors))
     return parts, doors
+
+
+def _skirting(kit: Kit, width: float, doors: list[Opening]) -> tuple[Shape, int]:
+    boards = [standing((b - a, 0.08, 0.02)).moved((a + b) / 2, 0, -0.01) for a, b in _between_doors(width, doors)]
+    return joined(boards), kit.materials.paint()
+
+
+def panelled_wall(kit: Kit, width: float, height: float, paint: int) -> tuple[Parts, list[Opening]]:
+    """Wall as `one_wall`, with paint in fields and bands, and doors alike in frames; also those that are open."""
+    thick, tall, wide = kit.between(0.1, 0.3), min(kit.between(1.95, 2.2), height - 0.15), kit.between(0.7, 1.2)
+    places = np.arange(kit.between(0.2, 2.5), width - wide - 0.15, wide + kit.between(0.3, 4))
+    doors = [(float(x), float(x) + wide, 0.0, tall) for x in places]
+    parts = painted_wall(kit, wall_with(width, height, thick, doors), _between_doors(width, doors), paint)
+    leaf, case = door_leaf(kit, wide, tall, 0.0), _door_frame(kit, wide, tall)
+    back, share, opened = kit.rng.choice([0.0, 0.01, 0.04, thick - 0.05]), kit.rng.choice([0.0, 0.15, 0.5]), []
+    for door in doors:
+        turn = 0.0
+        if kit.chance(share):
+            turn = float(kit.rng.choice([-110.0, -85.0, -40.0, -15.0, 80.0]))
+            opened.append(door)
+        parts += moved(turned(copied(leaf), rotation(turn)), door[0], 0, 0.025 + back) + moved(copied(case), door[0])
+    for a, b in _between_doors(width, doors):
+        if b - a > 0.9 and kit.chance(0.2):
+            parts += kit.one_of(ON_WALL)(kit, a + 0.15, min(b - a - 0.3, 1.6), height)
+    if kit.chance(0.7):
+        parts.append(_skirting(kit, width, doors))
+    return parts, opened
+
+
+@one_object
+def painted_wall(kit: Kit, wall: Shape, pieces: list[tuple[float, float]], paint: int) -> Parts:
+    """A wall in the plane z = 0, with bands or fields painted on its pieces between doors."""
+    height = wall.high[1]
+    parts: Parts = [(unbroken(wall), paint)]
+    inset, other = kit.rng.choice([0.0, 0.0, 0.12]), kit.materials.one_of("paint", "seamed", "wood")
+    for n in range(kit.rng.choice([0, 0, 1, 1, 2])):
+        low = kit.rng.choice([inset, kit.between(0.5, 0.8 * height)])
+        tall = min(kit.rng.choice([0.06, 0.2, 1.1, 3.0]), height - low - inset)
+        for a, b in pieces:
+            if b - a > 3 * inset:
+                parts.append((painted(b - a - 2 * inset, tall).moved(a + inset, low, -0.001 * (n + 1)), other))
+    return parts
+
+
+def unbroken(wall: Shape) -> Shape:
+    """The wall in the plane z = 0 with a pattern that runs on past its openings."""
+    return replace(wall, uv=wall.vertices[:, :2])
+
+
+def painted(width: float, height: float) -> Shape:
+    """Paint on a wall in the plane z = 0, its left lower corner at the origin."""
+    return sheet(np.array([[(0, 0, 0), (width, 0, 0)], [(0, height, 0), (width, height, 0)]]))
+
+
+@one_object
+def _door_frame(kit: Kit, width: float, height: float) -> Parts:
+    """Three boards around an opening, before the wall."""
+    broad, proud = kit.between(0.04, 0.12), kit.between(0.005, 0.03)
+    boards = [standing((broad, height, proud)).moved(x) for x in (-broad / 2, width + broad / 2)]
+    boards.append(standing((width + 2 * broad, broad, proud)).moved(width / 2, height))
+    return [(joined(boards).moved(z=-proud / 2), kit.materials.one_of("paint", "wood", "metal"))]
 
 
 def _doorway(kit: Kit, x: float, wide: float, height: float, thick: float) -> tuple[Opening, Parts]:
@@ -142,17 +208,20 @@ def _between_doors(width: float, doors: list[Opening]) -> list[tuple[float, floa
 
 
 @one_object
-def window(kit: Kit, width: float, height: float) -> Parts:
-    """Frame with bars before a bright or dark outside."""
+def window(
+    kit: Kit, width: float, height: float, panes: tuple[str, ...] = ("lamp", "outside", "outside", "outside", "black")
+) -> Parts:
+    """Frame with bars before a bright or dark outside, or before panes of other kinds of material."""
     bars = [standing((0.05, height, 0.05)).moved(x) for x in np.linspace(0.025, width - 0.025, kit.number(2, 4))]
     bars += [standing((width, 0.05, 0.05)).moved(width / 2, y) for y in np.linspace(0, height - 0.05, kit.number(2, 4))]
     outside = box((width, height, 0.005)).moved(width / 2, height / 2, 0.05)
-    sky = kit.materials.one_of("lamp", "outside", "outside", "outside", "black")
-    return [(joined(bars), kit.materials.paint()), (outside, sky)]
+    pane = kit.materials.one_of(*panes)
+    return [(joined(bars), kit.materials.paint()), (outside, pane)]
 
 
-def shell(kit: Kit, width: float, depth: float, height: float, paint: int) -> Parts:
-    """Floor, ceiling and four walls of a room, x from -width / 2, z from 0; the room beyond each door comes with it."""
+def shell(kit: Kit, width: float, depth: float, height: float, paint: int, make_wall: MakeWall = one_wall) -> Parts:
+    """Floor, ceiling (these come first) and four walls of a room, x from -width / 2, z from 0, with the room beyond
+    each door."""
     parts: Parts = [(standing((width + 12, 0.1, depth + 12)).moved(0, -0.1, depth / 2), kit.materials.floor())]
     parts.append((standing((width + 12, 0.1, depth + 12)).moved(0, height, depth / 2), kit.materials.ceiling()))
     if kit.chance(0.15):
@@ -164,12 +233,16 @@ def shell(kit: Kit, width: float, depth: float, height: float, paint: int) -> Pa
         (180, width, width / 2, 0),
         (270, depth, -width / 2, 0),
     ):
-        wall, doors = one_wall(kit, length, height, paint if kit.chance(0.75) else kit.materials.wall())
+        wall, doors = make_wall(kit, length, height, paint if kit.chance(0.75) else kit.materials.wall())
         for left, right, _, _ in doors:
             away, wide = kit.between(0.8, 4), kit.between(0.4, 2)
             other = kit.materials.wall()
             back = standing((right - left + 2 * wide, height, 0.1)).moved((left + right) / 2, 0, away)
-            sides = [standing((0.1, height, away)).moved(x_, 0, away / 2) for x_ in (left - wide, right + wide)]
+            # The sides begin within the wall: in its front plane they would show through.
+            sides = [
+                standing((0.1, height, away - 0.05)).moved(x_, 0, away / 2 + 0.025)
+                for x_ in (left - wide, right + wide)
+            ]
             wall += [(shape, other) for shape in (back, *sides)]
             if kit.chance(0.5):
                 thing = kit.one_of(BY_WALL)(kit)
@@ -201,8 +274,21 @@ def backdrop(kit: Kit, low: float, high: float) -> Parts:
 @one_object
 def rug(kit: Kit) -> Parts:
     size = kit.between(0.8, 2.5), 0.012, kit.between(0.8, 2.0)
-    flat = box(size) if kit.chance(0.7) else lathe([(size[0] / 2, -0.006), (size[0] / 2, 0.006), (0, 0.006)], 40)
-    return [(flat.turned(rotation(kit.rng.normal(0, 10))), kit.materials.rug())]
+    if kit.chance(0.3):
+        flat = lathe([(size[0] / 2, -0.006), (size[0] / 2, 0.006), (0, 0.006)], 40)
+        return [(flat, kit.materials.rug())]
+    return turned(carpet(kit, size[0], size[2]), rotation(kit.rng.normal(0, 10)))
+
+
+@one_object
+def carpet(kit: Kit, width: float, depth: float) -> Parts:
+    """Rectangular, about the origin, most with a border or two of other colours."""
+    parts: Parts = [(box((width, 0.012, depth)), kit.materials.rug())]
+    for n in range(1, kit.number(1, 3)):
+        inset = 0.1 * n * kit.between(0.6, 1.3)
+        middle = painted(width - 2 * inset, depth - 2 * inset).turned(rotation(90, "x"))
+        parts.append((middle.moved(inset - width / 2, 0.006 + 0.001 * n, inset - depth / 2), kit.materials.rug()))
+    return parts
 
 
 @one_object

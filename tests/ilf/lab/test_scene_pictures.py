@@ -13,12 +13,14 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "assets" / "samples"))
 import make_scenes
 from scenekit.camera import Camera
 from scenekit.containers import foliage
+from scenekit.labels import label
 from scenekit.light import Lighting, smoothed
 from scenekit.materials import Materials, Table
-from scenekit.parts import Kit, Parts, copied, moved
-from scenekit.picture import BASELINE, Picture, photographed
-from scenekit.shapes import box, joined, lathe
+from scenekit.parts import Kit, Parts, copied, moved, turned
+from scenekit.picture import BASELINE, FARTHEST, Picture, photographed
+from scenekit.shapes import box, joined, lathe, rotation
 from scenekit.storage import desk
+from scenekit.walls import painted_wall, wall_with
 from scenekit.world import World
 
 SIZE = (64, 48)
@@ -64,7 +66,7 @@ def test_files_keep_the_contract(folder):
         }  # fmt: skip
         assert 12 < made["rgb"].mean() < 243
         assert np.isfinite(made["exact"]).mean() > 0.5
-        assert np.nanmax(made["exact"]) < 20
+        assert np.nanmax(made["exact"]) < FARTHEST
         assert set(np.unique(made["jump"])) | set(np.unique(made["crease"])) <= {0, 1}
         assert made["jump"].any()
 
@@ -150,6 +152,32 @@ def test_projector_on_the_right_casts_its_shadow_to_the_left(materials):
     assert unlit.max() == on_post.min() - 1
     # The shadow's edges, seen from the camera, are fx * baseline * (1 / near - 1 / far) left of the post's.
     assert unlit.size == pytest.approx(60 * BASELINE * (1 / 0.99 - 1 / 2.0), abs=1.1)
+
+
+@pytest.mark.parametrize("kind", ["hall", "street", "stairwell"])
+def test_receding_scenes_have_depth_and_lines_where_it_jumps(kind):
+    marked = []
+    for number in range(4):
+        made = make_scenes.record(5, number, (160, 128), [kind])
+        exact, thing = made["exact"], made["object"]
+        assert np.isfinite(exact).mean() > 0.5
+        far = np.nan_to_num(exact, nan=FARTHEST)
+        ratio = np.maximum(far[:, :-1], far[:, 1:]) / np.minimum(far[:, :-1], far[:, 1:])
+        marked.append(made["jump"][:, :-1][(thing[:, :-1] != thing[:, 1:]) & (ratio > 1.5)])
+    assert np.concatenate(marked).size > 20
+    assert np.concatenate(marked).mean() > 0.97
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4, 5])
+def test_paint_on_a_receding_wall_is_no_line(materials, seed):
+    kit = Kit(np.random.default_rng(seed), materials)
+    wall = painted_wall(kit, wall_with(10, 2.5, 0.1, []), [(0.0, 10.0)], materials.wall())
+    picture = seen(moved(turned(moved(wall, -5, -1.25), rotation(45)), z=1), materials)
+    jump, crease = label(picture.exact, picture.normals, picture.part, INTRINSICS)
+    assert picture.exact.max() > 2 * picture.exact.min()
+    assert not jump.any()
+    assert not crease.any()
+    assert len(np.unique(picture.object)) == 1
 
 
 def test_light_is_evened_out_within_surfaces_only():
