@@ -120,8 +120,8 @@ LONGEST_SIDE = 1600
 """Pixels: larger images do not improve the boundaries of objects, and take gigabytes."""
 
 SCALE_PROPERTY, _SMALLEST_SIDE = "scale", 320
-"""Property of a network's file: the scale of the images that it is made for, 1 without it; and length [px] of the longer
-side below which it does not make images smaller."""
+"""Property of a network's file: the scale of the images that it is made for, 1 without it; and length [px] of the
+longer side below which it does not make images smaller."""
 
 _PROBABILITY = "probability"
 """Name of the output with the probability of a boundary, which only some networks have."""
@@ -170,8 +170,8 @@ class EdgeNetwork(OnnxNetwork):
         Parameters
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
-            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that, and then to the scale
-            that the network is made for.
+            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that, and then to the
+            scale that the network is made for.
         multiscale : bool
             Average the image at 0.5, 1 and 1.5 times its size: slightly better, 3.5 times as slow.
 
