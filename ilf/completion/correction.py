@@ -33,11 +33,8 @@ from .suspects import suspect_islands, without_suspects
 UNCORRECTED = preset("best", correction=False)
 """Parameters of the completions that the network was trained on."""
 
-_SHARE = 0.85
-"""Fraction of every change that is applied: on real sensor frames the network overshoots slightly."""
-
-_SHARE_OF_CELLS = 1.0
-"""The same for the changes of cells."""
+_SHARE, _SHARE_OF_CELLS = 1.0, 1.0
+"""Fractions of the changes of pixels and of cells that are applied."""
 
 _FADED, _FAR = 2.0, 8.0
 """Distance to known depth [px] up to which nothing is changed, and from which on changes are applied in full."""

@@ -209,7 +209,11 @@ class EdgeNetwork(OnnxNetwork):
         padded, window = reflected(rgb, MULTIPLE, _MARGIN)
         maps = self._run(padded)[:, *window]
         if scale != 1:
-            maps = np.stack([cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in maps])
+            # interpolated, lines of probability would be broader and weaker for the filter, whose grid is coarse, too
+            ways = (cv2.INTER_LINEAR, cv2.INTER_NEAREST if scale < 1 else cv2.INTER_LINEAR)
+            maps = np.stack(
+                [cv2.resize(one, (width, height), interpolation=way) for one, way in zip(maps, ways, strict=False)]
+            )
         return np.clip(maps, 0, 1)
 
     def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:
