@@ -27,7 +27,7 @@ _BUNDLED = {
     BUNDLED: ("bundled, contours", "MIT"),
     DEPTH_EDGES: ("bundled, for detector rgbd", "MIT"),
     CORRECTION: ("bundled, depth correction", "MIT"),
-    CELL_CORRECTION: ("bundled, correction of sparse depth", "MIT"),
+    CELL_CORRECTION: ("bundled, depth correction, second step", "MIT"),
 }
 """Name -> what a bundled network is for, and its licence."""
 

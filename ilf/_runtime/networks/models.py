@@ -24,7 +24,7 @@ CORRECTION = "correction"
 """The bundled network that corrects completed depth, the only one of its kind."""
 
 CELL_CORRECTION = "cell-correction"
-"""The bundled network that corrects sparse depth further, the only one of its kind."""
+"""The bundled network that corrects completed depth once more, the only one of its kind."""
 
 _OURS = (BUNDLED, DEPTH_EDGES, CORRECTION, CELL_CORRECTION)
 

@@ -1,4 +1,4 @@
-"""The correction of sparse depth: its features and arithmetic against direct formulas, and what it may touch."""
+"""The correction of cells: its features and arithmetic against direct formulas, and what it may touch."""
 
 from __future__ import annotations
 
@@ -87,7 +87,15 @@ def test_features_are_what_their_names_say(sparse: ilf.RGBDFrame) -> None:
     np.testing.assert_array_equal(named["contours"], contours)
     inner = (slice(30, 50), slice(40, 80))
     window = sparse.known[40 - 7 : 40 + 8, 60 - 7 : 60 + 8]
-    assert named["known in 15"][40, 60] == pytest.approx(15 * window.mean(), rel=1e-4)
+    assert named["known in 15"][40, 60] == pytest.approx(np.log1p(225 * window.mean()) / 4, rel=1e-4)
+    row, known_there = sparse.depth[40], np.flatnonzero(sparse.known[40])
+    before, behind = (known_there[known_there < 60].max(initial=-1), known_there[known_there > 60].min(initial=999))
+    for name, column in (("left", before), ("right", behind)):
+        if 0 <= column < SHAPE[1]:
+            assert named[name][40, 60] == pytest.approx(4 * (np.log(row[column]) - np.log(2.2)), abs=1e-4)
+            passed = contours[40, min(column, 60) : max(column, 60) + 1].sum() - contours[40, column]
+            there = "contours to the " + name
+            assert named[there][40, 60] == pytest.approx(min(passed, 3), abs=1e-4)
     assert np.abs(named["slope"][inner]).max() == 0, "the corrected depth is level"
 
 
@@ -140,24 +148,36 @@ def test_sparse_depth_is_corrected_by_both_networks(sparse: ilf.RGBDFrame, compl
     np.testing.assert_array_equal(completed.depth[near], plain.depth[near])
 
 
-def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(correcting, "load_cell_correction_network", lambda: pytest.fail("the network is asked"))
+def test_planes_continue() -> None:
+    rows, columns = np.indices(SHAPE)
+    exact = (1 / (0.5 - 0.002 * columns + 0.0005 * rows)).astype(np.float32)
+    depth = np.where((columns < 50) | (rows < 20), exact, np.float32(np.nan))
+    flat = np.zeros(SHAPE, np.float32)
+    rgb = np.zeros((*SHAPE, 3), np.uint8)
+    features, _ = cell_features(rgb, depth, exact, flat, flat)
+    named = dict(zip(CHANNELS, features, strict=True))
+    inside = np.s_[30:90, 60:100]
+    for name in ("plane in 9", "plane in 25"):
+        assert np.abs(named[name][inside]).max() < 0.4 * np.abs(named["nearest"][inside]).max()
+
+
+def test_dense_frames_are_corrected_by_both_networks(sparse: ilf.RGBDFrame) -> None:
     assert sparse.ground_truth is not None
     depth = sparse.ground_truth.copy()
     depth[30:70, 40:90] = np.nan
     frame = ilf.RGBDFrame(sparse.rgb, depth)
     used = {result.correction for result in ilf.complete(frame, ilf.extract_blocks(frame)).results.values()}
-    assert used <= {(), (installed_sha256(CORRECTION),)}
+    assert used <= {(), (installed_sha256(CORRECTION), installed_sha256(CELL_CORRECTION))}
 
 
 def test_without_its_network_nothing_is_corrected(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
     def missing() -> CellCorrectionNetwork:
-        raise InputError("There is no correction network for sparse depth at here.")
+        raise InputError("There is no correction network of cells at here.")
 
     monkeypatch.setattr(correcting, "load_cell_correction_network", missing)
     fresh = ilf.RGBDFrame(sparse.rgb, sparse.depth)
     found = ilf.complete(fresh, ilf.extract_blocks(fresh))
-    assert "Depth is not corrected: There is no correction network for sparse depth at here." in found.notes
+    assert "Depth is not corrected: There is no correction network of cells at here." in found.notes
     assert {result.correction for result in found.results.values()} == {()}
 
 
@@ -171,7 +191,7 @@ def test_output_that_is_not_finite_is_not_applied(sparse: ilf.RGBDFrame, monkeyp
 
 
 def test_a_network_of_another_kind_is_refused() -> None:
-    with pytest.raises(FormatError, match="is not a correction network for sparse depth"):
+    with pytest.raises(FormatError, match="is not a correction network of cells"):
         CellCorrectionNetwork.load(asset_path("models/correction.onnx"))
 
 

@@ -1,4 +1,4 @@
-"""Samples that the correction of sparse depth learns from."""
+"""Samples that the correction of cells learns from."""
 
 from __future__ import annotations
 

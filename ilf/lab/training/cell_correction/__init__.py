@@ -1,1 +1,1 @@
-"""Training of the correction network for sparse depth on real frames."""
+"""Training of the correction network of cells on real and path-traced frames."""

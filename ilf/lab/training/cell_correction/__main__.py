@@ -1,5 +1,5 @@
 """`python -m ilf.lab.training.cell_correction --frames FRAME... --data SAMPLES --out FOLDER`: train the correction
-network for sparse depth."""
+network of cells."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ def _training(arguments: argparse.Namespace) -> CellCorrectionTraining:
 def main() -> None:
     """Make the samples that are missing, train, or resume training, and export."""
     parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.cell_correction", description=__doc__)
-    parser.add_argument("--frames", type=Path, nargs="*", default=[], help="folders of real frames")
+    parser.add_argument(
+        "--frames", type=Path, nargs="*", default=[], help="folders of frames: measured, or path traced and sensed"
+    )
     parser.add_argument("--data", type=Path, required=True, help="folder of the samples")
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, help="processes for samples (default: all cores, %(default)s)"

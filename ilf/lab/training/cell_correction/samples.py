@@ -159,7 +159,7 @@ def _count(folder: Path, frames: Sequence[Path]) -> int:
 
 
 def _place(name: str) -> str:
-    return name.rpartition("_")[0]
+    return name.rsplit("_", 1)[0]
 
 
 def make_samples(frames: Sequence[Path], out: Path, jobs: int) -> None:

@@ -1,4 +1,4 @@
-"""Training task of the correction of sparse depth: minimise the error of the cells."""
+"""Training task of the correction of cells: minimise the error of the cells."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _RMS_SHARE = 0.5
 
 
 class CellCorrectionModel(nn.Module):
-    """Network from `cell_features`, (N, 24, h, w), to the change of log depth of each cell, (N, 1, h, w)."""
+    """Network from `cell_features`, (N, 37, h, w), to the change of log depth of each cell, (N, 1, h, w)."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -57,7 +57,7 @@ class CellCorrectionModel(nn.Module):
 
 
 class CellCorrectionTraining(TrainingTask):
-    """Training task of the correction of sparse depth.
+    """Training task of the correction of cells.
 
     Parameters
     ----------
