@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import InputError
+from ..bench.frames import load_bench_frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,20 +27,12 @@ class RealFrame:
 
 
 def read_real_frame(folder: Path) -> RealFrame:
-    """Read a folder with `rgb.jpg`, `depth.png` and `meta.json`, which names `depth_units_per_m`.
+    """Read a frame folder as the bench does, without values that most likely mark missing depth.
 
     Raises
     ------
-    InputError
-        If it does not have these files.
+    InputError, FormatError
+        If it cannot be read.
     """
-    try:
-        units = float(json.loads((folder / "meta.json").read_text())["depth_units_per_m"])
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{folder} has no meta.json with depth_units_per_m. Name folders of such frames.") from error
-    bgr = cv2.imread(str(folder / "rgb.jpg"))
-    stored = cv2.imread(str(folder / "depth.png"), cv2.IMREAD_UNCHANGED)
-    if bgr is None or stored is None:
-        raise InputError(f"{folder} has no readable rgb.jpg and depth.png.")
-    depth = np.where(stored > 0, stored / np.float32(units), np.float32(np.nan)).astype(np.float32)
-    return RealFrame(np.ascontiguousarray(bgr[..., ::-1], np.uint8), depth)
+    frame = load_bench_frame(folder).frame
+    return RealFrame(frame.rgb, frame.depth)
