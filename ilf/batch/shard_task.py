@@ -178,11 +178,9 @@ def _completed(task: ShardTask, frame: BatchFrame, threads: int | None) -> tuple
     completion = run.complete(threads=threads)
     error = expected_error(completion)
     files, notes = _files(task, run, completion, error)
-    outcome = replace(
-        measured(settings, frame, run, completion, error, threads),
-        message=" ".join(dict.fromkeys([*loaded.notes, *run.notes, *completion.notes, *notes])),
-        plausibility_warnings=plausibility_warnings,
-    )
+    outcome = measured(settings, frame, run, completion, error, threads)
+    told = dict.fromkeys(filter(None, [*loaded.notes, *run.notes, outcome.message, *completion.notes, *notes]))
+    outcome = replace(outcome, message=" ".join(told), plausibility_warnings=plausibility_warnings)
     figures, hashes = _figures(outcome), _input_hashes(loaded)
     facts = {"settings": task.sha256, **figures, **hashes, **_geometry(task, loaded)}
     files[FACTS] = f"{json.dumps(plain(facts), indent=2)}\n".encode()

@@ -22,7 +22,7 @@ from ..data.neighbours import median_of_known
 from ..data.results import Completion
 from ..errors import Cancelled, ExportError, IlfError, InputError, cause
 from ..evaluation.evaluation import Evaluation, evaluate_completion
-from ..evaluation.hold_out import evaluate_hold_out
+from ..evaluation.hold_out import evaluate_hold_out, untrusted_note
 from ..io.depth import write_depth
 from ..io.labels import with_more_invalid
 from ..run.options import RECORD_FILE, drop_impossible_cloud
@@ -322,9 +322,10 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     (folder / FRAME_FILE).unlink(missing_ok=True)  # the old record does not describe the new results
     written = write(folder, run, completion, options)
     preview = write_preview(folder, loaded, completion.depth, task.levels)
-    notes += [*completion.notes, *written.notes, *written.remarks]
+    notes += [outcome.message, *completion.notes, *written.notes, *written.remarks]
+    message = " ".join(dict.fromkeys(filter(None, notes)))
     return FrameRecord(
-        replace(outcome, message=" ".join(dict.fromkeys(notes)), plausibility_warnings=plausibility_warnings),
+        replace(outcome, message=message, plausibility_warnings=plausibility_warnings),
         task.sha256,
         reading_sha256(frame),
         reading.content,
@@ -342,7 +343,8 @@ def measured(
     error: NDArray[np.float32],
     threads: int | None,
 ) -> FrameOutcome:
-    """Return the outcome of a completed frame, without message and plausibility warnings.
+    """Return the outcome of a completed frame, without plausibility warnings; its message tells of known depth that the
+    hold-out leaves out.
 
     Parameters
     ----------
@@ -365,6 +367,7 @@ def measured(
         folder=frame.folder,
         time=frame.time,
         status=FrameStatus.COMPLETED,
+        message="" if hidden is None else untrusted_note(run.frame),
         blocks=len(np.unique(run.blocks[run.blocks > 0])),
         pixels=missing.size,
         missing_before=int(np.count_nonzero(missing)),

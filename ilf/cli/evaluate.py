@@ -16,7 +16,7 @@ from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Paramete
 from ..errors import InputError, ParameterError
 from ..evaluation.evaluation import Evaluation, RunEvaluation, Step, run_to_end
 from ..evaluation.ground_truth import ground_truth_steps
-from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, compared_steps, hold_out_steps
+from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, compared_steps, hold_out_steps, untrusted_note
 from ..evaluation.sweep import Sweep, sweep_steps
 from ..io.labels import read_mask
 from ..io.tables import write_csv
@@ -158,7 +158,7 @@ def run(arguments: argparse.Namespace) -> None:
         else:
             several = [ground_truth_steps(run) if test is None else hold_out_steps(run, test) for run in runs]
             results, names = run_to_end(compared_steps(several), progress.show), [preset.name for preset in presets]
-    warn(notes)
+    warn([*notes, *([] if test is None else filter(None, [untrusted_note(frame)]))])
     if arguments.json:
         print_json(_record(frame, test, names, results))
     else:

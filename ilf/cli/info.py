@@ -532,7 +532,9 @@ def _ground_truth_facts(options: ReadingOptions, reading: DepthReading) -> list[
     depth = reading.metres
     shape, units = (depth.shape[0], depth.shape[1]), options.ground_truth_units
     try:
-        ground_truth, file = read_ground_truth(options.ground_truth, shape, units, reading.encoding.units)
+        ground_truth, file, note = read_ground_truth(
+            options.ground_truth, shape, units, reading.encoding.units, reading.encoding.invalid
+        )
     except InputError as error:
         return [Fact("problem", str(error))]
     known = np.isfinite(ground_truth)
@@ -546,7 +548,8 @@ def _ground_truth_facts(options: ReadingOptions, reading: DepthReading) -> list[
     }
     text = f"{file.path}, {file.units:g} units per metre, {_known_text(share, of_missing)}"
     problem = scale_misfit(ground_truth, depth, file.units)
-    return [Fact("ground truth", text, {"ground_truth": entries}), *([Fact("problem", problem)] if problem else [])]
+    doubts = [Fact(kind, text) for kind, text in (("note", note), ("problem", problem)) if text]
+    return [Fact("ground truth", text, {"ground_truth": entries}), *doubts]
 
 
 def _shares(known: NDArray[np.bool_], missing: NDArray[np.bool_]) -> tuple[float, float]:

@@ -165,6 +165,9 @@ class RGBDFrame:
     neighbours : NeighbourDepth, optional
         Depth that other frames have measured (`ilf.with_neighbours`): known depth of less weight where the frame has
         none of its own, except outside the view. It never counts as measured.
+    invalid_marker : float, optional
+        Depth [m] of which a plausibility warning says that it most likely marks missing depth. It counts as measured,
+        but not as ground truth: see `trusted`.
 
     Attributes
     ----------
@@ -205,6 +208,7 @@ class RGBDFrame:
     pose: NDArray[np.float64] | None = field(default=None, repr=False)
     plausibility_warnings: tuple[str, ...] = field(default=(), repr=False)
     neighbours: NeighbourDepth | None = field(default=None, repr=False)
+    invalid_marker: float | None = field(default=None, repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
     from_neighbours: NDArray[np.bool_] | None = field(init=False, repr=False, default=None)
 
@@ -225,6 +229,7 @@ class RGBDFrame:
             pose: ArrayLike | None = None,
             plausibility_warnings: tuple[str, ...] = (),
             neighbours: NeighbourDepth | None = None,
+            invalid_marker: float | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -439,6 +444,13 @@ class RGBDFrame:
     def own(self) -> NDArray[np.bool_]:
         """Pixels with depth that the frame itself has measured, without invalid depth, bool (H, W)."""
         return self.known if self.from_neighbours is None else self.known & ~self.from_neighbours
+
+    @property
+    def trusted(self) -> NDArray[np.bool_]:
+        """Pixels whose own depth can serve as ground truth, bool (H, W): all but those of the invalid marker."""
+        if self.invalid_marker is None:
+            return self.own
+        return self.own & ~np.isclose(self.measured, self.invalid_marker, rtol=1e-6, atol=0)
 
     @property
     def own_depth(self) -> NDArray[np.float32]:

@@ -111,7 +111,7 @@ def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np.float32]]:
     """Errors [m] of the hidden pixels, completed without them by each run; NaN where they are not filled."""
     frame = runs[0].frame
-    ground_truth = frame.depth[hidden]
+    ground_truth = np.where(frame.trusted, frame.depth, np.float32(np.nan))[hidden]
     try:  # one frame for both runs, to share its cache
         without = frame.with_more_invalid(hidden)
     except InputError:  # no depth would be left

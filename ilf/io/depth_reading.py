@@ -188,12 +188,15 @@ class PlausibilityWarning:
         The value that most likely marks missing depth, if any.
     is_scale : bool
         Whether the only reason is an unusual scale or a name, which those who state the encoding are not warned of.
+    invalid_depth : float or None
+        `invalid` as depth [m].
     """
 
     text: str
     encoding: str | None = None
     invalid: float | None = None
     is_scale: bool = False
+    invalid_depth: float | None = None
 
 
 def unique_warnings(texts: Iterable[str], known: set[str]) -> list[str]:
@@ -252,7 +255,7 @@ def plausibility_warnings_of(
         found += [doubt for doubt in (_other_storage(values, metres, encoding.invalid),) if doubt]
     storage = next((ENCODINGS[doubt.encoding] for doubt in found if doubt.encoding), encoding)
     if encoding.invalid is None and not storage.is_disparity:  # which decodes its own invalid value
-        found += [doubt for doubt in (_invalid_marker(values, metres),) if doubt]
+        found += [doubt for doubt in (marker_doubt(values, metres),) if doubt]
     if is_plain and is_known and not found:
         found += [doubt for doubt in (_scale(values, metres, encoding, path),) if doubt]
     if is_plain and path is not None and (text := distance_doubt(path)):
@@ -305,8 +308,9 @@ def _too_near_for_tum(values: NDArray[Any], metres: NDArray[np.float32], units: 
     return "mm", f"Depth begins at {nearest:.2f} m, nearer than the cameras of the TUM benchmark measure"
 
 
-def _invalid_marker(values: NDArray[Any], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
-    """Check for an invalid marker: one value far from all others in a share of the pixels, with only noise beyond."""
+def marker_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
+    """Check values (H, W), read as `metres`, for an invalid marker: one value far from all others in a share of the
+    pixels, with only noise beyond."""
     known = metres[np.isfinite(metres)]
     if not known.size:
         return None
@@ -332,6 +336,7 @@ def _marker_warning(far: float, values: NDArray[Any], metres: NDArray[np.float32
         f"{mark:.9g} fills {share:.1%} of the pixels and would be {far:.3g} m, while {all_else} is at most {most:.3g} "
         f"m: it most likely marks missing depth. Give {mark:.9g} as the invalid value, or 0 if it is depth.",
         invalid=float(mark),
+        invalid_depth=far,
     )
 
 
@@ -454,6 +459,11 @@ class DepthReading:
         """Plausibility warnings about the encoding."""
         found = plausibility_warnings_of(self.values, self.metres, self.encoding, self.is_named, self.path)
         return found if self.file_doubt is None else (self.file_doubt, *found)
+
+    @property
+    def invalid_marker(self) -> float | None:
+        """Depth [m] of which a plausibility warning says that it most likely marks missing depth; None without one."""
+        return next((doubt.invalid_depth for doubt in self.plausibility_warnings if doubt.invalid is not None), None)
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ import io
 import math
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,9 @@ from .._runtime.plugins import GUIDES, call, entry_of_file, entry_points, load
 from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
 from ..data.guide import Guide
-from ..errors import FormatError, InputError, ParameterError
+from ..errors import FormatError, InputError, ParameterError, warn_of_reading
 from .depth import checked_number, checked_units, default_depth_units, depth_in_metres, read_depth_values
-from .depth_reading import decoded
+from .depth_reading import decoded, marker_doubt
 from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import HDF5_SUFFIXES, read_exr, read_npy, read_npz, read_pfm, without_channel
 from .guide_network import predict_guide
@@ -51,7 +52,8 @@ def load_ground_truth(
     Returns
     -------
     ndarray of float32, shape (H, W)
-        [m], NaN = unknown, including values beyond the range of all sensors (see `ilf.io.encodings`).
+        [m], NaN = unknown, including values beyond the range of all sensors (see `ilf.io.encodings`), and one far value
+        that most likely marks missing depth, of which a `DepthWarning` tells.
 
     Raises
     ------
@@ -69,7 +71,10 @@ def load_ground_truth(
     >>> ground_truth.dtype, round(float(np.isfinite(ground_truth).mean()), 2)
     (dtype('float32'), 0.96)
     """
-    return read_ground_truth(path, shape, units)[0]
+    ground_truth, _, note = read_ground_truth(path, shape, units)
+    if note:
+        warn_of_reading(note)
+    return ground_truth
 
 
 def with_ground_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units: float | None = None) -> RGBDFrame:
@@ -87,7 +92,8 @@ def with_ground_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units
     Returns
     -------
     RGBDFrame
-        Its `inputs`, if it has any, include the file.
+        Its `inputs`, if it has any, include the file; a note tells of a value that was left out as by
+        `load_ground_truth`. None is left out if the invalid value of the frame's depth was given as 0.
 
     Raises
     ------
@@ -105,11 +111,17 @@ def with_ground_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units
     1000.0
     """
     default_units = None if frame.inputs is None else frame.inputs.depth_units
-    ground_truth, file = read_ground_truth(path, frame.shape, units, default_units)
+    ground_truth, file, note = read_ground_truth(path, frame.shape, units, default_units, invalid_of(frame))
     problem = scale_misfit(ground_truth, frame.measured, file.units)
     if problem:
         raise InputError(f"{file.path}: {problem}")
-    return frame.with_ground_truth(ground_truth, file)
+    found = frame.with_ground_truth(ground_truth, file)
+    return replace(found, depth=found.measured, notes=(*found.notes, note)) if note else found
+
+
+def invalid_of(frame: RGBDFrame) -> float | None:
+    """The invalid value with which a frame's depth file was read; None for none."""
+    return None if frame.inputs is None else frame.inputs.invalid
 
 
 def scale_misfit(ground_truth: NDArray[np.floating], depth: NDArray[np.floating], units: float) -> str:
@@ -145,10 +157,17 @@ def _apart(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]) -> f
 
 
 def read_ground_truth(
-    path: FileSource, shape: tuple[int, int], units: float | None = None, default_units: float | None = None
-) -> tuple[NDArray[np.float32], GroundTruthFile]:
-    """Read ground truth as `load_ground_truth` does, and the file; integers are in `default_units` file units per
-    metre, if known."""
+    path: FileSource,
+    shape: tuple[int, int],
+    units: float | None = None,
+    default_units: float | None = None,
+    invalid: float | None = None,
+) -> tuple[NDArray[np.float32], GroundTruthFile, str]:
+    """Read ground truth as `load_ground_truth` does, the file, and a note on a value that was left out, or "".
+
+    Integers are in `default_units` file units per metre, if known. With 0 as the `invalid` value of the depth file, no
+    value is left out.
+    """
     content = read_file(path)
     values = read_depth_values(content)
     if values.shape != shape and values.shape == shape[::-1] and content.path.suffix.lower() in HDF5_SUFFIXES:
@@ -171,7 +190,15 @@ def read_ground_truth(
         check_depth_scale(metres)
     except InputError as error:
         raise InputError(f"{content} cannot be ground truth: {error}") from error
-    return metres, GroundTruthFile(str(content.path), content.sha256, scale)
+    doubt, note = None if invalid == 0 else marker_doubt(values, metres), ""
+    if doubt is not None:
+        is_marker = metres == doubt.invalid_depth
+        note = (
+            f"{content}: a constant {doubt.invalid_depth:.3f} m in {is_marker.mean():.1%} of the pixels most likely "
+            "marks missing depth and is not counted as ground truth. Give 0 as the invalid value if it is depth."
+        )
+        metres[is_marker] = np.nan
+    return metres, GroundTruthFile(str(content.path), content.sha256, scale), note
 
 
 def is_ground_truth(description: object) -> bool:

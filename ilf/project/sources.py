@@ -21,7 +21,7 @@ from ..errors import InputError
 from ..io.depth import read_depth_values
 from ..io.depth_reading import decoded
 from ..io.encodings import encoding_of_inputs
-from ..io.frame_additions import read_ground_truth
+from ..io.frame_additions import invalid_of, read_ground_truth
 from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
 from ..sources.frames import frame_of_images
@@ -271,5 +271,5 @@ def with_ground_truth(
 ) -> RGBDFrame:
     """Return the frame with the ground truth of a file at its present path; raises as `find_source`, and InputError."""
     content = find_source(wanted, parts, places)
-    ground_truth, file = read_ground_truth(content, frame.shape, wanted.units)
+    ground_truth, file, _ = read_ground_truth(content, frame.shape, wanted.units, invalid=invalid_of(frame))
     return frame.with_ground_truth(ground_truth, file)

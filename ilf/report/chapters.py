@@ -19,6 +19,7 @@ from ..data.frame import InputFile
 from ..data.parameters import BlockParameters, Parameters, nearest_preset, to_text
 from ..data.results import Status, blocks_by_message
 from ..evaluation.evaluation import Evaluation
+from ..evaluation.hold_out import untrusted_note
 from ..io.encodings import encoding_of_inputs
 from ..project.frame_state import own_values
 from ..run.options import ExportOptions
@@ -394,7 +395,8 @@ def _summary(figures: FrameStatistics) -> Facts:
 
 def _accuracy(figures: FrameStatistics) -> tuple[Element, ...]:
     if figures.errors:
-        return (error_table(figures.errors),)
+        left_out = "" if figures.hidden is None else untrusted_note(figures.subject.run.frame)
+        return error_table(figures.errors), *([Paragraph(left_out)] if left_out else [])
     if not figures.subject.completion.results:
         return (Paragraph("Nothing has been completed, so there is nothing to evaluate."),)
     return (Paragraph("The frame has no ground truth and was not evaluated on hold-out: its errors are unknown."),)

@@ -28,7 +28,7 @@ from ..data.neighbours import Neighbour, NeighbourDepth
 from ..data.results import Completion
 from ..errors import IlfError, InputError
 from ..io.depth import depth_in_metres, read_depth_values
-from ..io.frame_additions import load_ground_truth, load_guide
+from ..io.frame_additions import invalid_of, load_guide, read_ground_truth
 from ..io.labels import read_labels, read_mask
 from ..segmentation.extraction import found_blocks
 from ..sources.frame_source import FrameSource
@@ -386,7 +386,8 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
         named_in(recorded.path, folder)
     try:
         found = _recorded_file(recorded, "ground-truth file", folder, None)
-        return frame.with_ground_truth(load_ground_truth(found, frame.shape, recorded.units), recorded), ()
+        ground_truth, _, _ = read_ground_truth(found, frame.shape, recorded.units, invalid=invalid_of(frame))
+        return frame.with_ground_truth(ground_truth, recorded), ()
     except NotAllowed:
         raise
     except InputError as error:

@@ -280,7 +280,11 @@ def _load(
         if options.ground_truth_units is not None:
             raise ParameterError("Ground truth units are given without ground truth: give its file, too.")
         return loaded
-    return with_ground_truth_file(loaded, chosen.ground_truth, chosen.ground_truth_units)
+    known = len(loaded.notes)
+    loaded = with_ground_truth_file(loaded, chosen.ground_truth, chosen.ground_truth_units)
+    for text in loaded.notes[known:]:
+        report(text)
+    return loaded
 
 
 def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) -> tuple[RGBDFrame, tuple[str, ...]]:
@@ -323,6 +327,7 @@ def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) ->
             notes=(*of_colour, *of_pair, *read.notes, *notes),
             plausibility_warnings=(*doubts, *(doubt.text for doubt in read.plausibility_warnings)),
             pose=(files if chosen.pose is None else replace(files, options=chosen)).camera_pose,
+            invalid_marker=read.invalid_marker,
         )
         if is_same and files.outside_view is not None:
             frame = replace(frame, outside_view=read_mask(files.outside_view, colour.shape[:2]))

@@ -18,6 +18,7 @@ from ..data.camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, InputError, cause
 from ..io.depth import read_depth_values
+from ..io.depth_reading import marker_doubt
 from ..io.hdf5 import dataset, open_hdf5, rows
 from ..io.images import check_pixel_count, read_colour
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
@@ -109,7 +110,10 @@ class NyuLabelled(Closeable):
             If the file is damaged there.
         """
         camera = INTRINSICS[CAMERA] if IMAGE_SIZES[CAMERA] == self.size else None
-        return RGBDFrame(self.colour(index), self.measured(index), camera, frame_name(index))
+        depth = self.measured(index)
+        doubt = marker_doubt(depth, np.where(depth > 0, depth, np.float32(np.nan)))
+        marker = None if doubt is None else doubt.invalid_depth
+        return RGBDFrame(self.colour(index), depth, camera, frame_name(index), invalid_marker=marker)
 
     def colour(self, index: int) -> NDArray[np.uint8]:
         """Colour of a frame, uint8 (H, W, 3)."""

@@ -74,7 +74,12 @@ class ReadFrame:
         inputs = replace(self._inputs(), intrinsics=numbers)
         plausibility_warnings = tuple(doubt.text for doubt in self.reading.plausibility_warnings)
         return replace(
-            frame, intrinsics=camera, inputs=inputs, pose=self.pose, plausibility_warnings=plausibility_warnings
+            frame,
+            intrinsics=camera,
+            inputs=inputs,
+            pose=self.pose,
+            plausibility_warnings=plausibility_warnings,
+            invalid_marker=self.reading.invalid_marker,
         )
 
     def pair(self, name: str | None = None) -> RawPair:

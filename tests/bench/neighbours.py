@@ -26,6 +26,7 @@ import ilf
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.hold_out import hidden_pixels
 from ilf.lab.bench.denoising import StructuredLight
+from ilf.lab.bench.frames import as_measured
 
 from .propagation.sequences import rendered
 
@@ -83,7 +84,7 @@ def sides(frames: Sequence[RGBDFrame], place: int) -> tuple[list[RGBDFrame], lis
 def real(folder: Path, seed: int) -> None:
     """Print the comparison on the real sequence."""
     source = ilf.open_source(folder)
-    frames = [source.frame_source(key).load() for key in source.keys]
+    frames = [as_measured(source.frame_source(key).load()) for key in source.keys]
     errors: dict[str, list[tuple[float, float]]] = {}
     shares = []
     for place in REAL:

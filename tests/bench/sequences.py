@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 import ilf
 from ilf.evaluation.flicker import flicker, moved
 from ilf.evaluation.hold_out import frame_without
+from ilf.lab.bench.frames import as_measured
 
 from .pipeline import hundred_dcts, timed
 from .propagation.sequences import PATHS, Moment, rendered
@@ -61,7 +62,7 @@ def completed(frames: Sequence[ilf.RGBDFrame], complete: Callable[[ilf.RGBDFrame
 def real(folder: str) -> list[Moment]:
     """The frames of a source with poses."""
     none = np.zeros((1, 1), np.int32)
-    return [Moment(frame, none, none, np.linalg.inv(frame.pose)) for frame in ilf.open_source(folder)]
+    return [Moment(frame, none, none, np.linalg.inv(frame.pose)) for frame in map(as_measured, ilf.open_source(folder))]
 
 
 def scaled(moment: Moment, width: int, height: int) -> Moment:

@@ -18,6 +18,7 @@ from skimage.measure import find_contours
 
 import ilf
 from ilf.data.pixel_grids import mark
+from ilf.lab.bench.frames import as_measured
 from ilf.segmentation.edges.relief import find_relief
 from ilf.segmentation.editing.snapping import Snapper
 
@@ -99,7 +100,7 @@ def main(folders: list[str]) -> None:
 def _frame(folder: Path) -> ilf.RGBDFrame:
     """Read the frame with its ground truth as depth."""
     image = next(folder.glob("rgb.*"))
-    return ilf.load_frame(image, folder / "gt.png", depth_units=1000)
+    return as_measured(ilf.load_frame(image, folder / "gt.png", depth_units=1000))
 
 
 def _every_pixel(line: NDArray[np.float64]) -> NDArray[np.float64]:

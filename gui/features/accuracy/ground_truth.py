@@ -86,7 +86,8 @@ class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):
     def show_found(self, found: RGBDFrame) -> None:
         if found.ground_truth is not None:
             self.preview.show_depth(found.ground_truth)
-        self.message.show_message(described(found), "good")
+        left_out = found.notes[len(self._frame.notes) :]
+        self.message.show_message(" ".join((described(found), *left_out)), "warning" if left_out else "good")
 
     def _form(self) -> QGridLayout:
         self.file_button.setToolTip("Select the file with the true depth")

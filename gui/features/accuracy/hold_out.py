@@ -23,7 +23,7 @@ from ilf._runtime.formatting import counted
 from ilf.data.parameters import PRESETS
 from ilf.data.presets import list_presets
 from ilf.evaluation.evaluation import Step
-from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
+from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, untrusted_note
 from ilf.run.run import Run
 
 from ...state.session import Session
@@ -254,7 +254,8 @@ def _describe_outcome(outcome: HoldOutOutcome, session: Session) -> tuple[str, s
     """Describe the test, when it was made and whether it is still valid; and return the tone of the message."""
     seeds = len(outcome.test.seeds)
     pattern = {"areas": "areas", "random": "random pixels"}.get(outcome.test.pattern, outcome.test.pattern)
-    text = f"Held out: {pattern}, {counted(seeds, 'seed')}, at {outcome.when:%H:%M}."
+    left_out = untrusted_note(outcome.present.frame)
+    text = f"Held out: {pattern}, {counted(seeds, 'seed')}, at {outcome.when:%H:%M}. {left_out}".rstrip()
     if not outcome.is_valid_for(session):
         return f"{text} {_OUTDATED}", "warning"
     if outcome.current_result is not None and not outcome.has_values_of(session):

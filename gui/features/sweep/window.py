@@ -23,6 +23,7 @@ from ilf._runtime.formatting import counted, millimetres
 from ilf.data.declarations import Value
 from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
+from ilf.evaluation.hold_out import untrusted_note
 
 from ...base import theme
 from ...widgets.basics import Message, PlainLabel, Themed
@@ -283,7 +284,8 @@ class SweepWindow(Themed, QDialog):
             text = f"best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
         if found.present in found.errors and found.present not in found.marked:
             text += f" (current: {_millimetres(found.errors[found.present])})"
-        return f"{found.session.name}, {where}: {text}, {over}."
+        left_out = "" if found.sweep.criterion is None else untrusted_note(found.session.frame)
+        return f"{found.session.name}, {where}: {text}, {over}. {left_out}".rstrip()
 
     def _apply_best(self) -> None:
         if self._found is not None and self._found.best is not None:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ..._runtime.files import read_json
 from ...data.frame import RGBDFrame
-from ...errors import InputError, ParameterError
+from ...errors import InputError, ParameterError, warn_of_reading
+from ...evaluation.hold_out import untrusted_note
 from ...io.frame_additions import is_ground_truth
 from ...io.images import read_image
 from ...sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, load_frame
@@ -65,7 +66,8 @@ def find_frames(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
 def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
     """Read a frame folder and its ground truth.
 
-    If a folder has gt.png but no depth, the ground truth is used as depth, with the hole that mask.png marks.
+    If a folder has gt.png but no depth, the ground truth is used as depth, with the hole that mask.png marks. In both,
+    depth that most likely marks missing depth counts as missing.
 
     Parameters
     ----------
@@ -83,24 +85,32 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
         masked = isinstance(meta, dict) and is_ground_truth(meta.get("gt")) and (root / GROUND_TRUTH_FILE).is_file()
         if not (masked and (root / HOLE_FILE).is_file()):
             raise InputError(
-                f"There is neither raw depth nor a measured or exact {GROUND_TRUTH_FILE} with a {HOLE_FILE}."
+                f"{root} has neither raw depth nor a measured or exact {GROUND_TRUTH_FILE} with a {HOLE_FILE}."
             )
         return _masked_ground_truth(root, meta)
     frame = load_frame(root)
     # methods use no ground truth, and runs that have one spend time on computing the error; no method gets a guide
-    return BenchFrame(frame.with_ground_truth(None).with_guide(None), frame.ground_truth, _sensor(meta, frame.name))
+    alone = as_measured(frame).with_ground_truth(None).with_guide(None)
+    return BenchFrame(alone, frame.ground_truth, _sensor(meta, frame.name))
+
+
+def as_measured(frame: RGBDFrame) -> RGBDFrame:
+    """Return the frame with depth that cannot serve as ground truth (`RGBDFrame.trusted`) marked invalid, and issue a
+    `DepthWarning` of it: such depth is neither input nor ground truth of a bench or training."""
+    note = untrusted_note(frame)
+    if not note:
+        return frame
+    warn_of_reading(f"{frame.name}: {note}")
+    return frame.with_more_invalid(~frame.trusted)
 
 
 def _masked_ground_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
     colour = _image(root, "rgb", COLOUR_SUFFIXES)
     if colour is None:
         raise InputError(f"{root} has no colour image (rgb.png).")
-    whole = load_frame(
-        colour,
-        root / GROUND_TRUTH_FILE,
-        depth_units=meta.get("gt_units_per_m"),
-        name=str(meta.get("name") or root.name),
-    )
+    name = str(meta.get("name") or root.name)
+    units = meta.get("gt_units_per_m")
+    whole = as_measured(load_frame(colour, root / GROUND_TRUTH_FILE, depth_units=units, name=name))
     mask = read_image(root / HOLE_FILE)
     if mask.shape[:2] != whole.shape:
         raise InputError(f"{root / HOLE_FILE} has shape {mask.shape[:2]}, but the frame has {whole.shape}.")

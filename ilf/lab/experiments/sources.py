@@ -13,7 +13,7 @@ from ...data.frame import RGBDFrame
 from ...errors import InputError
 from ...sources.frames import META_NAME
 from ...sources.nyu import MAT_SUFFIX, SPLIT_FILE, NyuLabelled, frame_name, read_split
-from ..bench.frames import HOLE_FILE, BenchFrame, find_frames, load_bench_frame
+from ..bench.frames import HOLE_FILE, BenchFrame, as_measured, find_frames, load_bench_frame
 from .experiment import Settings
 
 SAMPLE = "samples/room"
@@ -94,7 +94,8 @@ def load_source(source: FrameSource) -> BenchFrame:
     if source.index is None:
         return _subsampled(load_bench_frame(source.path), source.every)
     with NyuLabelled(source.path) as labelled:
-        return _subsampled(BenchFrame(labelled.frame(source.index), labelled.filled(source.index)), source.every)
+        frame = as_measured(labelled.frame(source.index))
+        return _subsampled(BenchFrame(frame, labelled.filled(source.index)), source.every)
 
 
 def _subsampled(whole: BenchFrame, every: int) -> BenchFrame:

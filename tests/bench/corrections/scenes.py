@@ -9,7 +9,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from ilf._runtime.files import read_json
-from ilf.lab.bench.frames import GROUND_TRUTH_FILE, BenchFrame
+from ilf.lab.bench.frames import GROUND_TRUTH_FILE, BenchFrame, as_measured
 from ilf.lab.bench.patterns import Task, make_task
 from ilf.segmentation.edges.detectors import EdgeNetwork
 from ilf.sources.frames import META_NAME, load_frame
@@ -46,4 +46,4 @@ def load_scene(scene: Scene, folder: Path) -> Task:
         colour = next(root.glob("rgb.*"))
         units = read_json(root / META_NAME)["gt_units_per_m"]
         frame = load_frame(colour, root / GROUND_TRUTH_FILE, depth_units=units, name=scene.name)
-    return make_task(BenchFrame(frame, None), "areas", scene.seed)
+    return make_task(BenchFrame(as_measured(frame), None), "areas", scene.seed)

@@ -160,8 +160,9 @@ def turned_views(folder: Path, length: int = LENGTH, seed: int = 0) -> list[Mome
         Of the noise.
     """
     import ilf
+    from ilf.lab.bench.frames import as_measured
 
-    whole = ilf.load_frame(folder)
+    whole = as_measured(ilf.load_frame(folder))
     found = whole.intrinsics
     assert found is not None
     height, width = (int(side * 0.7) // 2 * 2 for side in whole.shape)

@@ -78,14 +78,9 @@ def test_real_frames_are_read_in_metres(tmp_path: Path) -> None:
     np.testing.assert_array_equal(frame.depth[0], [np.nan] * 3 + [0.5] * 3)
 
 
-@pytest.mark.parametrize("meta", ["", "{}"])
-def test_a_frame_without_units_is_named(tmp_path: Path, meta: str) -> None:
-    with pytest.raises(InputError, match=r"has no meta\.json with depth_units_per_m"):
-        read_real_frame(write_frame(tmp_path, meta))
-
-
-def test_a_frame_without_depth_is_named(tmp_path: Path) -> None:
-    write_frame(tmp_path, json.dumps({"depth_units_per_m": 5000}))
-    (tmp_path / "depth.png").unlink()
-    with pytest.raises(InputError, match=r"has no readable rgb\.jpg and depth\.png"):
+@pytest.mark.parametrize(("file", "meta"), [("rgb.jpg", "{}"), ("rgb.jpg", ""), ("depth.png", "{}")])
+def test_a_frame_that_cannot_be_read_is_named(tmp_path: Path, file: str, meta: str) -> None:
+    write_frame(tmp_path, meta)
+    (tmp_path / file).unlink()
+    with pytest.raises(InputError, match=str(tmp_path)):
         read_real_frame(tmp_path)

@@ -26,7 +26,7 @@ def main() -> None:
     """Make the samples that are missing, train, or resume training, and export."""
     parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.cell_correction", description=__doc__)
     parser.add_argument(
-        "--frames", type=Path, nargs="*", default=[], help="folders of frames: measured, or path traced and sensed"
+        "--frames", type=Path, nargs="*", default=[], help="frames, measured or sensed"
     )
     parser.add_argument("--data", type=Path, required=True, help="folder of the samples")
     parser.add_argument(
