@@ -17,6 +17,13 @@ Mask = NDArray[np.bool_]
 _LARGEST_RATIO = 0.9
 """Largest ratio of the mean error with the guide to that without, in every hold-out, with which it is followed."""
 
+_RANGES = 4
+"""Number of ranges of depth, from near to far, that the hidden pixels are divided into, as many in each."""
+
+_LARGEST_RATIO_OF_RANGE, _LEAST_ERROR = 1.4, 0.003
+"""A guide is not followed if the mean error in any range of depth grows beyond this ratio and this share of depth. Most
+of the error is far away: a guide that halves it may spoil what is near."""
+
 _LEAST_HIDDEN = 0.01
 """Minimum share of the known depth that a hold-out hides."""
 
@@ -33,7 +40,8 @@ class GuideHoldOut:
     with_guide, without : tuple of float
         Mean absolute error in all hold-outs [m].
     followed : bool
-        Whether it is smaller enough with the guide in each of them, and the root mean square error no larger.
+        Whether it is smaller enough with the guide in each of them, the root mean square error no larger, and the mean
+        error in no range of depth much larger.
     """
 
     with_guide: float
@@ -44,7 +52,9 @@ class GuideHoldOut:
         """The result as text for the user, after "The guide is"."""
         found, before = length_text(self.with_guide), length_text(self.without)
         errors = f"on a hold-out of known depth, the mean error is {found} with it and {before} without"
-        return f"{'followed' if self.followed else 'not used'}: {errors}"
+        if self.followed:
+            return f"followed: {errors}"
+        return f"not used: {errors}{', but not better in every part' if self.with_guide < self.without else ''}"
 
 
 def held_out_frames(frame: RGBDFrame) -> Iterator[RGBDFrame]:
@@ -58,27 +68,29 @@ def held_out_frames(frame: RGBDFrame) -> Iterator[RGBDFrame]:
 
 @dataclass(frozen=True)
 class HeldOutErrors:
-    """Sums of the errors of one hold-out."""
+    """Sums of the absolute and squared errors of one hold-out, and whether no range of depth has become much worse."""
 
     pixels: int
     with_guide: tuple[float, float]
     without: tuple[float, float]
+    unspoilt: bool
 
     @classmethod
     def of(cls, frame: RGBDFrame, held_out: RGBDFrame, with_guide: Array, without: Array) -> HeldOutErrors:
         """From the frame, that without the hidden depth, and its completed depths [m]."""
         there = frame.own & ~held_out.own & np.isfinite(with_guide) & np.isfinite(without)
-        sums = []
-        for depth in (with_guide, without):
-            error = (depth - frame.depth)[there].astype(np.float64)
-            sums.append((float(np.abs(error).sum()), float(np.square(error).sum())))
-        return cls(int(there.sum()), *sums)
+        found, before = (np.abs((one - frame.depth)[there].astype(np.float64)) for one in (with_guide, without))
+        excess = found - _LARGEST_RATIO_OF_RANGE * before - _LEAST_ERROR * frame.depth[there]
+        ranges = np.array_split(excess[np.argsort(without[there], kind="stable")], _RANGES)
+        sums = [(float(error.sum()), float(np.square(error).sum())) for error in (found, before)]
+        return cls(found.size, *sums, all(excess_there.sum() <= 0 for excess_there in ranges))
 
     @property
     def better(self) -> bool:
-        """Whether the mean error is smaller enough with the guide, and the root mean square error no larger."""
+        """Whether the mean error is smaller enough with the guide, the root mean square error no larger, and no range
+        of depth much worse."""
         (mean, square), (mean_before, square_before) = self.with_guide, self.without
-        return mean <= _LARGEST_RATIO * mean_before and square <= square_before
+        return self.unspoilt and mean <= _LARGEST_RATIO * mean_before and square <= square_before
 
 
 def decided(found: list[HeldOutErrors]) -> GuideHoldOut | None:

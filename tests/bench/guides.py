@@ -3,8 +3,8 @@
 With `--guides FOLDER`, the guides are those of a real network, files `<frame>.png` in that folder.
 
 Otherwise they are simulated: a monotone curve of the ground truth, which is the frame's own depth before
-the hold-out (with its holes filled smoothly), with a slowly varying bias, blur and noise. Also wrong guides: that of
-another frame, white noise, and slowly varying noise.
+the hold-out (with its holes filled smoothly), with a slowly varying bias, blur and noise. Also wrong guides: one that
+is right on near things only, that of another frame, white noise, and slowly varying noise.
 """
 
 from __future__ import annotations
@@ -60,6 +60,12 @@ def simulated_guide(depth: Array, seed: int) -> Array:
     return (blurred + rng.normal(0, NOISE * (high - low), blurred.shape)).astype(np.float32)
 
 
+def bent_behind(depth: Array) -> Array:
+    """Depth [m] as it is up to its median, and beyond turned away by up to 35 % at the sides of the frame."""
+    turned = depth * np.exp(np.linspace(-0.35, 0.35, depth.shape[1], dtype=np.float32))
+    return np.where(depth > np.nanmedian(depth), turned, depth)
+
+
 def slow_noise(shape: tuple[int, ...], rng: np.random.Generator, length: float) -> Array:
     """Noise of mean 0 and deviation 1, smoothed by a Gaussian [px]."""
     values = cv2.GaussianBlur(rng.normal(size=shape).astype(np.float32), (0, 0), length, borderType=cv2.BORDER_REFLECT)
@@ -84,6 +90,7 @@ def filled_smoothly(depth: Array) -> Array:
 def guides(depth: Array, other: Array, seed: int) -> Iterator[tuple[str, Array]]:
     """Return the guides of a frame by name, with the wrong ones."""
     yield "simulated", simulated_guide(depth, seed)
+    yield "bent behind", simulated_guide(bent_behind(depth), seed)
     yield "of another frame", cv2.resize(simulated_guide(other, seed + 1), depth.shape[::-1])
     rng = np.random.default_rng(seed)
     yield "noise", rng.normal(size=depth.shape).astype(np.float32)
