@@ -13,7 +13,7 @@ from typing import Any
 
 from .._runtime.files import file_sha256, read_json, write_bytes
 from .._runtime.installation import __version__
-from .._runtime.networks.models import CELL_CORRECTION, CORRECTION
+from .._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from .._runtime.schema import check_schema, converted
 from ..errors import FormatError, InputError, cause
 from ..evaluation.hold_out import HoldOutTest
@@ -90,7 +90,7 @@ class BatchSettings:
         )
         if parameters.filter == "edge-aware":
             asked += requested_networks(parameters.edges, parameters.model)
-            asked += [CORRECTION, CELL_CORRECTION] if parameters.correction else []
+            asked += [CORRECTION, SPARSE_CORRECTION] if parameters.correction else []
         return sorted(set(asked))
 
 

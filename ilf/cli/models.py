@@ -8,9 +8,9 @@ from pathlib import Path
 
 from .._runtime.networks.models import (
     BUNDLED,
-    CELL_CORRECTION,
     CORRECTION,
     DEPTH_EDGES,
+    SPARSE_CORRECTION,
     installed_models,
     model_names,
     model_path,
@@ -27,7 +27,7 @@ _BUNDLED = {
     BUNDLED: ("bundled, contours", "MIT"),
     DEPTH_EDGES: ("bundled, for detector rgbd", "MIT"),
     CORRECTION: ("bundled, depth correction", "MIT"),
-    CELL_CORRECTION: ("bundled, depth correction, second step", "MIT"),
+    SPARSE_CORRECTION: ("bundled, correction of sparse depth", "MIT"),
 }
 """Name -> what a bundled network is for, and its licence."""
 
@@ -68,7 +68,7 @@ def add_arguments(parser: Parser) -> None:
 def run_list(arguments: argparse.Namespace) -> None:
     """List the networks."""
     rows = []
-    for name in (*model_names(), DEPTH_EDGES, CORRECTION, CELL_CORRECTION):
+    for name in (*model_names(), DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION):
         try:
             size = _size(model_path(name))
         except (InputError, OSError):

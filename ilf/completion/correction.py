@@ -1,7 +1,7 @@
-"""The correction: changes of completed depth by two networks, of pixels and then of cells.
+"""The correction: changes of completed depth by a network trained on generated scenes.
 
-The first network's input is the frame's base completion: its blocks as extracted, completed with `UNCORRECTED`. So the
-outputs depend only on the frame and its extraction, and a block's result only on frame and block, whatever else is run.
+The network's input is the frame's base completion: its blocks as extracted, completed with `UNCORRECTED`. So its output
+depends only on the frame and its extraction, and a block's result only on frame and block, whatever else is run.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.memory import release_memory
-from ..data.blocks import Block, find_blocks
+from ..data.blocks import SPARSE, Block, find_blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import FrameCache
@@ -25,16 +25,16 @@ from ..errors import InputError
 from ..segmentation.edges.frame_edges import FrameEdges
 from ..segmentation.extraction import found_blocks
 from .block import BlockTask
-from .cell_correction import CellCorrectionNetwork, load_cell_correction_network
 from .correction_network import Array, CorrectionNetwork, load_correction_network
 from .filter import edges_for, is_guided
+from .sparse_correction import SparseCorrectionNetwork, load_sparse_correction_network
 from .suspects import suspect_islands, without_suspects
 
 UNCORRECTED = preset("best", correction=False)
 """Parameters of the completions that the network was trained on."""
 
-_SHARE, _SHARE_OF_CELLS = 1.0, 1.0
-"""Fractions of the changes of pixels and of cells that are applied."""
+_SHARE = 0.85
+"""Fraction of every change that is applied: on real sensor frames the network overshoots slightly."""
 
 _FADED, _FAR = 2.0, 8.0
 """Distance to known depth [px] up to which nothing is changed, and from which on changes are applied in full."""
@@ -55,7 +55,7 @@ class Correction:
     change : ndarray of float32, shape (H, W)
         Change of the logarithm of that depth.
     networks : tuple of str
-        SHA-256 of the two networks.
+        SHA-256 of the correction network, and in sparse frames of that for sparse depth.
     """
 
     base_depth: Array
@@ -139,8 +139,8 @@ class BaseCompletion:
     own: tuple[int, ...]
     rest: tuple[BlockTask, ...]
 
-    def networks(self) -> tuple[CorrectionNetwork, CellCorrectionNetwork]:
-        """Load the correction networks of pixels and of cells.
+    def networks(self) -> tuple[CorrectionNetwork, SparseCorrectionNetwork | None]:
+        """Load the correction network and, for a sparse frame, that for sparse depth.
 
         Raises
         ------
@@ -150,16 +150,16 @@ class BaseCompletion:
         network = load_correction_network()
         if self.edges.network is None:
             raise InputError("the correction network needs the contours of the edge network.")
-        return network, load_cell_correction_network()
+        return network, load_sparse_correction_network() if self.frame.known.mean() < SPARSE else None
 
     def correction(
-        self, networks: tuple[CorrectionNetwork, CellCorrectionNetwork], results: Iterable[BlockResult]
+        self, networks: tuple[CorrectionNetwork, SparseCorrectionNetwork | None], results: Iterable[BlockResult]
     ) -> Correction:
         """Run the networks on the base completion and cache the correction with the frame.
 
         Parameters
         ----------
-        networks : (CorrectionNetwork, CellCorrectionNetwork)
+        networks : (CorrectionNetwork, SparseCorrectionNetwork or None)
         results : iterable of BlockResult
             Results of `own` and `rest`.
 
@@ -179,11 +179,13 @@ class BaseCompletion:
         trusted = without_suspects(frame)
         completed[suspect_islands(frame)] = np.nan
         change = applied_change(network.change(frame.rgb, trusted.depth, completed, contours), trusted.known)
-        corrected = np.asarray(completed * np.exp(change), np.float32)
-        more = further.change(frame.rgb, trusted.depth, corrected, change, contours)
-        change = change + np.float32(_SHARE_OF_CELLS) * fading(trusted.known) * more
+        if further is not None:
+            corrected = np.asarray(completed * np.exp(change), np.float32)
+            change = change + fading(trusted.known) * further.change(
+                frame.rgb, trusted.depth, corrected, change, contours
+            )
         release_memory(change.size)
-        used = tuple(one.sha256 for one in networks)
+        used = tuple(one.sha256 for one in networks if one is not None)
         return corrections.keep(frame, self.extraction, Correction(completed, change, used))
 
 

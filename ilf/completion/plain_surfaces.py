@@ -128,7 +128,7 @@ _MIN_WEIGHT = 0.01
 _MIN_VARIANCE = 2e-6
 
 
-def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64], *, keep: bool = False) -> NDArray[np.float64]:
+def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64]) -> NDArray[np.float64]:
     """Levin, Lischinski and Weiss, "Colorization using optimization", 2004, as the NYU Depth toolbox uses it on depth.
 
     Each value is the mean of its 3x3 neighbours, weighted by similarity of grey level relative to the window's
@@ -140,8 +140,6 @@ def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64], *, keep
         Grey levels in [0, 1].
     depth : ndarray of float64, shape (H, W)
         NaN = missing; at least one known value.
-    keep : bool
-        Keep known depth as it is, and solve for the missing values only, which takes less time.
 
     Raises
     ------
@@ -157,11 +155,7 @@ def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64], *, keep
     rows = np.concatenate([np.broadcast_to(pixel, weights.shape)[present], pixel.ravel()])
     columns = np.concatenate([around[present], pixel.ravel()])
     matrix = csc_array((entries, (rows, columns)), shape=(known.size, known.size))
-    if not keep or known.all():
-        return solve(matrix, np.nan_to_num(depth).ravel()).reshape(depth.shape)
-    values, rows_of_missing = depth.ravel().copy(), matrix.tocsr()[~known]
-    values[~known] = solve(rows_of_missing[:, ~known].tocsc(), -(rows_of_missing[:, known] @ values[known]))
-    return values.reshape(depth.shape)
+    return solve(matrix, np.nan_to_num(depth).ravel()).reshape(depth.shape)
 
 
 def _affinities(grey: NDArray[np.float64]) -> NDArray[np.float64]:

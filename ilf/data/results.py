@@ -207,7 +207,7 @@ class BlockResult:
         Which of the block's pixels were marked as at a drawn border, in the order of `block.mask`'s True values
         (`drawn_of`); None if none was.
     correction : tuple of str
-        SHA-256 of the two correction networks that were used; empty if none
+        SHA-256 of the correction network that was used and, in a sparse frame, of that for sparse depth; empty if none
         was.
     explained : bool
         Whether a smooth surface explains all of the block's known depth, so that a network has nothing to correct.

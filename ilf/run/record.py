@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
-from .._runtime.networks.models import CELL_CORRECTION, CORRECTION, DEPTH_EDGES, model_path
+from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION, model_path
 from .._runtime.networks.session import device
 from .._runtime.schema import PlainName, plain
-from ..completion.cell_correction import load_cell_correction_network
 from ..completion.correction_network import load_correction_network
+from ..completion.sparse_correction import load_sparse_correction_network
 from ..data.by_hand import DepthByHand
 from ..data.camera import checked_transform
 from ..data.declarations import Value
@@ -85,8 +85,8 @@ def installed_sha256(name: str) -> str | None:
     try:
         if name == CORRECTION:
             return load_correction_network().sha256
-        if name == CELL_CORRECTION:
-            return load_cell_correction_network().sha256
+        if name == SPARSE_CORRECTION:
+            return load_sparse_correction_network().sha256
         return (DepthEdgeNetwork.load(model_path(name)) if name == DEPTH_EDGES else load_model(name)).sha256
     except InputError:
         return None
@@ -341,7 +341,7 @@ def _networks(completion: Completion) -> dict[str, str]:
     used += [(result.parameters, result.network) for result in completion.results.values()]
     networks: dict[str, str] = {}
     for result in completion.results.values():
-        networks |= zip((CORRECTION, CELL_CORRECTION), result.correction, strict=False)
+        networks |= zip((CORRECTION, SPARSE_CORRECTION), result.correction, strict=False)
     for parameters, sha256 in dict.fromkeys(used):
         networks |= used_network(sha256, requested_networks(parameters.edges, parameters.model))
     return networks

@@ -18,7 +18,7 @@ from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
 from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_opened
-from .._runtime.networks.models import CELL_CORRECTION, CORRECTION, DEPTH_EDGES
+from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION
 from .._runtime.networks.session import device
 from .._runtime.schema import Section
 from ..data.by_hand import DepthByHand
@@ -127,7 +127,7 @@ def network_differences(record: RunRecord) -> list[str]:
             if present == sha256:
                 continue
             state = "is not available" if present is None else "has changed"
-            if name in (CORRECTION, CELL_CORRECTION):
+            if name in (CORRECTION, SPARSE_CORRECTION):
                 sentences.append(
                     f"The network {name!r} used by the run {state}: filled depth may differ. "
                     "Install the recorded version."

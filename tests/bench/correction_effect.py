@@ -43,7 +43,7 @@ def main() -> None:
                 if arguments.second:
                     # in a frame of its own, which has no correction in its cache
                     same = make_task(source, arguments.pattern, seed).frame
-                    with patch("ilf.completion.correction._SHARE_OF_CELLS", 0.0):
+                    with patch("ilf.completion.correction.SPARSE", 0.0):
                         without = score(complete(same, blocks).depth, task).errors
                 else:
                     without = score(complete(task.frame, blocks, UNCORRECTED).depth, task).errors

@@ -23,10 +23,10 @@ DEPTH_EDGES = "depth-edges"
 CORRECTION = "correction"
 """The bundled network that corrects completed depth, the only one of its kind."""
 
-CELL_CORRECTION = "cell-correction"
-"""The bundled network that corrects completed depth once more, the only one of its kind."""
+SPARSE_CORRECTION = "sparse-correction"
+"""The bundled network that corrects sparse depth further, the only one of its kind."""
 
-_OURS = (BUNDLED, DEPTH_EDGES, CORRECTION, CELL_CORRECTION)
+_OURS = (BUNDLED, DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION)
 
 _PACKAGES = "ilf.networks"
 """Group of entry points: the name of a network, and the package that contains `<name>.onnx`."""
@@ -61,7 +61,7 @@ def model_path(name: str) -> Path:
     Parameters
     ----------
     name : str
-        One of `model_names`, `DEPTH_EDGES`, `CORRECTION` or `CELL_CORRECTION`.
+        One of `model_names`, `DEPTH_EDGES`, `CORRECTION` or `SPARSE_CORRECTION`.
 
     Raises
     ------

@@ -23,7 +23,7 @@ import ilf.batch.batch
 import ilf.batch.pictures
 import ilf.batch.workers
 from ilf._runtime.formatting import grouped
-from ilf._runtime.networks.models import BUNDLED, CELL_CORRECTION, CORRECTION
+from ilf._runtime.networks.models import BUNDLED, CORRECTION, SPARSE_CORRECTION
 from ilf.batch.batch import open_batch, write_manifest
 from ilf.batch.frame_record import FrameStatus, read_frame, read_frame_record
 from ilf.batch.frames import BatchFrame, folder_name, frames_of_sources, named_frames, shard_of, slice_frames
@@ -487,7 +487,7 @@ def test_settings_name_the_networks_that_have_a_part_in_the_results():
         configuration = replace(QUICK, parameters=ilf.preset("best", edges="canny", **parameters))
         return set(replace(SETTINGS, configuration=configuration).facts()["networks"])
 
-    assert networks(correction=True) == {CORRECTION, CELL_CORRECTION}
+    assert networks(correction=True) == {CORRECTION, SPARSE_CORRECTION}
     assert networks(correction=False) == set()
     assert BUNDLED in BatchSettings().facts()["networks"]
 

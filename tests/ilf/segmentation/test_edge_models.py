@@ -15,9 +15,9 @@ from onnx import helper, numpy_helper
 
 from ilf._runtime.networks.models import (
     BUNDLED,
-    CELL_CORRECTION,
     CORRECTION,
     DEPTH_EDGES,
+    SPARSE_CORRECTION,
     model_names,
     model_path,
     models_folder,
@@ -304,7 +304,7 @@ def test_the_command_imports_lists_and_removes(tmp_path: Path, capsys: pytest.Ca
     assert capsys.readouterr().out == f"Imported mine: 0.0 MB, {models_folder() / 'mine.onnx'}\n"
     assert main(["models", "list"]) == 0
     rows = [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()]
-    assert [row[0] for row in rows[1:6]] == [BUNDLED, "mine", DEPTH_EDGES, CORRECTION, CELL_CORRECTION]
+    assert [row[0] for row in rows[1:6]] == [BUNDLED, "mine", DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION]
     assert rows[1][2:] == ["bundled, contours", "MIT"]
     assert rows[2][2:] == ["your own"]
     assert rows[3][3] == "MIT"

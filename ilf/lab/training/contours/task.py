@@ -23,10 +23,10 @@ from .samples import REAL, MeasuredLines, generated_sample, real_sample, sample_
 LINE_SHARES = (1.0, 0.5, 1.0)
 """Weights of jumps, creases and borders in the loss."""
 
-EMBEDDING_SHARE, REAL_SHARE = 0.1, 1.0
+EMBEDDING_SHARE, REAL_SHARE = 0.1, 0.5
 """Weights of the embedding and of a real frame in the loss; a generated picture's lines have 1."""
 
-MISSED, WRONG, WORST_WRONG = 0.4, 1.0, 0.1
+MISSED, WRONG, WORST_WRONG = 0.3, 1.0, 0.02
 """Weights of measured jumps that are missed, of lines on smooth surfaces, and of the strongest lines there: seams of
 cabinets, carpets and tiles are a small part of all surfaces, but the filter takes them for jumps."""
 
@@ -129,7 +129,7 @@ SCALE = 0.5
 
 BATCH = 4
 
-REAL_FRAMES = 0.5
+REAL_FRAMES = 0.25
 """Share of real frames among the samples."""
 
 
@@ -146,7 +146,7 @@ class ContourTraining(TrainingTask):
     """
 
     seed = 29
-    peak_rate = 1e-3
+    peak_rate = 4e-4
     file_name = "edges.onnx"
 
     def __init__(self, folder: PictureFolder, frames: list[MeasuredLines], start: Path | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Samples that the correction of cells learns from."""
+"""Samples that the correction of sparse depth learns from."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from ilf.completion.cell_correction import CHANNELS
+from ilf.completion.sparse_correction import CHANNELS
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
-from ilf.lab.training.cell_correction.samples import Sample, is_held_out, kept_pixels, make_samples
+from ilf.lab.training.sparse_correction.samples import Sample, is_held_out, kept_pixels, make_samples
 
 SHAPE = (120, 160)
 
@@ -72,8 +72,8 @@ def test_what_is_no_sample_is_named(tmp_path: Path) -> None:
 def test_the_loss_is_that_of_its_formula_and_the_file_gives_what_the_model_does(tmp_path: Path) -> None:
     torch = pytest.importorskip("torch")
     pytest.importorskip("onnx")
-    from ilf.completion.cell_correction import CellCorrectionNetwork
-    from ilf.lab.training.cell_correction.task import CellCorrectionTraining, errors
+    from ilf.completion.sparse_correction import SparseCorrectionNetwork
+    from ilf.lab.training.sparse_correction.task import SparseCorrectionTraining, errors
 
     rng = np.random.default_rng(5)
     for name in ("a-0", "frame_3-0", *(f"b{k}-0" for k in range(20))):
@@ -82,7 +82,7 @@ def test_the_loss_is_that_of_its_formula_and_the_file_gives_what_the_model_does(
         Sample(features, true, np.full((70, 90), 2.1, np.float32), np.ones((70, 90), np.float32)).save(
             tmp_path / f"{name}.npz"
         )
-    task = CellCorrectionTraining(tmp_path)
+    task = SparseCorrectionTraining(tmp_path)
     batch = tuple(torch.from_numpy(one).permute(0, 3, 1, 2) for one in task.batch(np.random.default_rng(0)))
     change = torch.full((4, 1, *batch[0].shape[2:]), -0.02)
     mean, rms = errors(change, batch[1])
@@ -96,6 +96,6 @@ def test_the_loss_is_that_of_its_formula_and_the_file_gives_what_the_model_does(
     torch.nn.init.normal_(model.last.weight)
     task.export(model, tmp_path / "net.onnx")
     sample = rng.normal(size=(len(CHANNELS), 30, 40)).astype(np.float32)
-    found = CellCorrectionNetwork.load(tmp_path / "net.onnx")._cells(sample)
+    found = SparseCorrectionNetwork.load(tmp_path / "net.onnx")._cells(sample)
     with torch.no_grad():
         np.testing.assert_allclose(found, model(torch.from_numpy(sample)[None])[0, 0].clamp(-1.5, 1.5), atol=1e-4)

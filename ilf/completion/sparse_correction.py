@@ -1,8 +1,8 @@
-"""The second step of the learned correction: on cells of the frame, after the network of its pixels.
+"""The correction of sparse depth: after the first network, a second one on cells of the frame.
 
-What is left after the first step is mostly the choice of a surface. So a small network is given the candidates: thin
-plate, colourisation, known depth in all directions with the contours on the way to it, and planes that continue. It
-sees their differences from the corrected depth, and changes it once more.
+Where few pixels are known, a frame has little depth to learn from, and what surfaces without blocks make of it is worth
+knowing: the thin plate continues slopes, colourisation follows colour, and the nearest known depth is at least
+measured. A small network is given their differences from the corrected depth, and changes it once more.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.networks.models import CELL_CORRECTION, model_path
+from .._runtime.networks.models import SPARSE_CORRECTION, model_path
 from .._runtime.networks.network import OnnxNetwork
 from .._runtime.networks.session import RefusedInputError
 from ..data.pixel_grids import nearest_values
@@ -27,27 +27,14 @@ CHANNELS = (
     *("nearest", "farthest in 17", "farthest in 41", "closest in 17", "closest in 41", "thin plate", "colourisation"),
     *("thin plate, mean", "colourisation, mean", "deviation", "median"),
     *("relief in 9", "relief in 41", "slope right", "slope down", "slope", "first change", "first change, mean"),
-    *("left", "right", "above", "below", "plane in 9", "plane in 25"),
     *("contours", "contours in 9", "contours, mean", "known in 15", "known in 41", "distance"),
-    *("contours to the left", "contours to the right", "contours above", "contours below"),
-    *("log depth", "row", "known"),
 )
-"""The channels of `cell_features`, in this order; numbers are sides of windows, in cells."""
+"""The channels of `sparse_features`, in this order; numbers are sides of windows, in cells."""
 
 _LIMIT = 1.5
 """Largest difference of log depth."""
 
-_FARTHEST = 4.0
-"""Largest log depth of a continued plane, above the median."""
-
 _NARROW, _WIDE, _MEAN, _RELIEF, _DENSITY = 17, 41, 7, 9, 15
-_PLANES = (9, 25)
-_MOST_CONTOURS = 3
-"""Largest sum of contours between a cell and known depth."""
-
-_LEVELLING = 0.3
-"""Variance of places [cells] that is added to those of a plane's known cells: of few or collinear ones it is level."""
-
 _GAIN = 4
 """Factor on differences of log depth, which brings them to about 1."""
 
@@ -66,7 +53,7 @@ def middles_of_cells(values: NDArray[np.generic]) -> Array:
     return np.ascontiguousarray(_padded(values, side)[side // 2 :: side, side // 2 :: side], np.float32)
 
 
-def cell_features(
+def sparse_features(
     rgb: NDArray[np.uint8], depth: Array, corrected: Array, change: Array, contours: Array
 ) -> tuple[Array, Array]:
     """Compute the network's input, independent of scale.
@@ -85,7 +72,7 @@ def cell_features(
 
     Returns
     -------
-    features : ndarray of float32, shape (37, h, w)
+    features : ndarray of float32, shape (24, h, w)
         In the order of `CHANNELS`, for cells of `cell_side` pixels: differences of log depth from `corrected`, its
         relief and slope, the first change, contours, and the density of known depth.
     log_depth : ndarray of float32, shape (h, w)
@@ -99,9 +86,7 @@ def cell_features(
     sums = _means(np.where(known, log_known - median, 0).astype(np.float32), side)
     values = np.asarray(sums / np.maximum(share, np.float32(1e-6)), np.float32)
     sampled = share > 0
-    distance, index = nearest_values(np.arange(values.size, dtype=np.float32).reshape(values.shape), sampled)
-    origin = index.astype(np.int32)
-    nearest = values.ravel()[origin]
+    distance, nearest = nearest_values(values, sampled)
     with np.errstate(invalid="ignore"):
         log_depth = middles_of_cells(np.log(corrected) - median)
     log_depth = np.where(np.isfinite(log_depth), log_depth, nearest).astype(np.float32)
@@ -114,77 +99,25 @@ def cell_features(
         nearest,
         *(cv2.dilate(nearest, narrow), cv2.dilate(nearest, wide), cv2.erode(nearest, narrow), cv2.erode(nearest, wide)),
         thin_plate(given),
-        colourisation(grey.astype(np.float64), given, keep=True),
+        colourisation(grey.astype(np.float64), given),
     )
-    edges = _greatest(contours, side)
-    around_it = [_in_direction(values, sampled, edges, nearest, turns) for turns in (0, 2, 3, 1)]
-    planes = [_continued_plane(values, sampled, origin, size) for size in _PLANES]
-    offsets, others_offsets = (
-        [np.clip(surface - log_depth, -_LIMIT, _LIMIT).astype(np.float32) for surface in some]
-        for some in (surfaces, (*(value for value, _ in around_it), *planes))
-    )
+    offsets = [np.clip(surface - log_depth, -_LIMIT, _LIMIT).astype(np.float32) for surface in surfaces]
     plate, coloured = offsets[-2:]
     candidates = np.stack([np.zeros_like(plate), offsets[0], plate, coloured])
     right, down = (cv2.Sobel(log_depth, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
-    first = middles_of_cells(change)
+    first, edges = middles_of_cells(change), _greatest(contours, side)
     of_depth = (
         *offsets,
         *(_blur(plate, _MEAN), _blur(coloured, _MEAN), candidates.std(axis=0), np.median(candidates, axis=0)),
         *(np.clip(log_depth - _blur(log_depth, size), -_LIMIT, _LIMIT) for size in (_RELIEF, _WIDE)),
         *(right, down, _blur(np.hypot(right, down), 5), first, _blur(first, _MEAN)),
-        *others_offsets,
     )
-    height, width = values.shape
-    rows = np.linspace(-1, 1, height, dtype=np.float32)[:, None] * np.ones((1, width), np.float32)
     others = (
         *(edges, cv2.dilate(edges, around), _blur(edges, _RELIEF)),
-        *(np.log1p(_DENSITY**2 * _blur(share, size)) / 4 for size in (_DENSITY, _WIDE)),
+        *(_DENSITY * _blur(share, size) for size in (_DENSITY, _WIDE)),
         np.log1p(distance) / 4,
-        *(passed for _, passed in around_it),
-        *(np.clip(log_depth, -_LIMIT, _LIMIT), rows, np.full_like(rows, np.log1p(_DENSITY**2 * share.mean()) / 4)),
     )
     return np.stack([*(_GAIN * one for one in of_depth), *others]).astype(np.float32), log_depth
-
-
-def _in_direction(
-    values: Array, known: NDArray[np.bool_], edges: Array, otherwise: Array, turns: int
-) -> tuple[Array, Array]:
-    """For every cell, the first known value to its left, and the sum of contours up to there; the other directions
-    are to the left after `turns` quarter turns. `otherwise` is taken where there is none."""
-    turned, there, passed, instead = (np.rot90(one, turns) for one in (values, known, edges, otherwise))
-    at = np.maximum.accumulate(np.where(there, np.arange(there.shape[1]), -1), axis=1)
-    sums = np.cumsum(passed, axis=1)
-    found = np.where(at >= 0, np.take_along_axis(turned, np.maximum(at, 0), 1), instead)
-    contours = np.where(at >= 0, sums - np.take_along_axis(sums, np.maximum(at, 0), 1), _MOST_CONTOURS)
-    back = (np.rot90(one, -turns) for one in (found, np.clip(contours, 0, _MOST_CONTOURS)))
-    value, contour = (np.ascontiguousarray(one, np.float32) for one in back)
-    return value, contour
-
-
-def _continued_plane(values: Array, known: NDArray[np.bool_], origin: NDArray[np.int32], size: int) -> Array:
-    """Log depth of the plane through the known cells around the nearest known one, in a window of `size` cells.
-
-    On a plane inverse depth is linear. `origin` has the index of the nearest known cell.
-    """
-    weight = known.astype(np.float64)
-    rows, columns = (one.astype(np.float64) for one in np.indices(values.shape))
-    inverse = np.exp(-values, dtype=np.float64)
-
-    def mean(of: NDArray[np.float64]) -> NDArray[np.float64]:
-        summed = cv2.blur(weight * of, (size, size), borderType=cv2.BORDER_CONSTANT)
-        return np.asarray(summed / np.maximum(share, 1e-9), np.float64)
-
-    share = cv2.blur(weight, (size, size), borderType=cv2.BORDER_CONSTANT)
-    row, column, level = mean(rows), mean(columns), mean(inverse)
-    down = mean(rows * rows) - row**2 + _LEVELLING
-    right = mean(columns * columns) - column**2 + _LEVELLING
-    both = mean(rows * columns) - row * column
-    of_row, of_column = mean(rows * inverse) - row * level, mean(columns * inverse) - column * level
-    determinant = down * right - both**2
-    slopes = (right * of_row - both * of_column) / determinant, (down * of_column - both * of_row) / determinant
-    row, column, level, by_row, by_column = (one.ravel()[origin] for one in (row, column, level, *slopes))
-    found = level + by_row * (rows - row) + by_column * (columns - column)
-    return np.asarray(-np.log(np.maximum(found, np.exp(-_FARTHEST))), np.float32)
 
 
 def spread_to_pixels(cells: Array, log_depth: Array, pixels: Array) -> Array:
@@ -217,14 +150,14 @@ def spread_to_pixels(cells: Array, log_depth: Array, pixels: Array) -> Array:
     return np.asarray(total / weights, np.float32)
 
 
-class CellCorrectionNetwork(OnnxNetwork):
-    """A network that changes corrected depth once more. `load` creates one; use it from any thread.
+class SparseCorrectionNetwork(OnnxNetwork):
+    """A network that changes the corrected depth of a sparse frame. `load` creates one; use it from any thread.
 
-    The file is an ONNX network of one input, the `cell_features`, as float32 (1, 37, h, w), and one output, the
+    The file is an ONNX network of one input, the `sparse_features`, as float32 (1, 24, h, w), and one output, the
     change of log depth of each cell, (1, 1, h, w).
     """
 
-    KIND = "correction network of cells"
+    KIND = "correction network for sparse depth"
 
     def change(self, rgb: NDArray[np.uint8], depth: Array, corrected: Array, change: Array, contours: Array) -> Array:
         """Compute the further change of the logarithm of corrected depth, float32 (H, W).
@@ -232,9 +165,9 @@ class CellCorrectionNetwork(OnnxNetwork):
         Parameters
         ----------
         rgb, depth, corrected, change, contours
-            As of `cell_features`.
+            As of `sparse_features`.
         """
-        features, log_depth = cell_features(rgb, depth, corrected, change, contours)
+        features, log_depth = sparse_features(rgb, depth, corrected, change, contours)
         cells = self._cells(features)
         median = np.median(np.log(depth[np.isfinite(depth)]))
         with np.errstate(invalid="ignore"):
@@ -257,8 +190,8 @@ class CellCorrectionNetwork(OnnxNetwork):
         self._cells(np.zeros((len(CHANNELS), 12, 16), np.float32))
 
 
-def load_cell_correction_network() -> CellCorrectionNetwork:
-    """Load the correction network of cells that comes with the program.
+def load_sparse_correction_network() -> SparseCorrectionNetwork:
+    """Load the correction network for sparse depth that comes with the program.
 
     Raises
     ------
@@ -267,7 +200,7 @@ def load_cell_correction_network() -> CellCorrectionNetwork:
     FormatError
         If it is not such a network.
     """
-    return CellCorrectionNetwork.load(model_path(CELL_CORRECTION))
+    return SparseCorrectionNetwork.load(model_path(SPARSE_CORRECTION))
 
 
 def _padded(values: NDArray[np.generic], side: int) -> NDArray:

@@ -1,4 +1,4 @@
-"""The correction of cells: its features and arithmetic against direct formulas, and what it may touch."""
+"""The correction of sparse depth: its features and arithmetic against direct formulas, and what it may touch."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import pytest
 
 import ilf
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks.models import CELL_CORRECTION, CORRECTION
+from ilf._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from ilf.completion import correction as correcting
-from ilf.completion.cell_correction import (
-    CHANNELS,
-    CellCorrectionNetwork,
-    cell_features,
-    cell_side,
-    load_cell_correction_network,
-    middles_of_cells,
-    spread_to_pixels,
-)
 from ilf.completion.correction import fading
 from ilf.completion.plain_surfaces import colourisation, thin_plate
+from ilf.completion.sparse_correction import (
+    CHANNELS,
+    SparseCorrectionNetwork,
+    cell_side,
+    load_sparse_correction_network,
+    middles_of_cells,
+    sparse_features,
+    spread_to_pixels,
+)
 from ilf.errors import FormatError, InputError
 from ilf.run.record import installed_sha256
 
@@ -60,7 +60,7 @@ def test_a_thin_plate_continues_a_plane_and_colourisation_keeps_a_level() -> Non
 def test_features_know_no_scale(sparse: ilf.RGBDFrame) -> None:
     rgb, depth, corrected, change, contours = inputs_of(sparse)
     one, other = (
-        cell_features(rgb, depth * k, corrected * k, change, contours) for k in (np.float32(1), np.float32(4))
+        sparse_features(rgb, depth * k, corrected * k, change, contours) for k in (np.float32(1), np.float32(4))
     )
     side = cell_side(SHAPE)
     assert one[0].shape == (len(CHANNELS), *(-(-length // side) for length in SHAPE))
@@ -70,7 +70,7 @@ def test_features_know_no_scale(sparse: ilf.RGBDFrame) -> None:
 
 def test_features_are_what_their_names_say(sparse: ilf.RGBDFrame) -> None:
     rgb, depth, corrected, change, contours = inputs_of(sparse)
-    features, log_depth = cell_features(rgb, depth, corrected, change, contours)
+    features, log_depth = sparse_features(rgb, depth, corrected, change, contours)
     named = dict(zip(CHANNELS, features, strict=True))
     side = cell_side(SHAPE)
     assert side == 1
@@ -87,22 +87,14 @@ def test_features_are_what_their_names_say(sparse: ilf.RGBDFrame) -> None:
     np.testing.assert_array_equal(named["contours"], contours)
     inner = (slice(30, 50), slice(40, 80))
     window = sparse.known[40 - 7 : 40 + 8, 60 - 7 : 60 + 8]
-    assert named["known in 15"][40, 60] == pytest.approx(np.log1p(225 * window.mean()) / 4, rel=1e-4)
-    row, known_there = sparse.depth[40], np.flatnonzero(sparse.known[40])
-    before, behind = (known_there[known_there < 60].max(initial=-1), known_there[known_there > 60].min(initial=999))
-    for name, column in (("left", before), ("right", behind)):
-        if 0 <= column < SHAPE[1]:
-            assert named[name][40, 60] == pytest.approx(4 * (np.log(row[column]) - np.log(2.2)), abs=1e-4)
-            passed = contours[40, min(column, 60) : max(column, 60) + 1].sum() - contours[40, column]
-            there = "contours to the " + name
-            assert named[there][40, 60] == pytest.approx(min(passed, 3), abs=1e-4)
+    assert named["known in 15"][40, 60] == pytest.approx(15 * window.mean(), rel=1e-4)
     assert np.abs(named["slope"][inner]).max() == 0, "the corrected depth is level"
 
 
 def test_what_has_not_been_completed_counts_as_the_nearest_known_depth(sparse: ilf.RGBDFrame) -> None:
     rgb, depth, corrected, change, contours = inputs_of(sparse)
     corrected[:, 64:] = np.nan
-    features, _ = cell_features(rgb, depth, corrected, change, contours)
+    features, _ = sparse_features(rgb, depth, corrected, change, contours)
     assert np.isfinite(features).all()
     assert np.all(features[CHANNELS.index("nearest")][:, 64:] == 0)
 
@@ -142,57 +134,45 @@ def test_sparse_depth_is_corrected_by_both_networks(sparse: ilf.RGBDFrame, compl
     np.testing.assert_array_equal(completed.depth[sparse.known], sparse.depth[sparse.known])
     assert not np.isnan(completed.depth).any()
     used = {result.correction for result in completed.results.values() if result.correction}
-    assert used == {(installed_sha256(CORRECTION), installed_sha256(CELL_CORRECTION))}
+    assert used == {(installed_sha256(CORRECTION), installed_sha256(SPARSE_CORRECTION))}
     near = fading(sparse.known) == 0
     plain = ilf.complete(sparse, ilf.extract_blocks(sparse), ilf.preset("best", correction=False))
     np.testing.assert_array_equal(completed.depth[near], plain.depth[near])
 
 
-def test_planes_continue() -> None:
-    rows, columns = np.indices(SHAPE)
-    exact = (1 / (0.5 - 0.002 * columns + 0.0005 * rows)).astype(np.float32)
-    depth = np.where((columns < 50) | (rows < 20), exact, np.float32(np.nan))
-    flat = np.zeros(SHAPE, np.float32)
-    rgb = np.zeros((*SHAPE, 3), np.uint8)
-    features, _ = cell_features(rgb, depth, exact, flat, flat)
-    named = dict(zip(CHANNELS, features, strict=True))
-    inside = np.s_[30:90, 60:100]
-    for name in ("plane in 9", "plane in 25"):
-        assert np.abs(named[name][inside]).max() < 0.4 * np.abs(named["nearest"][inside]).max()
-
-
-def test_dense_frames_are_corrected_by_both_networks(sparse: ilf.RGBDFrame) -> None:
+def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(correcting, "load_sparse_correction_network", lambda: pytest.fail("the network is asked"))
     assert sparse.ground_truth is not None
     depth = sparse.ground_truth.copy()
     depth[30:70, 40:90] = np.nan
     frame = ilf.RGBDFrame(sparse.rgb, depth)
     used = {result.correction for result in ilf.complete(frame, ilf.extract_blocks(frame)).results.values()}
-    assert used <= {(), (installed_sha256(CORRECTION), installed_sha256(CELL_CORRECTION))}
+    assert used <= {(), (installed_sha256(CORRECTION),)}
 
 
 def test_without_its_network_nothing_is_corrected(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing() -> CellCorrectionNetwork:
-        raise InputError("There is no correction network of cells at here.")
+    def missing() -> SparseCorrectionNetwork:
+        raise InputError("There is no correction network for sparse depth at here.")
 
-    monkeypatch.setattr(correcting, "load_cell_correction_network", missing)
+    monkeypatch.setattr(correcting, "load_sparse_correction_network", missing)
     fresh = ilf.RGBDFrame(sparse.rgb, sparse.depth)
     found = ilf.complete(fresh, ilf.extract_blocks(fresh))
-    assert "Depth is not corrected: There is no correction network of cells at here." in found.notes
+    assert "Depth is not corrected: There is no correction network for sparse depth at here." in found.notes
     assert {result.correction for result in found.results.values()} == {()}
 
 
 def test_output_that_is_not_finite_is_not_applied(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    network = load_cell_correction_network()
+    network = load_sparse_correction_network()
     real = network._results
     monkeypatch.setattr(network, "_results", lambda inputs: [np.inf * one for one in real(inputs)])
     fresh = ilf.RGBDFrame(sparse.rgb, sparse.depth)
     notes = ilf.complete(fresh, ilf.extract_blocks(fresh)).notes
-    assert "Depth is not corrected: cell-correction.onnx returns values that are not finite for this frame." in notes
+    assert "Depth is not corrected: sparse-correction.onnx returns values that are not finite for this frame." in notes
 
 
 def test_a_network_of_another_kind_is_refused() -> None:
-    with pytest.raises(FormatError, match="is not a correction network of cells"):
-        CellCorrectionNetwork.load(asset_path("models/correction.onnx"))
+    with pytest.raises(FormatError, match="is not a correction network for sparse depth"):
+        SparseCorrectionNetwork.load(asset_path("models/correction.onnx"))
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])
@@ -200,7 +180,7 @@ def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
     rgb = RNG.integers(0, 255, (*shape, 3)).astype(np.uint8)
     depth = np.full(shape, np.nan, np.float32)
     depth.ravel()[:: max(1, depth.size // 9)] = 2
-    found = load_cell_correction_network().change(
+    found = load_sparse_correction_network().change(
         rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     )
     assert found.shape == shape

@@ -1,5 +1,4 @@
-"""Samples of the correction of cells: frames of which areas are hidden or few pixels are kept, completed and corrected
-once."""
+"""Samples of the correction of sparse depth: real frames of which few pixels are kept, completed and corrected once."""
 
 from __future__ import annotations
 
@@ -7,7 +6,7 @@ import zlib
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -15,26 +14,24 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ....completion.cell_correction import cell_features, middles_of_cells
 from ....completion.correction import UNCORRECTED, applied_change, fading
 from ....completion.correction_network import load_correction_network
 from ....completion.filter import edges_for
-from ....completion.suspects import without_suspects
+from ....completion.sparse_correction import middles_of_cells, sparse_features
 from ....data.frame import RGBDFrame
 from ....errors import InputError
 from ....run.run import complete
 from ....segmentation.extraction import extract_blocks
 from ...bench.frames import load_bench_frame
-from ..depth_edges.pictures import hide
 
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-FROM_EACH, OF_A_PLACE = 8, 60
-"""Samples of a frame, and of all frames of a place, which share the first part of their name; at least 2 of a frame."""
+FROM_EACH = 7
+"""Samples of each frame."""
 
 HELD_OUT_SHARE = 12
-"""One place of so many is held out, by its name."""
+"""One frame of so many is held out, by its name."""
 
 _POINTS, _ROWS, _CORNERS = (150, 6000), (6, 64), (150, 2000)
 """Ranges of the number of single pixels, of rows, and of corners of the image."""
@@ -76,7 +73,7 @@ def _between(limits: tuple[int, int], rng: np.random.Generator) -> int:
 
 @dataclass(frozen=True)
 class Sample:
-    """Cells of a frame: features, float32 (37, h, w); true and corrected depth [m], (h, w), the true one NaN where it
+    """Cells of a frame: features, float32 (24, h, w); true and corrected depth [m], (h, w), the true one NaN where it
     is not to be learnt; and the factor on changes, (h, w)."""
 
     features: Array
@@ -101,71 +98,40 @@ class Sample:
             raise InputError(f"{path} is not a sample. Make it again.") from error
 
 
-@dataclass(frozen=True, eq=False)
-class _Source:
-    """A frame to make samples of: its depth, the true one, and its blocks."""
-
-    frame: RGBDFrame
-    true: Array
-    blocks: NDArray[np.int32]
-
-
-@lru_cache(maxsize=1)
-def _source(folder: Path) -> _Source:
-    read = load_bench_frame(folder)
-    exact = read.frame.depth if read.ground_truth is None else read.ground_truth
-    rgb, depth = read.frame.rgb, read.frame.depth
-    if max(depth.shape) > _LARGEST:
-        height, width = (round(side * _SIZE / max(depth.shape)) for side in depth.shape)
-        rgb = cv2.resize(rgb, (width, height), interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-        depth, exact = (cv2.resize(one, (width, height), interpolation=cv2.INTER_NEAREST) for one in (depth, exact))  # type: ignore[assignment]
-    frame = RGBDFrame(rgb, depth)
-    return _Source(frame, exact, np.asarray(extract_blocks(frame)))
-
-
 def make_sample(folder: Path, number: int) -> Sample | None:
-    """Make one of a frame's samples, by turns with hidden areas and with few pixels; None if it would have too little
-    depth."""
-    source = _source(folder)
+    """Make one of a frame's samples; None if it would have too little depth."""
+    frame = load_bench_frame(folder).frame
     rng = np.random.default_rng((number, zlib.crc32(folder.name.encode())))
-    rgb, depth, true, blocks = source.frame.rgb, source.frame.depth, source.true, source.blocks
+    rgb, depth = frame.rgb, frame.depth
+    if max(frame.shape) > _LARGEST:
+        height, width = (round(side * _SIZE / max(frame.shape)) for side in frame.shape)
+        rgb = cv2.resize(rgb, (width, height), interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
+        depth = cv2.resize(depth, (width, height), interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
     if rng.random() < 0.5:
-        rgb, depth, true, blocks = (np.ascontiguousarray(one[:, ::-1]) for one in (rgb, depth, true, blocks))
-    frame = RGBDFrame(rgb, depth)
-    kept = kept_pixels(frame, rng) if number % 2 else frame.known & ~hide(depth, blocks, rng)
+        rgb, depth = np.ascontiguousarray(rgb[:, ::-1]), np.ascontiguousarray(depth[:, ::-1])
+    kept = kept_pixels(RGBDFrame(rgb, depth), rng)
     if kept.sum() < _LEAST:
         return None
-    given = RGBDFrame(rgb, np.where(kept, depth, np.float32(np.nan)))
-    completed = complete(given, extract_blocks(given), UNCORRECTED, threads=1).depth
-    edges = edges_for(given, UNCORRECTED)
+    sparse = RGBDFrame(rgb, np.where(kept, depth, np.float32(np.nan)))
+    completed = complete(sparse, extract_blocks(sparse), UNCORRECTED, threads=1).depth
+    edges = edges_for(sparse, UNCORRECTED)
     assert edges is not None
-    trusted = without_suspects(given)
-    found = load_correction_network().change(rgb, trusted.depth, completed, edges.probability)
-    change = applied_change(found, trusted.known)
-    corrected = np.asarray(completed * np.exp(change), np.float32)
-    features, _ = cell_features(rgb, trusted.depth, corrected, change, edges.probability)
-    faded = middles_of_cells(fading(trusted.known))
-    true, base = (np.nan_to_num(middles_of_cells(one)) for one in (np.where(kept, np.nan, true), corrected))
+    found = load_correction_network().change(rgb, sparse.depth, completed, edges.probability)
+    change = applied_change(found, kept)
+    corrected = completed * np.exp(change)
+    features, _ = sparse_features(rgb, sparse.depth, corrected, change, edges.probability)
+    faded = middles_of_cells(fading(kept))
+    true, base = (np.nan_to_num(middles_of_cells(one)) for one in (np.where(kept, np.nan, depth), corrected))
     learnt = (true > 0) & (base > 0) & (faded > 0)
     if learnt.sum() < _LEAST:
         return None
     return Sample(features, np.where(learnt, true, np.nan).astype(np.float32), base, faded)
 
 
-def _count(folder: Path, frames: Sequence[Path]) -> int:
-    """How many samples are made of a frame."""
-    places = [_place(one.name) for one in frames]
-    return int(np.clip(OF_A_PLACE // places.count(_place(folder.name)), 2, FROM_EACH))
-
-
-def _place(name: str) -> str:
-    return name.rsplit("_", 1)[0]
-
-
 def make_samples(frames: Sequence[Path], out: Path, jobs: int) -> None:
     """Make the samples of frames that a folder lacks: `<frame>-<number>.npz`."""
     out.mkdir(parents=True, exist_ok=True)
-    wanted = [(folder, number) for folder in frames for number in range(_count(folder, frames))]
+    wanted = [(folder, number) for number in range(FROM_EACH) for folder in frames]
     missing = [one for one in wanted if not _path(out, *one).exists()]
     make = partial(_make_one, out)
     if jobs == 1:
@@ -174,7 +140,7 @@ def make_samples(frames: Sequence[Path], out: Path, jobs: int) -> None:
         return
     # forked processes would wait for threads that they do not have
     with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        for done, _ in enumerate(pool.map(make, missing, chunksize=8), 1):
+        for done, _ in enumerate(pool.map(make, missing, chunksize=4), 1):
             print(f"\r{done} of {len(missing)} samples", end="" if done < len(missing) else "\n", flush=True)
 
 
@@ -190,5 +156,5 @@ def _make_one(out: Path, wanted: tuple[Path, int]) -> None:
 
 
 def is_held_out(path: Path) -> bool:
-    """Whether a sample's place is held out."""
-    return zlib.crc32(_place(path.stem.rpartition("-")[0]).encode()) % HELD_OUT_SHARE == 0
+    """Whether a sample's frame is held out."""
+    return zlib.crc32(path.stem.rpartition("-")[0].encode()) % HELD_OUT_SHARE == 0

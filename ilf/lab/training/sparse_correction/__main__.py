@@ -1,5 +1,5 @@
-"""`python -m ilf.lab.training.cell_correction --frames FRAME... --data SAMPLES --out FOLDER`: train the correction
-network of cells."""
+"""`python -m ilf.lab.training.sparse_correction --frames FRAME... --data SAMPLES --out FOLDER`: train the correction
+network for sparse depth."""
 
 from __future__ import annotations
 
@@ -12,22 +12,20 @@ from ..trainer import train
 from .samples import make_samples
 
 if TYPE_CHECKING:
-    from .task import CellCorrectionTraining
+    from .task import SparseCorrectionTraining
 
 
-def _training(arguments: argparse.Namespace) -> CellCorrectionTraining:
-    from .task import CellCorrectionTraining
+def _training(arguments: argparse.Namespace) -> SparseCorrectionTraining:
+    from .task import SparseCorrectionTraining
 
     make_samples(arguments.frames, arguments.data, arguments.jobs)
-    return CellCorrectionTraining(arguments.data)
+    return SparseCorrectionTraining(arguments.data)
 
 
 def main() -> None:
     """Make the samples that are missing, train, or resume training, and export."""
-    parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.cell_correction", description=__doc__)
-    parser.add_argument(
-        "--frames", type=Path, nargs="*", default=[], help="frames, measured or sensed"
-    )
+    parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.sparse_correction", description=__doc__)
+    parser.add_argument("--frames", type=Path, nargs="*", default=[], help="folders of real frames")
     parser.add_argument("--data", type=Path, required=True, help="folder of the samples")
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, help="processes for samples (default: all cores, %(default)s)"

@@ -1,4 +1,4 @@
-"""Training task of the correction of cells: minimise the error of the cells."""
+"""Training task of the correction of sparse depth: minimise the error of the cells."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from ....completion.cell_correction import CHANNELS
+from ....completion.sparse_correction import CHANNELS
 from ....errors import InputError
 from ..trainer import Arrays, TrainingTask, write_onnx
 from ..unet import ResidualBlock
@@ -35,8 +35,8 @@ _RMS_SHARE = 0.5
 """Weight in the loss of the ratio of RMS errors; that of mean errors has 1."""
 
 
-class CellCorrectionModel(nn.Module):
-    """Network from `cell_features`, (N, 37, h, w), to the change of log depth of each cell, (N, 1, h, w)."""
+class SparseCorrectionModel(nn.Module):
+    """Network from `sparse_features`, (N, 24, h, w), to the change of log depth of each cell, (N, 1, h, w)."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -56,8 +56,8 @@ class CellCorrectionModel(nn.Module):
         return changed
 
 
-class CellCorrectionTraining(TrainingTask):
-    """Training task of the correction of cells.
+class SparseCorrectionTraining(TrainingTask):
+    """Training task of the correction of sparse depth.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class CellCorrectionTraining(TrainingTask):
 
     seed = 67
     peak_rate = 2e-3
-    file_name = "cell-correction.onnx"
+    file_name = "sparse-correction.onnx"
 
     def __init__(self, folder: Path) -> None:
         paths = sorted(folder.glob("*.npz"))
@@ -77,7 +77,7 @@ class CellCorrectionTraining(TrainingTask):
             raise InputError(f"{folder} has too few samples. Name more frames.")
 
     def new_model(self) -> nn.Module:
-        return CellCorrectionModel()
+        return SparseCorrectionModel()
 
     def batch(self, rng: np.random.Generator) -> Arrays:
         chosen = [self._cropped(self.learnt[k], rng) for k in rng.integers(len(self.learnt), size=BATCH)]

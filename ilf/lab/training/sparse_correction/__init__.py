@@ -1,0 +1,1 @@
+"""Training of the correction network for sparse depth on real frames."""
