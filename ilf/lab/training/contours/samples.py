@@ -149,8 +149,8 @@ def _change(depth: Array, axis: int, reach: int) -> Array:
 
 
 def _window(shape: tuple[int, ...], rng: np.random.Generator) -> tuple[slice, slice]:
-    """A window of `SIDES` in an image, at random."""
-    top, left = (int(rng.integers(whole - side + 1)) for whole, side in zip(shape, SIDES, strict=True))
+    """A window of `SIDES` in an image, at random; all of a smaller one."""
+    top, left = (int(rng.integers(max(whole - side, 0) + 1)) for whole, side in zip(shape, SIDES, strict=True))
     return slice(top, top + SIDES[0]), slice(left, left + SIDES[1])
 
 
