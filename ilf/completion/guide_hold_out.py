@@ -54,7 +54,8 @@ class GuideHoldOut:
         errors = f"on a hold-out of known depth, the mean error is {found} with it and {before} without"
         if self.followed:
             return f"followed: {errors}"
-        return f"not used: {errors}{', but not better in every part' if self.with_guide < self.without else ''}"
+        demand = "; it must be clearly smaller, and in no part larger" if self.with_guide < self.without else ""
+        return f"not used: {errors}{demand}"
 
 
 def held_out_frames(frame: RGBDFrame) -> Iterator[RGBDFrame]:
