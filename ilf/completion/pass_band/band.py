@@ -51,9 +51,13 @@ class Band:
         self.weight = grid[0] * grid[1] / (self.shape[0] * self.shape[1])
         """Pixels of the padded grid per sample of the small one."""
         self._dtype = dtype
-        self._columns = self.coefficient_shape[1]
-        # always zero beyond |k_x| = r_x, so that no transform needs padding
-        self._half = np.zeros((self.shape[0], self.shape[1] // 2 + 1), np.result_type(dtype, np.complex64))
+        # a transform along x at a time is contiguous, and so is one along y; both are always zero beyond the band
+        complex_type = np.result_type(dtype, np.complex64)
+        self._along_y = np.zeros((self.coefficient_shape[1], self.shape[0]), complex_type)
+        along_x = np.zeros((self.shape[0], self.shape[1] // 2 + 1), complex_type)
+        self._in_band = along_x[:, : self.coefficient_shape[1]]
+        # as OpenCV packs the transform of real rows: without the imaginary part at 0, where the real one lies here
+        self._packed = along_x.view(dtype)[:, 1 : self.shape[1] + 1]
 
     def holds(self, reach: tuple[int, int]) -> bool:
         """Whether wave numbers up to these, limited to those of the grid, lie in the band."""
@@ -63,26 +67,27 @@ class Band:
 
     def samples(self, coefficients: Complex) -> Real:
         """The field at the small grid's points, times `weight`; the scale cancels in `coefficients_of`."""
-        columns = self._half[:, : self._columns]
-        columns[self.reach[0] + 1 : -self.reach[0] or None] = 0
-        _copy_rows(coefficients, columns, self.reach[0])
-        # in place: a new array may have a stride of a power of 2, which causes cache conflicts
-        transformed = scipy.fft.ifft(columns, axis=0, overwrite_x=True)
-        if not np.may_share_memory(transformed, columns):  # scipy does not guarantee it
-            columns[:] = transformed
-        return scipy.fft.irfft(self._half, n=self.shape[1], axis=1)
+        self._along_y[:, self.reach[0] + 1 : -self.reach[0] or None] = 0
+        _copy_rows(coefficients, self._along_y.T, self.reach[0])
+        self._in_band[:] = _transformed(self._along_y, inverse=True).T
+        self._packed[:, 0] = self._in_band[:, 0].real
+        return cv2.dft(self._packed, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT)
 
     def coefficients_of(self, samples: Real) -> Complex:
         """Inverse of `samples`; the part outside the band is dropped."""
-        rows = scipy.fft.rfft(samples, axis=1)
-        found = np.empty(self.coefficient_shape, rows.dtype)
-        _copy_rows(scipy.fft.fft(rows[:, : self._columns], axis=0, overwrite_x=True), found, self.reach[0])
+        used = 2 * self._in_band.shape[1] - 1
+        self._in_band[:, -1] = 0  # the last wave number of all is real
+        self._packed[:, :used] = cv2.dft(samples, flags=cv2.DFT_ROWS)[:, :used]
+        self._along_y[:] = self._in_band.T
+        self._along_y[0] = self._packed[:, 0]
+        found = np.empty(self.coefficient_shape, self._along_y.dtype)
+        _copy_rows(_transformed(self._along_y, inverse=False).T, found, self.reach[0])
         return found
 
     def cut(self, spectrum: NDArray[Any]) -> NDArray[Any]:
         """The band's part of a half spectrum of the padded grid, or of a weight of its shape (H, W // 2 + 1)."""
         found = np.empty(self.coefficient_shape, spectrum.dtype)
-        _copy_rows(spectrum[:, : self._columns], found, self.reach[0])
+        _copy_rows(spectrum[:, : self.coefficient_shape[1]], found, self.reach[0])
         return found
 
     def sum_of_product(self, a: Complex, b: Complex) -> float:
@@ -118,7 +123,7 @@ class Band:
         height = self.coefficient_shape[0]
         rows = np.arange(height)
         k_y = np.minimum(rows, height - rows).astype(np.float64)
-        k_x = np.arange(self._columns, dtype=np.float64)
+        k_x = np.arange(self.coefficient_shape[1], dtype=np.float64)
         return (k_y**2)[:, None], (k_x**2)[None, :]
 
 
@@ -146,6 +151,13 @@ def _propagator(reach: int, full: int) -> int:
     Four times a fast length: factors of 4 are faster than 3 and 5.
     """
     return min(4 * (fast_reach(reach) + 1), full)
+
+
+def _transformed(rows: Complex, inverse: bool) -> Complex:
+    """Transform of every row. OpenCV's takes half as long as SciPy's for these short rows."""
+    flags = cv2.DFT_ROWS | (cv2.DFT_INVERSE | cv2.DFT_SCALE if inverse else 0)
+    pairs = rows.view(rows.real.dtype).reshape(*rows.shape, 2)
+    return cv2.dft(pairs, flags=flags).view(rows.dtype)[..., 0]
 
 
 def _copy_rows(source: NDArray[Any], target: NDArray[Any], reach: int) -> None:
