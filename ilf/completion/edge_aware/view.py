@@ -237,9 +237,7 @@ def _goes_on(depth: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]) ->
     return found
 
 
-def _around(
-    depth: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]
-) -> Iterator[tuple[tuple[int, int], Array]]:
+def _around(depth: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Iterator[tuple[tuple[int, int], Array]]:
     """Every direction, and depth there from some pixels, NaN beyond the frame."""
     around = np.pad(depth, _REACH, constant_values=np.nan)
     for y, x in _DIRECTIONS:
