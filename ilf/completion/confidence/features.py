@@ -241,15 +241,15 @@ def _default_walks(frame: RGBDFrame) -> Walks:
     return walk(frame.depth, default_edges(frame))
 
 
-_LONGEST_SIDE = 2048
-"""Longest side of a frame [px] up to which every pixel has features of its own. The pixels of larger frames are small
+_MAX_PIXELS = 1 << 22
+"""Number of pixels of a frame up to which every pixel has features of its own. The pixels of larger frames are small
 beside the gaps, and the features were chosen on frames of 640 x 480."""
 
 
 def feature_cell(shape: tuple[int, int]) -> int:
     """Side [px] of the squares of pixels that share features in a frame of this shape."""
     cell = 1
-    while max(shape) > cell * _LONGEST_SIDE:
+    while shape[0] * shape[1] > cell**2 * _MAX_PIXELS:
         cell *= 2
     return cell
 

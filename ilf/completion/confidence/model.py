@@ -54,7 +54,7 @@ class ErrorModel:
     def logarithms(self, features: NDArray[np.floating]) -> NDArray[np.float64]:
         """Logarithms of expected errors as shares of depth, for features (N, 13), in a frame of usual difficulty."""
         curves = [np.array([curve.knots, curve.values]) for curve in self.curves]
-        most = max(curve.shape[1] for curve in curves)
+        most = max(2, *(curve.shape[1] for curve in curves))
         bends = np.stack([np.pad(curve, ((0, 0), (0, most - curve.shape[1])), "edge") for curve in curves])
         return self.level + _sum_of_curves(np.ascontiguousarray(features.T), bends)
 
@@ -80,9 +80,11 @@ def _add_curves(features: NDArray[np.floating], bends: NDArray[np.float64]) -> N
         knots, values = bends[column]
         for i in range(total.size):
             feature, k = features[column, i], 1
-            while k < knots.size - 1 and feature > knots[k]:
+            while k < knots.size - 1 and feature >= knots[k]:
                 k += 1
-            share = min(max((feature - knots[k - 1]) / (knots[k] - knots[k - 1]), 0.0), 1.0)
+            share = 1.0  # beyond the last knot
+            if feature < knots[k]:
+                share = max((feature - knots[k - 1]) / (knots[k] - knots[k - 1]), 0.0)
             total[i] += values[k - 1] + share * (values[k] - values[k - 1])
     return total
 
