@@ -22,7 +22,7 @@ from .filter import edge_parameters, edges_for, guide_suffices, make_stepper, ma
 from .stepper import Stepper
 from .suspects import suspects_in
 
-_MAX_PIXELS, _MAX_FRAMES = 1 << 24, 1.2
+_MAX_PIXELS, _MAX_FRAMES = 1 << 23, 1.2
 """Maximum number of pixels processed at a time: this many, or this multiple of the frame's pixels if that is more. Each
 needs about 70 bytes, whatever the number of threads."""
 

@@ -109,4 +109,5 @@ def frame_for(frame: RGBDFrame, block: Block, parameters: Parameters) -> RGBDFra
 def suspects_in(frame: RGBDFrame, block: Block, parameters: Parameters) -> Mask:
     """Pixels of a block whose known depth is left out of its fill, in the order of `block.mask`'s True values."""
     trusted = frame_for(frame, block, parameters)
-    return np.asarray((frame.known & ~trusted.known)[block.box][block.mask])
+    known, left = (np.isfinite(one.depth[block.box][block.mask]) for one in (frame, trusted))
+    return np.asarray(known & ~left)

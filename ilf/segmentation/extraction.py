@@ -21,7 +21,7 @@ from ..data.pixel_grids import Pairs, connected_regions, different_labels, mark
 from .edges.detectors import otsu_edges
 from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .edges.relief import Relief
-from .flooding import flood
+from .flooding import flood_large
 from .merging import Fitness, RegionGraph, keep_existing, numbered
 
 # Boundaries from a frame's edges: their strength, binarised edges, and the guide of the contraction.
@@ -215,7 +215,7 @@ def contract(
     # pixels deep inside a region do not matter, and would only fill the queue
     open_ground = (regions == 0) if inside is None else (regions == 0) & inside
     seam = cv2.dilate(open_ground.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    grown = flood(strength, np.where(seam, regions, 0), seam if inside is None else seam & inside)
+    grown = flood_large(strength, np.where(seam, regions, 0), seam if inside is None else seam & inside)
     return np.where(open_ground, grown, regions).astype(np.int32, copy=False)
 
 

@@ -84,7 +84,7 @@ def region_tree(frame: RGBDFrame) -> RegionTree:
     lab = cv2.cvtColor(frame.rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)
     *colour, depth = (
         np.bincount(pieces.ravel(), values.ravel()).astype(np.float64)
-        for values in (*cv2.split(lab), np.log(filled_depth(frame.depth)[0]))
+        for values in (*cv2.split(lab), np.log(filled_depth(frame.depth)))
     )
     ends, borders = _borders(pieces, edges)
     check_cancelled()

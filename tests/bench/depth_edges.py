@@ -99,7 +99,7 @@ def measure(cases: Iterator[Case], network: DepthEdgeNetwork) -> Iterator[str]:
         ground_truth = np.log(case.ground_truth[counted])
         extrapolations = {
             "coarse": np.log(found.coarse),
-            "nearest": np.log(filled_depth(case.depth)[0]),
+            "nearest": np.log(filled_depth(case.depth)),
             "filled": filled_log_depth(case.depth)[0],
         }
         for name, guess in extrapolations.items():

@@ -29,8 +29,10 @@ from .features import (
     default_contours,
     default_edges,
     error_features,
+    feature_cell,
     features_at,
     filled_pixels,
+    in_cells,
     walk,
     walks_with_edges,
 )
@@ -285,16 +287,21 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
     error = np.full(frame.shape, np.nan, np.float32)
     with acquired(_feature_locks.lock_of(frame)):
         filled = filled_pixels(frame, depth)
-        features, depth_there, model_there = error_features(frame, depth, edges), depth[filled], model[filled]
+        cell = feature_cell(frame.shape)
+        features = error_features(frame, depth, edges, cell)
         check_cancelled()
-        values = np.empty(depth_there.shape, np.float32)
+        there = in_cells(filled, filled, cell)
+        model_there, values = in_cells(model, filled, cell)[there], np.empty(len(features), np.float32)
         for name, number in _NUMBERS.items():
             own = model_there == number
             if own.any():
                 law = MODELS[_SPARSE_MODEL if name == DEFAULT_MODEL and frame.known.mean() < SPARSE else name]
-                values[own] = law.shares(features[own], frame_difficulty(frame, law)) * depth_there[own]
-        error[filled] = values
-        del features
+                values[own] = law.shares(features[own], frame_difficulty(frame, law))
+        shares = np.zeros(there.shape, np.float32)
+        shares[there] = values
+        shares = shares.repeat(cell, axis=0).repeat(cell, axis=1)[: error.shape[0], : error.shape[1]]
+        np.multiply(shares, depth, out=error, where=filled)
+        del features, shares
         release_memory(error.size)
     return error
 

@@ -76,6 +76,12 @@ class Walks:
         large where it lies on one side only."""
         return self._on_pixels(3)
 
+    def in_cells(self, cell: int) -> Walks:
+        """The same in a frame scaled down, by squares of so many pixels: a power of 2 that is no more than `cell`."""
+        height, width = (-(-size // cell) for size in self.shape)
+        apart = np.array([1, 1, 1, 1 / cell], np.float32)[:, None, None]
+        return Walks(self.cells * apart, self.cell // cell, (height, width))
+
     def _on_pixels(self, number: int) -> Array:
         """Resample values of the cells to the pixels, bilinearly."""
         values, (height, width) = self.cells[number], self.shape
@@ -235,8 +241,32 @@ def _default_walks(frame: RGBDFrame) -> Walks:
     return walk(frame.depth, default_edges(frame))
 
 
-def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) -> Array:
-    """Compute the features of every filled pixel.
+_MAX_PIXELS = 1 << 22
+"""Number of pixels of a frame up to which every pixel has features of its own. The pixels of larger frames are small
+beside the gaps, and the features were chosen on frames of 640 x 480."""
+
+
+def feature_cell(shape: tuple[int, int]) -> int:
+    """Side [px] of the squares of pixels that share features in a frame of this shape."""
+    cell = 1
+    while shape[0] * shape[1] > cell**2 * _MAX_PIXELS:
+        cell *= 2
+    return cell
+
+
+def in_cells(values: NDArray, filled: NDArray[np.bool_], cell: int) -> NDArray:
+    """One value for every square of pixels: that of a filled pixel if there is any, the first one's otherwise."""
+    if cell == 1:
+        return values
+    found = values[::cell, ::cell].copy()
+    for y, x in np.ndindex(cell, cell):
+        here = filled[y::cell, x::cell]
+        np.copyto(found[: here.shape[0], : here.shape[1]], values[y::cell, x::cell], where=here)
+    return found
+
+
+def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array, cell: int = 1) -> Array:
+    """Compute the features of every filled pixel, or of every square of pixels with a filled one.
 
     Parameters
     ----------
@@ -246,16 +276,23 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
         Completed depth [m].
     edges : ndarray of float32, shape (H, W)
         Edge strength.
+    cell : int
+        Side of the squares [px], see `feature_cell`.
 
     Returns
     -------
     ndarray of float32, shape (N, 13)
-        Rows in the order of `filled_pixels`; the columns are `FEATURES`.
+        Rows in the order of `filled_pixels`, or of those `in_cells`; the columns are `FEATURES`.
     """
     filled = filled_pixels(frame, depth)
     if not filled.any():
         return np.empty((0, len(FEATURES)), np.float32)
-    return features_at(np.flatnonzero(filled), frame.depth, depth, edges, walks_with_edges(frame, edges))
+    walks = walks_with_edges(frame, edges)
+    if cell > 1:
+        size = [-(-side // cell) for side in reversed(frame.shape)]
+        edges, walks = np.asarray(cv2.resize(edges, size, interpolation=cv2.INTER_AREA)), walks.in_cells(cell)
+    known, completed, there = (in_cells(values, filled, cell) for values in (frame.depth, depth, filled))
+    return features_at(np.flatnonzero(there), known, completed, edges, walks)
 
 
 def features_at(

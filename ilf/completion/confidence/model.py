@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._runtime.compiling import compiled
 from .features import FEATURES, FLOOR
 
 WITHIN = 0.6827
@@ -30,10 +31,6 @@ class Curve:
     knots: tuple[float, ...]
     values: tuple[float, ...]
 
-    def at(self, feature: NDArray[np.floating]) -> NDArray[np.float64]:
-        """The contribution for values of the feature."""
-        return np.interp(feature, self.knots, self.values)
-
 
 @dataclass(frozen=True)
 class ErrorModel:
@@ -56,10 +53,10 @@ class ErrorModel:
 
     def logarithms(self, features: NDArray[np.floating]) -> NDArray[np.float64]:
         """Logarithms of expected errors as shares of depth, for features (N, 13), in a frame of usual difficulty."""
-        total = np.full(len(features), self.level)
-        for column, curve in zip(features.T, self.curves, strict=True):
-            total += curve.at(column)
-        return total
+        curves = [np.array([curve.knots, curve.values]) for curve in self.curves]
+        most = max(2, *(curve.shape[1] for curve in curves))
+        bends = np.stack([np.pad(curve, ((0, 0), (0, most - curve.shape[1])), "edge") for curve in curves])
+        return self.level + _sum_of_curves(np.ascontiguousarray(features.T), bends)
 
     def shares(self, features: NDArray[np.floating], difficulty: float | None = None) -> NDArray[np.float64]:
         """Expected errors as shares of depth, at least `FLOOR` and at most 1.
@@ -75,6 +72,27 @@ class ErrorModel:
         if difficulty is not None:
             total += self.own * unusual(difficulty, self.usual) * gap_weight(features)
         return np.exp(np.clip(total, np.log(FLOOR), 0.0))
+
+
+def _add_curves(features: NDArray[np.floating], bends: NDArray[np.float64]) -> NDArray[np.float64]:
+    total = np.zeros(features.shape[1])
+    for column in range(features.shape[0]):
+        knots, values = bends[column]
+        for i in range(total.size):
+            feature, k = features[column, i], 1
+            while k < knots.size - 1 and feature >= knots[k]:
+                k += 1
+            share = 1.0  # beyond the last knot
+            if feature < knots[k]:
+                share = max((feature - knots[k - 1]) / (knots[k] - knots[k - 1]), 0.0)
+            total[i] += values[k - 1] + share * (values[k] - values[k - 1])
+    return total
+
+
+@compiled(_add_curves)
+def _sum_of_curves(features: NDArray[np.floating], bends: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sum over features (13, N) of their curves, given by knots and values (13, 2, K), of which the last may repeat."""
+    return np.sum([np.interp(column, *curve) for column, curve in zip(features, bends, strict=True)], axis=0)
 
 
 def unusual(difficulty: float, usual: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -154,6 +155,9 @@ _REACH = 2
 _SIMILAR = 0.05
 """Samples are alike if they differ by less than this share of their depth."""
 
+_BESIDE = (np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])
+"""Pairs of pixels side by side, and one above the other."""
+
 _FEW = 8
 """Minimum number of known neighbours for the test."""
 
@@ -164,23 +168,22 @@ _LEAST_SHARE = 0.1
 @once_per_frame
 def flying_pixels(frame: RGBDFrame) -> Mask:
     """Find known pixels that hardly any known neighbour is similar to, bool (H, W)."""
-    height, width = frame.shape
-    known = frame.known
-    depth = np.where(known, frame.depth, np.float32(0))
-    neighbours, alike = np.zeros(frame.shape, np.uint8), np.zeros(frame.shape, np.uint8)
-    for dy in range(_REACH + 1):
-        for dx in range(-_REACH, _REACH + 1):
-            if (dy, dx) <= (0, 0):
-                continue  # every pair once
-            here = np.s_[: height - dy, max(0, -dx) : min(width, width - dx)]
-            there = np.s_[dy:, max(0, dx) : min(width, width + dx)]
-            both = known[here] & known[there]
-            near = np.abs(depth[here] - depth[there]) < np.float32(_SIMILAR) * np.minimum(depth[here], depth[there])
-            near &= both
-            for part in (here, there):
-                neighbours[part] += both
-                alike[part] += near
-    return known & (neighbours >= _FEW) & (alike <= np.float32(_LEAST_SHARE) * neighbours)
+    depth = frame.depth
+    beside = np.zeros(frame.shape, np.uint8)
+    for here, there in _BESIDE:
+        near = _similar(depth[here], depth[there])
+        for part in (here, there):
+            beside[part] += near
+    # the others have too many similar neighbours even if all neighbours are known
+    rows, columns = np.nonzero(frame.known & (beside <= _LEAST_SHARE * len(_DIRECTIONS)))
+    own = depth[rows, columns]
+    neighbours, alike = np.zeros(own.shape, np.uint8), np.zeros(own.shape, np.uint8)
+    for _, there in _around(depth, rows, columns):
+        neighbours += np.isfinite(there)
+        alike += _similar(own, there)
+    flying = np.zeros(frame.shape, bool)
+    flying[rows, columns] = (neighbours >= _FEW) & (alike <= np.float32(_LEAST_SHARE) * neighbours)
+    return flying
 
 
 _JAGGED, _FEWEST_BESIDE = 0.03, 200
@@ -205,7 +208,7 @@ def swapped_pixels(frame: RGBDFrame) -> Mask:
     if _CLEAR * frame_noise(frame).deviation(known).mean() > _SIMILAR * known.mean():
         return none
     different = np.zeros(frame.shape, np.uint8)
-    for here, there in (np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:]):
+    for here, there in _BESIDE:
         far = np.abs(depth[here] - depth[there]) >= np.float32(_SIMILAR) * np.minimum(depth[here], depth[there])
         for part in (here, there):
             different[part] += far
@@ -222,12 +225,8 @@ which they are on two sides."""
 
 def _goes_on(depth: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Mask:
     """Whether similar known depth lies on two sides of some pixels, as along a line."""
-    around = np.pad(depth, _REACH, constant_values=np.nan)
     own = depth[rows, columns]
-    similar = {}
-    for y, x in _DIRECTIONS:
-        there = around[rows + _REACH + y, columns + _REACH + x]
-        similar[y, x] = np.abs(there - own) < np.float32(_SIMILAR) * np.minimum(there, own)
+    similar = {at: _similar(own, there) for at, there in _around(depth, rows, columns)}
     found = np.zeros(rows.shape, bool)
     for distance, least in _OPPOSITE.items():
         ring = [at for at in _DIRECTIONS if max(map(abs, at)) == distance]
@@ -236,6 +235,18 @@ def _goes_on(depth: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]) ->
             if cosine < -least:
                 found |= similar[one] & similar[other]
     return found
+
+
+def _around(depth: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Iterator[tuple[tuple[int, int], Array]]:
+    """Every direction, and depth there from some pixels, NaN beyond the frame."""
+    around = np.pad(depth, _REACH, constant_values=np.nan)
+    for y, x in _DIRECTIONS:
+        yield (y, x), around[rows + _REACH + y, columns + _REACH + x]
+
+
+def _similar(one: Array, other: Array) -> Mask:
+    """Whether depth is known and alike."""
+    return np.abs(one - other) < np.float32(_SIMILAR) * np.minimum(one, other)
 
 
 # The view: the window around the block, and the finest grid made from it.

@@ -23,14 +23,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.cancellation import check_cancelled
-from ..._runtime.compiling import inner
+from ..._runtime.compiling import compiled, inner
 from ...data.blocks import Block
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters
 from ...data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
 from ..stepper import Snapshot
-from .band import Band, Grid, colour_weight, fast_reach, half_spectrum, inside_ellipse, synthesise
+from .band import Band, Grid, Real, colour_weight, fast_reach, half_spectrum, inside_ellipse, synthesise
 
 Radii = tuple[float, float]
 
@@ -250,11 +250,12 @@ class PassBandIteration(Iterator[PassBandRecord]):
 
         band = self._band
         coefficients = self._coefficients + self._error_coefficients
-        coefficients *= self._filter(radii)
+        if self._weight is not None:
+            coefficients *= self._weight
+        np.copyto(coefficients, 0, where=self._stopped(radii))
         change = band.samples(coefficients - self._coefficients)
-        part = self._block.mask * change
+        part = np.empty_like(change)
         sigma = self._compare(coefficients, change, part)
-        np.multiply(self._known.mask, change, out=part)
         self._error_coefficients = self._error_coefficients - band.coefficients_of(part)
         # one assignment, so that another thread may read the surface during an iteration
         self._coefficients = coefficients
@@ -280,9 +281,10 @@ class PassBandIteration(Iterator[PassBandRecord]):
         """Move everything on the small grid to the grid of a band."""
         self._band = band
         self._squared = band.squared_wave_numbers()
-        self._passed: tuple[tuple[float, float], bool] | None = None  # key of the cached filter
+        self._stopping: tuple[Radii, NDArray[np.bool_]] | None = None
         if self._colour is not None:
-            self._weight = band.cut(self._colour)
+            # complex, since otherwise the product with coefficients would convert it in chunks
+            self._weight = band.cut(self._colour).astype(np.result_type(self._dtype, np.complex64))
         for values in (self._known, self._block, self._held_out, self._ground_truth):
             if values is not None:
                 values.use_band(band, self._dtype)
@@ -300,25 +302,21 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._samples = band.samples(self._coefficients)
         self._error_coefficients = self._known.coefficients - band.coefficients_of(self._known.mask * self._samples)
 
-    def _filter(self, radii: tuple[float, float]) -> NDArray[np.complexfloating]:
-        """G_i, times W while it is active."""
-        weight = self._weight
-        if self._passed != (radii, weight is not None):
-            inside = inside_ellipse(self._squared, radii)
-            # complex, since otherwise the product with coefficients would convert it in chunks
-            self._gain = (inside if weight is None else weight * inside).astype(self._error_coefficients.dtype)
-            self._passed = radii, weight is not None
-        return self._gain
+    def _stopped(self, radii: Radii) -> NDArray[np.bool_]:
+        """The wave numbers that G_i does not pass."""
+        if self._stopping is None or self._stopping[0] != radii:
+            self._stopping = radii, ~inside_ellipse(self._squared, radii)
+        return self._stopping[1]
 
     def _compare(
         self, coefficients: NDArray[np.complexfloating], change: NDArray[np.floating], part: NDArray[np.floating]
     ) -> float:
-        """sigma_i, Eq. (2), from the change of P_i and its part in the block. Also updates the lower bound of P_i."""
+        """sigma_i, Eq. (2), from the change of P_i, whose part at known pixels is written to `part`. Also updates the
+        lower bound of P_i."""
         weight = self._band.weight
-        squares = inner(part, change) / weight
+        squares, low, high = (value / weight for value in _changes(change, self._block.mask, self._known.mask, part))
         if self._iterations == 1:  # P_0 is U_0, which is not in the band; `change` is from 0
             squares += self._known.squares - 2 * self._band.sum_of_product(self._known.coefficients, coefficients)
-        low, high = float(change.min()) / weight, float(change.max()) / weight
         self._lower_bound += (low + high) / 2 - _OVERSHOOT * (high - low) / 2
         return math.sqrt(max(squares, 0.0) / self._pixels)
 
@@ -358,6 +356,28 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self.settled = self._schedule.advance(sigma < self._parameters.s_criteria)
         stop = self.settled and self._parameters.stop_when_steady
         self._ended = stop or self._iterations >= self._parameters.max_iterations
+
+
+def _changes_by_row(change: Real, block: Real, known: Real, part: Real) -> tuple[float, float, float]:
+    low, high, squares = change[0].copy(), change[0].copy(), 0.0
+    for y in range(change.shape[0]):
+        of_row = change.dtype.type(0)
+        for x in range(change.shape[1]):
+            of_row += block[y, x] * change[y, x] * change[y, x]
+            part[y, x] = known[y, x] * change[y, x]
+        squares += float(of_row)
+        for x in range(change.shape[1]):
+            low[x], high[x] = min(low[x], change[y, x]), max(high[x], change[y, x])
+    return squares, float(low.min()), float(high.max())
+
+
+@compiled(_changes_by_row)
+def _changes(change: Real, block: Real, known: Real, part: Real) -> tuple[float, float, float]:
+    """Sum of squares in the block, smallest and largest value; writes those at known pixels to `part`."""
+    np.multiply(block, change, out=part)
+    squares = inner(part, change)
+    np.multiply(known, change, out=part)
+    return squares, float(change.min()), float(change.max())
 
 
 def _on_block(

@@ -97,7 +97,7 @@ class CheckInput:
 def make_check_input(frame: RGBDFrame, labels: NDArray[np.int32]) -> CheckInput:
     """Prepare a frame and its blocks, int32 (H, W), for the quality checks."""
     relief = find_relief(frame.depth, JUMP, JUMP_SHARE)
-    depth, _ = filled_depth(frame.depth)
+    depth = filled_depth(frame.depth)
     check_cancelled()
     border = mark(different_labels(labels)).astype(np.uint8)
     inner = (labels > 0) & (cv2.distanceTransform(1 - border, cv2.DIST_L2, 5) > RIM)

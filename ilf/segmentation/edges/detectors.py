@@ -36,17 +36,14 @@ def colour_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.in
     lab = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2Lab)
     if sigma > 0:
         lab = cv2.GaussianBlur(lab, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
-    dx = cv2.Sobel(lab, cv2.CV_16S, 1, 0, borderType=cv2.BORDER_REFLECT)
-    dy = cv2.Sobel(lab, cv2.CV_16S, 0, 1, borderType=cv2.BORDER_REFLECT)
-    sizes = np.abs(dx) + np.abs(dy)
-    size, strongest_x, strongest_y = sizes[..., 0], dx[..., 0], dy[..., 0]
-    # one array per channel: reducing along the last, short axis takes several times as long
-    for channel in (1, 2):
-        larger = sizes[..., channel] > size
-        size = np.maximum(size, sizes[..., channel])
-        strongest_x = np.where(larger, dx[..., channel], strongest_x)
-        strongest_y = np.where(larger, dy[..., channel], strongest_y)
-    return np.ascontiguousarray(strongest_x), np.ascontiguousarray(strongest_y)
+    size, strongest_x, strongest_y = (np.zeros(lab.shape[:2], np.int16) for _ in range(3))
+    for channel in cv2.split(lab):
+        dx, dy = (cv2.Sobel(channel, cv2.CV_16S, x, 1 - x, borderType=cv2.BORDER_REFLECT) for x in (1, 0))
+        own = np.abs(dx) + np.abs(dy)
+        larger = own > size
+        for target, values in ((size, own), (strongest_x, dx), (strongest_y, dy)):
+            np.copyto(target, values, where=larger)
+    return strongest_x, strongest_y
 
 
 def gradient_strength(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> NDArray[np.float32]:

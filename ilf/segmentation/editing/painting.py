@@ -202,7 +202,7 @@ def _steps(frame: RGBDFrame, box: Box) -> NDArray[np.float32]:
     steps = np.hypot(dx.astype(np.float32), dy.astype(np.float32))
     depth = frame.depth[box]
     if np.isfinite(depth).any():
-        filled, _ = filled_depth(depth)
+        filled = filled_depth(depth)
         inverse = np.log(filled)
         across, down = (cv2.Sobel(inverse, cv2.CV_32F, *way, borderType=cv2.BORDER_REFLECT) for way in ((1, 0), (0, 1)))
         steps += _DEPTH_WEIGHT * np.minimum(np.hypot(across, down), 1.0)

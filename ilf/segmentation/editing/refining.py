@@ -94,7 +94,7 @@ def _likeness(frame: RGBDFrame, box: tuple[slice, slice], numbers: NDArray[np.in
     """How well colour and depth of every pixel fit each block around it, float64 (h, w, count) with the sum 1."""
     depth = frame.depth[box]
     has_depth = np.isfinite(depth)
-    filled = np.log(filled_depth(depth)[0]) if has_depth.any() else np.zeros(depth.shape, np.float32)
+    filled = np.log(filled_depth(depth)) if has_depth.any() else np.zeros(depth.shape, np.float32)
     seen = np.dstack([smooth_lab(frame.rgb)[box], filled]) / np.array(_TOLERANCES, np.float32)
     score = np.empty((*numbers.shape, count))
     for number in range(count):

@@ -202,6 +202,15 @@ def test_frames_with_sparse_depth_of_great_size_and_at_the_limits_of_depth_can_b
     assert 40 < len(difficulty_samples(ilf.RGBDFrame(COLOUR, PLANE))[0]) <= 50
 
 
+def test_pixels_of_large_frames_share_features(monkeypatch):
+    frame = ilf.RGBDFrame(COLOUR[1:, 1:], np.where(HOLE, np.nan, PLANE)[1:, 1:])
+    alone = depth_error(frame, PLANE[1:, 1:])
+    monkeypatch.setattr("ilf.completion.confidence.features._MAX_PIXELS", frame.depth.size // 2)
+    shared = depth_error(frame, PLANE[1:, 1:])
+    np.testing.assert_array_equal(np.isfinite(shared), np.isfinite(alone))
+    assert 0.7 < np.nanmedian(shared / alone) < 1.4
+
+
 def law(**curves):
     """A model of straight curves: feature -> slope."""
     ends = np.array([-9.0, 9.0])

@@ -14,7 +14,7 @@ from ilf._runtime import compiling
 from ilf._runtime.cancellation import cancelled_by
 from ilf.errors import Cancelled
 from ilf.segmentation import flooding
-from ilf.segmentation.flooding import flood
+from ilf.segmentation.flooding import flood, flood_large
 
 Landscape = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -64,6 +64,20 @@ def test_large_landscapes_with_plateaus(compiled: bool, monkeypatch: pytest.Monk
     markers = np.where(rng.random((300, 400)) < 0.02, rng.integers(1, 500, (300, 400)), 0).astype(np.int32)
     mask = rng.random((300, 400)) < 0.95
     np.testing.assert_array_equal(flood(heights, markers, mask), watershed(heights, markers, mask=mask))
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_heights_of_large_images_may_be_rounded(compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not compiled:
+        without_numba(monkeypatch)
+    monkeypatch.setattr(flooding, "_MAX_PIXELS", 10_000)
+    rng = np.random.default_rng(0)
+    heights = rng.permutation(120_000).reshape(300, 400).astype(np.float32)
+    markers = np.where(rng.random((300, 400)) < 0.02, rng.integers(1, 500, (300, 400)), 0).astype(np.int32)
+    mask = rng.random((300, 400)) < 0.95
+    np.testing.assert_array_equal(flood_large(heights, markers, mask), flood(heights, markers, mask))
+    level = flood_large(np.zeros_like(heights), markers, mask)
+    np.testing.assert_array_equal(level > 0, flood(heights, markers, mask) > 0)
 
 
 def test_it_stops_when_nobody_wants_more(monkeypatch: pytest.MonkeyPatch) -> None:
