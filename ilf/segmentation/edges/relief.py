@@ -115,7 +115,7 @@ def filled_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def surrounded_by(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels whose whole neighbourhood, as far as it decides on their bend, inside the image is surface."""
+    """Pixels around which all depth that decides on their bend, as far as it is in the image, is surface."""
     square = np.ones((2 * _BEND_RADIUS + 1,) * 2, np.uint8)
     return cv2.erode(surface.astype(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=1) > 0
 

@@ -13,7 +13,6 @@ from ....data.parameters import BlockParameters
 from ....data.pixel_grids import long_lines, mark
 from ....segmentation.edges.relief import (
     JUMP_LENGTH,
-    MAX_JUMP_DISTANCE,
     bend_of,
     filled_depth,
     find_relief,
@@ -127,14 +126,14 @@ def measured_lines(frame: RealFrame) -> MeasuredLines:
     """Find the jumps of a frame's measured depth, and its smooth surfaces. Steps of a surface that recedes, which a
     sensor's depth has, too, are no jumps: there the depth changes all around."""
     defaults = BlockParameters()
-    filled, distance = filled_depth(frame.depth)
-    jumps = find_relief(frame.depth, defaults.depth_jump, defaults.depth_jump_share).all_jumps
+    filled = filled_depth(frame.depth)
+    relief = find_relief(frame.depth, defaults.depth_jump, defaults.depth_jump_share)
     right, below = (
         jump & (_change(filled, axis, _ACROSS) > _AT_JUMP * _change(filled, axis, _AROUND))
-        for axis, jump in ((1, jumps[0]), (0, jumps[1]))
+        for axis, jump in zip((1, 0), relief.all_jumps, strict=True)
     )
     lines = mark(long_lines((right, below), JUMP_LENGTH))
-    smooth = surrounded_by((distance <= MAX_JUMP_DISTANCE) & ~lines) & (bend_of(filled) <= _LEAST_BEND)
+    smooth = surrounded_by(relief.near & ~lines) & (bend_of(filled) <= _LEAST_BEND)
     around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * SMOOTH_RADIUS + 1,) * 2)
     none = cv2.dilate((~smooth).view(np.uint8), around) == 0
     return MeasuredLines(frame.rgb, lines.astype(np.float32), none.astype(np.float32))
