@@ -103,6 +103,12 @@ class BeyondRange:
 
 
 @once_per_frame
+def _missing_in_wide_gaps(frame: RGBDFrame) -> Mask:
+    distance = cv2.distanceTransform((~frame.known).astype(np.uint8), cv2.DIST_L2, 5)
+    return ~frame.known & around_wide_gaps(np.asarray(distance, np.float32))
+
+
+@once_per_frame
 def sensor_range_of(frame: RGBDFrame) -> float:
     """The sensor range of a frame: depth [m] beyond which hardly any is known."""
     return float(np.quantile(frame.depth[frame.known], _REACH_SHARE))
@@ -114,8 +120,8 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
 
     Depth that is filled in there is unsupported by measurements.
     """
-    guide = fit_guide(frame)
-    if guide is not None and guide.suffices_for(block):
+    missing, guide = _missing_in_wide_gaps(frame), fit_guide(frame)
+    if not (missing[block.box] & block.mask).any() or (guide is not None and guide.suffices_for(block)):
         return None
     at_reach = _AT_REACH * sensor_range_of(frame)
     if not (frame.depth[block.box][block.mask] >= at_reach).any():
@@ -124,9 +130,8 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
     depth, known = frame.depth[rows, columns], frame.known[rows, columns]
     inside = np.zeros(frame.shape, bool)
     inside[block.box] = block.mask
-    distance = cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
-    missing = inside[rows, columns] & ~known & around_wide_gaps(distance)
-    count, holes, boxes, _ = cv2.connectedComponentsWithStats(missing.astype(np.uint8), connectivity=4)
+    own_missing = (inside & missing)[rows, columns].astype(np.uint8)
+    count, holes, boxes, _ = cv2.connectedComponentsWithStats(own_missing, connectivity=4)
     pixels, in_front, limits = np.zeros(frame.shape, bool), np.zeros(frame.shape, bool), []
     for number in range(1, count):
         x, y, width, height = boxes[number, :4]
@@ -165,21 +170,20 @@ _LEAST_SHARE = 0.1
 def flying_pixels(frame: RGBDFrame) -> Mask:
     """Find known pixels that hardly any known neighbour is similar to, bool (H, W)."""
     height, width = frame.shape
-    known = frame.known
-    depth = np.where(known, frame.depth, np.float32(0))
-    neighbours, alike = np.zeros(frame.shape, np.uint8), np.zeros(frame.shape, np.uint8)
+    depth, known = frame.depth, frame.known
+    farther = np.float32(1 + _SIMILAR) * depth
+    alike = np.zeros(frame.shape, np.uint8)
     for dy in range(_REACH + 1):
         for dx in range(-_REACH, _REACH + 1):
             if (dy, dx) <= (0, 0):
                 continue  # every pair once
             here = np.s_[: height - dy, max(0, -dx) : min(width, width - dx)]
             there = np.s_[dy:, max(0, dx) : min(width, width + dx)]
-            both = known[here] & known[there]
-            near = np.abs(depth[here] - depth[there]) < np.float32(_SIMILAR) * np.minimum(depth[here], depth[there])
-            near &= both
+            near = (depth[here] < farther[there]) & (depth[there] < farther[here])
             for part in (here, there):
-                neighbours[part] += both
                 alike[part] += near
+    square, around = (2 * _REACH + 1,) * 2, known.astype(np.uint8)
+    neighbours = cv2.boxFilter(around, -1, square, normalize=False, borderType=cv2.BORDER_CONSTANT) - around
     return known & (neighbours >= _FEW) & (alike <= np.float32(_LEAST_SHARE) * neighbours)
 
 
@@ -414,7 +418,7 @@ class View:
             totals=totals,
             inside=mask.astype(np.float32),
             trend=trend,
-            edges=edges.astype(np.float32),
+            smooth=np.exp(edges / np.float32(-parameters.edge_scale)),
             creases=None if found.crease is None else fade * found.crease[self.window],
             held_out=held_out,
             carried=carried,
