@@ -129,7 +129,8 @@ class BlockTask:
         if missing == 0 and parameters.mode == "fill":
             message = self._outside_note(outside) or "All depth is known."
             return BlockOutcome(label, Status.NOTHING_MISSING, message, pixels, known, outside=outside)
-        needed = int(required_known_pixels(pixels, parameters, self.frame.known.mean()))
+        density = np.count_nonzero(self.frame.known) / self.frame.known.size
+        needed = int(required_known_pixels(pixels, parameters, density))
         if known < needed and self.by_hand is None and not guide_suffices(self.frame, self.block, parameters):
             message = (
                 f"{grouped(known)} of {counted(pixels, 'pixel')} have depth ({known / pixels:.1%}); at least "

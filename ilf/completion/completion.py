@@ -90,12 +90,13 @@ class CompletionRun(Closeable, Iterator[Progress]):
         self.uncorrected: dict[int, BlockResult] = {}
         """Blocks that have been iterated on and wait for the correction, with their uncorrected depth."""
         choice = parameters if isinstance(parameters, Mapping) else as_parameters(parameters)
+        extracted = extraction or BlockParameters()
         self._tasks = {
             label: BlockTask(
                 frame,
                 block,
                 _parameters_for(choice, label),
-                extraction or BlockParameters(),
+                extracted,
                 drawn_of(block, borders),
                 by_hand_of(block, stated, frame),
             )

@@ -61,16 +61,19 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
     surfaces = _squares(known & ~small[parts])
     if not (small.any() and surfaces.any()):
         return suspect
-    away = cv2.distanceTransform((~surfaces).astype(np.uint8), cv2.DIST_L2, 5)
+    away = _distance_to(surfaces)
     for number in np.flatnonzero(small):
         x, y, width, height, size = boxes[number].tolist()
         own = slice(y, y + height), slice(x, x + width)
+        box = widened(own, _GAP)
+        island = parts[box] == number
+        if known[box][(_distance_to(island) <= _GAP) & ~island].mean() > _KNOWN:
+            continue
         reach = int(away[own][parts[own] == number].min()) + _AROUND
         box = widened(own, reach)
         island = parts[box] == number
-        off = cv2.distanceTransform((~island).astype(np.uint8), cv2.DIST_L2, 5)
-        around = depth[box][surfaces[box] & (off <= reach)]
-        if around.size < max(_LEAST, size) or known[box][(off <= _GAP) & ~island].mean() > _KNOWN:
+        around = depth[box][surfaces[box] & (_distance_to(island) <= reach)]
+        if around.size < max(_LEAST, size):
             continue
         level = float(np.median(depth[box][island]))
         low, high = np.quantile(around, (0.02, 0.98))
@@ -81,6 +84,10 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
         if np.count_nonzero(alike) - size < largest:
             suspect[box] |= island
     return suspect
+
+
+def _distance_to(pixels: Mask) -> NDArray[np.float32]:
+    return np.asarray(cv2.distanceTransform((~pixels).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
 def _squares(known: Mask) -> Mask:
@@ -109,5 +116,4 @@ def frame_for(frame: RGBDFrame, block: Block, parameters: Parameters) -> RGBDFra
 def suspects_in(frame: RGBDFrame, block: Block, parameters: Parameters) -> Mask:
     """Pixels of a block whose known depth is left out of its fill, in the order of `block.mask`'s True values."""
     trusted = frame_for(frame, block, parameters)
-    known, left = (np.isfinite(one.depth[block.box][block.mask]) for one in (frame, trusted))
-    return np.asarray(known & ~left)
+    return frame.known[block.box][block.mask] & ~trusted.known[block.box][block.mask]

@@ -6,6 +6,7 @@ declarations; nothing about a parameter is defined anywhere else.
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import difflib
 import inspect
@@ -237,8 +238,12 @@ class ParameterSet:
         ParameterError
             For an unknown name (with the nearest known one) or a value out of range.
         """
-        check_names(changes, self.declarations())
-        return dataclasses.replace(self, **changes)
+        known = self.declarations()
+        check_names(changes, known)
+        made = copy.copy(self)
+        for name, value in changes.items():
+            object.__setattr__(made, name, known[name].checked(value))
+        return made
 
     def to_dict(self) -> dict[str, Value]:
         """Return name -> value, ready for JSON."""

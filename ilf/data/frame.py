@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
@@ -284,6 +285,7 @@ class RGBDFrame:
         added = self.missing & np.isfinite(depth) & ~agrees(depth, self.measured)
         if added.any():
             object.__setattr__(self, "depth", _frozen(np.where(added, depth, self.depth)))
+            del vars(self)["known"]  # of the frame's own depth
             object.__setattr__(self, "from_neighbours", _frozen(added))
 
     def __repr__(self) -> str:
@@ -435,10 +437,10 @@ class RGBDFrame:
         """Height and width [px]."""
         return self.depth.shape[0], self.depth.shape[1]
 
-    @property
+    @cached_property
     def known(self) -> NDArray[np.bool_]:
         """Pixels with depth, measured or from neighbours, bool (H, W)."""
-        return np.isfinite(self.depth)
+        return _frozen(np.isfinite(self.depth))
 
     @property
     def own(self) -> NDArray[np.bool_]:

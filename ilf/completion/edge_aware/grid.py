@@ -120,10 +120,10 @@ class Grid:
     """A level of the pyramid over the window.
 
     `counts` and `totals` are the number and sum of the known depth minus the trend, in which depth of neighbours and by
-    hand counts with its weight; `inside` is the number of the block's pixels in every cell; `edges` is the largest edge
-    strength there, `creases` the largest probability of a crease, or None if unknown. `held_out` contains counts and
-    totals of the held-out depth, or None; `carried` weights and totals of depth carried from another frame, or None;
-    `cut_links` the links cut by a drawn border, or None.
+    hand counts with its weight; `inside` is the number of the block's pixels in every cell; `smooth` is the smallest
+    smoothness there, 1 to 0 at an edge, `creases` the largest probability of a crease, or None if unknown. `held_out`
+    contains counts and totals of the held-out depth, or None; `carried` weights and totals of depth carried from
+    another frame, or None; `cut_links` the links cut by a drawn border, or None.
     """
 
     cell: int
@@ -131,7 +131,7 @@ class Grid:
     totals: Array
     inside: Array
     trend: Array
-    edges: Array
+    smooth: Array
     creases: Array | None
     held_out: tuple[Array, Array] | None
     carried: tuple[Array, Array] | None
@@ -165,11 +165,11 @@ class Grid:
         """The sums of a step from `previous` to u."""
         return Sums(*tally(u, previous, self.inside, self.trend, self.counts, self.totals))
 
-    def smooth(self, edge_scale: float) -> tuple[Array, Array]:
+    def links(self) -> tuple[Array, Array]:
         """Smoothness between neighbours along x and y: the smaller of the two cells' values, 0-1."""
-        left = np.exp(-self.edges / np.float32(edge_scale))
-        smooth = np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
-        return smooth if self.cut_links is None else self.cut_links.cut(*smooth)
+        smooth = self.smooth
+        links = np.minimum(smooth[:, 1:], smooth[:, :-1]), np.minimum(smooth[1:], smooth[:-1])
+        return links if self.cut_links is None else self.cut_links.cut(*links)
 
     @property
     def stiff(self) -> Array | None:
@@ -183,18 +183,18 @@ class Grid:
 
     def halved(self) -> Grid:
         """The next level, with cells of twice the size."""
-        counts, totals, edges = self.counts, self.totals, self.edges
+        counts, totals, smooth = self.counts, self.totals, self.smooth
         if self.cut_links is not None:
-            counts, totals, edges = (
-                np.where(self.cut_links.kept, values, np.float32(0)) for values in (counts, totals, edges)
-            )
+            kept = self.cut_links.kept
+            counts, totals = (np.where(kept, values, np.float32(0)) for values in (counts, totals))
+            smooth = np.where(kept, smooth, np.float32(1))
         return Grid(
             cell=2 * self.cell,
             counts=sums_of_four(counts),
             totals=sums_of_four(totals),
             inside=sums_of_four(self.inside),
             trend=np.float32(0.25) * sums_of_four(self.trend, "edge"),
-            edges=largest_of_four(edges),
+            smooth=-largest_of_four(-smooth),
             creases=None if self.creases is None else largest_of_four(self.creases),
             held_out=self.held_out and (sums_of_four(self.held_out[0]), sums_of_four(self.held_out[1])),
             carried=self.carried and (sums_of_four(self.carried[0]), sums_of_four(self.carried[1])),

@@ -303,7 +303,6 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             grids.append(grids[-1].halved())
         self._levels = tuple(grid.level for grid in grids)
         self._coarser = grids[1:]
-        self._changing = self._pixels_of(changing=parameters.mode == "fill")
         self._current = finest, np.zeros(finest.counts.shape, np.float32)
         raw = frame.depth[block.box][block.mask]
         # all known: the window contains the gaps
@@ -332,6 +331,11 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     def _all(self) -> Pixels:
         """All of the block's pixels in the window; computed on demand, since they need much memory."""
         return self._pixels_of()
+
+    @cached_property
+    def _changing(self) -> Pixels:
+        """Those of them that may change; computed on demand, since only previews use them."""
+        return self._pixels_of(changing=self._parameters.mode == "fill")
 
     def _pixels_of(self, changing: bool = False) -> Pixels:
         """The block's pixels in the window: all, or those without depth."""
@@ -447,12 +451,11 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         if stiffer or (self._gap > 0 and not known.explained):
             filled = yield from self._fill()
         parameters = self._parameters
-        smooth = grid.smooth(parameters.edge_scale)
         slope, bending = (parameters.smoothness * w for w in (parameters.slope_weight, parameters.bending_weight))
         self._least = min(self._least, known.least)
         # if more smoothness is requested than noise requires, start from the smooth surface
         u = filled if stiffer and filled is not None else known.start(filled)
-        weights = make_weights(*smooth, slope, bending, grid.stiff)
+        weights = make_weights(*grid.links(), slope, bending, grid.stiff)
         for self._round, step in enumerate(known.rounds(filled, weights), 1):
             u = yield from self._descend(grid, step.energy(u), u, step.steps)
         if known.explained or not self._iterations:
@@ -479,8 +482,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
     def _weights(self, grid: Grid, out: Weights | None = None) -> Weights:
         # on cells of c pixels, the sum of squared slopes stays the same, that of bending is c^2 times as large
-        smooth = grid.smooth(self._parameters.edge_scale)
-        return make_weights(*smooth, self._slope, self._bending / grid.cell**2, grid.stiff, out)
+        return make_weights(*grid.links(), self._slope, self._bending / grid.cell**2, grid.stiff, out)
 
 
 def _root_mean(squares: float, samples: float) -> float:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array, eye_array, kron
-from scipy.sparse.linalg import splu
+from scipy.linalg import solveh_banded
 
 from ..._runtime.compiling import compiled
 from ...data.frame import FARTHEST_DEPTH
@@ -140,7 +140,7 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     for rows in strips:
         medians = _medians(np.where(known[rows], depth[rows], np.float32(np.nan)), cell)
         known[rows] &= np.abs(depth[rows] - medians) < np.maximum(_FAR_SHARE * medians, 3 * noise)
-    counts = np.concatenate([cell_sums(known[rows].astype(np.float64), cell) for rows in strips])
+    counts = np.concatenate([cell_sums(known[rows], cell) for rows in strips])
     totals = np.concatenate([cell_sums(np.where(known[rows], depth[rows], 0.0), cell) for rows in strips])
     held = counts > 0
     if np.count_nonzero(held) < 3 * len(_POWERS):
@@ -204,16 +204,20 @@ def _shape(
 ) -> NDArray[np.float64]:
     """The quadric or plane at the pixels of some rows; -1 and 1 are the centres of the first and the last cell."""
     y, x = ((np.arange(size) - (cell - 1) / 2) / (cell * max(-(-size // cell) - 1, 1) / 2) - 1 for size in shape)
-    terms = zip(coefficients, _POWERS, strict=True)
-    found = np.sum([value * (y[rows] ** a)[:, None] * (x**b)[None, :] for value, (a, b) in terms], axis=0)
+    square = np.zeros((3, 3))
+    square[tuple(zip(*_POWERS, strict=True))] = coefficients
+    found = np.vander(y[rows], 3, increasing=True) @ square @ np.vander(x, 3, increasing=True).T
     return _as_depth(found, inverse)
 
 
 def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
     """A stiff sheet through the cells' samples; `totals` of cells without a count are ignored."""
-    matrix = (_third_differences(counts.shape) * (_STIFFNESS / cell**4) + diags_array(counts.ravel() + 1e-6)).tocsc()
-    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    return factors.solve(np.where(counts > 0, totals, 0.0).ravel()).reshape(counts.shape)
+    if counts.shape[0] < counts.shape[1]:  # the band is narrower along the shorter side
+        return _sheet(counts.T, totals.T, cell).T
+    band = _third_differences(*counts.shape) * (_STIFFNESS / cell**4)
+    band[0] += counts.ravel() + 1e-6
+    wanted = np.where(counts > 0, totals, 0.0).ravel()
+    return solveh_banded(band, wanted, overwrite_ab=True, lower=True, check_finite=False).reshape(counts.shape)
 
 
 def _spread(
@@ -227,8 +231,8 @@ def _spread(
 
 def cell_sums(values: NDArray[Any], cell: int) -> NDArray[np.float64]:
     """Sums over cells of cell x cell pixels."""
-    padded = np.pad(values, [(0, -size % cell) for size in values.shape])
-    return padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell).sum(axis=(1, 3))
+    rows, columns = (np.arange(0, size, cell) for size in values.shape)
+    return np.add.reduceat(np.add.reduceat(values.astype(np.float64, copy=False), rows, axis=0), columns, axis=1)
 
 
 def _medians(values: NDArray[np.float32], cell: int) -> NDArray[np.float32]:
@@ -242,25 +246,28 @@ def _medians(values: NDArray[np.float32], cell: int) -> NDArray[np.float32]:
     return medians.repeat(cell, axis=0).repeat(cell, axis=1)[:height, :width]
 
 
-@lru_cache(maxsize=32)
-def _third_differences(shape: tuple[int, int]) -> csr_array:
-    """Operator of the sum of squared third differences, the mixed ones weighted most: f(x) + g(y) is smooth.
+_DIFFERENCES = ((1,), (1, -1), (1, -2, 1), (1, -3, 3, -1))
+"""Factors of the values in a difference of order 0, 1, 2 and 3."""
 
-    Cached for the latest shapes, since a block is often solved repeatedly.
-    """
-    height, width = shape
-    total = csr_array((height * width, height * width))
+
+def _third_differences(height: int, width: int) -> Array:
+    """Lower band of the operator of the sum of squared third differences, the mixed ones weighted most: f(x) + g(y) is
+    smooth."""
+    band = np.zeros((3 * width + 1, height, width))
     for order, times in enumerate((1, _MIXED, _MIXED, 1)):
-        along = kron(_difference(height, order), _difference(width, 3 - order))
-        total = total + times * (along.T @ along)
-    return csr_array(total)
+        other = 3 - order
+        for down, right in itertools.product(range(order + 1), range(-other, other + 1)):
+            if height > order and width > other and (down > 0 or right >= 0):
+                entries = band[down * width + right, : height - down, max(0, -right) : width - max(0, right)]
+                entries += times * np.outer(_squared(height, order, down), _squared(width, other, abs(right)))
+    return band.reshape(-1, height * width)
 
 
-def _difference(size: int, order: int) -> csr_array:
-    result = csr_array(eye_array(size))
-    for _ in range(order):
-        result = csr_array(result[1:] - result[:-1])
-    return result
+def _squared(size: int, order: int, off: int) -> Array:
+    """A diagonal of the operator of the sum of squared differences along an axis, so many entries off the main one."""
+    factors = _DIFFERENCES[order]
+    products = [a * b for a, b in zip(factors, factors[off:], strict=False)]
+    return np.convolve(np.ones(size - order), products)
 
 
 # The polynomial that fits a block's known depth to within its noise, with significant terms only.

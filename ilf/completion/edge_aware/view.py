@@ -104,6 +104,12 @@ class BeyondRange:
 
 
 @once_per_frame
+def _missing_in_wide_gaps(frame: RGBDFrame) -> Mask:
+    distance = cv2.distanceTransform((~frame.known).astype(np.uint8), cv2.DIST_L2, 5)
+    return ~frame.known & around_wide_gaps(np.asarray(distance, np.float32))
+
+
+@once_per_frame
 def sensor_range_of(frame: RGBDFrame) -> float:
     """The sensor range of a frame: depth [m] beyond which hardly any is known."""
     return float(np.quantile(frame.depth[frame.known], _REACH_SHARE))
@@ -115,8 +121,8 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
 
     Depth that is filled in there is unsupported by measurements.
     """
-    guide = fit_guide(frame)
-    if guide is not None and guide.suffices_for(block):
+    missing, guide = _missing_in_wide_gaps(frame), fit_guide(frame)
+    if not (missing[block.box] & block.mask).any() or (guide is not None and guide.suffices_for(block)):
         return None
     at_reach = _AT_REACH * sensor_range_of(frame)
     if not (frame.depth[block.box][block.mask] >= at_reach).any():
@@ -125,9 +131,8 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
     depth, known = frame.depth[rows, columns], frame.known[rows, columns]
     inside = np.zeros(frame.shape, bool)
     inside[block.box] = block.mask
-    distance = cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
-    missing = inside[rows, columns] & ~known & around_wide_gaps(distance)
-    count, holes, boxes, _ = cv2.connectedComponentsWithStats(missing.astype(np.uint8), connectivity=4)
+    own_missing = (inside & missing)[rows, columns].astype(np.uint8)
+    count, holes, boxes, _ = cv2.connectedComponentsWithStats(own_missing, connectivity=4)
     pixels, in_front, limits = np.zeros(frame.shape, bool), np.zeros(frame.shape, bool), []
     for number in range(1, count):
         x, y, width, height = boxes[number, :4]
@@ -425,7 +430,7 @@ class View:
             totals=totals,
             inside=mask.astype(np.float32),
             trend=trend,
-            edges=edges.astype(np.float32),
+            smooth=np.exp(edges / np.float32(-parameters.edge_scale)),
             creases=None if found.crease is None else fade * found.crease[self.window],
             held_out=held_out,
             carried=carried,
