@@ -83,8 +83,8 @@ class HeldOutErrors:
         found, before = (np.abs((one - frame.depth)[there].astype(np.float64)) for one in (with_guide, without))
         excess = found - _LARGEST_RATIO_OF_RANGE * before - _LEAST_ERROR * frame.depth[there]
         ranges = np.array_split(excess[np.argsort(without[there], kind="stable")], _RANGES)
-        sums = [(float(error.sum()), float(np.square(error).sum())) for error in (found, before)]
-        return cls(found.size, *sums, all(excess_there.sum() <= 0 for excess_there in ranges))
+        summed, summed_before = ((float(error.sum()), float(np.square(error).sum())) for error in (found, before))
+        return cls(found.size, summed, summed_before, all(excess_there.sum() <= 0 for excess_there in ranges))
 
     @property
     def better(self) -> bool:

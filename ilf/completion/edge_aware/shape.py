@@ -192,7 +192,7 @@ def _fitted_shape(basis: Array, values: Array, weights: Array, near: Array, inve
         coefficients, *_rest = np.linalg.lstsq(terms * root[:, None], target * root, rcond=None)
         off = np.abs(values - _as_depth(terms @ coefficients, inverse))
         trust = 1 / (1 + (off / near) ** 2)
-    return coefficients, off
+    return np.asarray(coefficients, np.float64), off
 
 
 def _as_depth(values: Array, inverse: bool) -> Array:

@@ -183,9 +183,9 @@ def flying_pixels(frame: RGBDFrame) -> Mask:
     rows, columns = np.nonzero(frame.known & (beside <= _LEAST_SHARE * len(_DIRECTIONS)))
     own = depth[rows, columns]
     neighbours, alike = np.zeros(own.shape, np.uint8), np.zeros(own.shape, np.uint8)
-    for _, there in _around(depth, rows, columns):
-        neighbours += np.isfinite(there)
-        alike += _similar(own, there)
+    for _, other in _around(depth, rows, columns):
+        neighbours += np.isfinite(other)
+        alike += _similar(own, other)
     flying = np.zeros(frame.shape, bool)
     flying[rows, columns] = (neighbours >= _FEW) & (alike <= np.float32(_LEAST_SHARE) * neighbours)
     return flying

@@ -71,7 +71,9 @@ class Band:
         """The field at the small grid's points, times `weight`; the scale cancels in `coefficients_of`."""
         self._in_band[:] = _transformed(coefficients, inverse=True).T
         self._packed[:, 0] = self._in_band[:, 0].real
-        return cv2.dft(self._packed, flags=cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT)
+        way = cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT
+        found: Real = cv2.dft(self._packed, flags=way)  # type: ignore[assignment]
+        return found
 
     def coefficients_of(self, samples: Real) -> Complex:
         """Inverse of `samples`; not 0 beyond |k_y| = r_y, where the samples do not determine a field's."""

@@ -102,12 +102,11 @@ def real_sample(frame: MeasuredLines, rng: np.random.Generator) -> tuple[Array, 
     size = tuple(round(side * scale) for side in reversed(frame.lines.shape))
     scaled = (cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in (frame.rgb, frame.lines, frame.none))
     window = _window(size[::-1], rng)
-    rgb, lines, none = (np.asarray(one[window]) for one in scaled)
-    if rng.random() < 0.5:
-        rgb, lines, none = (np.ascontiguousarray(one[:, ::-1]) for one in (rgb, lines, none))
+    step = -1 if rng.random() < 0.5 else 1
+    rgb, lines, none = (np.ascontiguousarray(one[window][:, ::step]) for one in scaled)
     of_sample = np.zeros((*SIDES, 3), np.float32)
     of_sample[..., 0] = of_sample[..., 2] = lines > _PART_OF_LINE
-    image = compressed(random_colour(rgb, rng), rng)
+    image = compressed(random_colour(rgb.astype(np.uint8), rng), rng)
     return image, of_sample, (none > _ALL).astype(np.float32)[..., None], np.full((*SIDES, 1), REAL, np.float32)
 
 
