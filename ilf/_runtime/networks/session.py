@@ -85,8 +85,6 @@ class Session:
         """Its shape; None where the size is free."""
         self.outputs = tuple(str(one.name) for one in self._session.get_outputs())
         """Names of the outputs."""
-        self.properties: dict[str, str] = dict(self._session.get_modelmeta().custom_metadata_map)
-        """What its maker wrote into the file, by name."""
 
     def run(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """Return all outputs for named inputs.

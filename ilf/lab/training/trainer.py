@@ -16,7 +16,6 @@ from typing import Any, ClassVar
 
 import cv2
 import numpy as np
-import onnx
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
@@ -243,9 +242,7 @@ def train(parser: argparse.ArgumentParser, minutes: float, task: Callable[[argpa
 # Trained models as ONNX files with free height and width.
 
 
-def write_onnx(
-    model: nn.Module, path: Path, inputs: Mapping[str, int], outputs: tuple[str, ...], **properties: str
-) -> None:
+def write_onnx(model: nn.Module, path: Path, inputs: Mapping[str, int], outputs: tuple[str, ...]) -> None:
     """Write a model for inference; normalisation is folded into the weights.
 
     Parameters
@@ -257,8 +254,6 @@ def write_onnx(
         Name -> channels, in the order of the model's arguments.
     outputs : tuple of str
         Names of the outputs.
-    **properties : str
-        What else the file tells of the network.
     """
     names = (*inputs, *outputs)
     torch.onnx.export(
@@ -271,7 +266,3 @@ def write_onnx(
         opset_version=17,
         dynamo=False,
     )
-    if properties:
-        whole = onnx.load(str(path))
-        onnx.helper.set_model_props(whole, properties)
-        onnx.save(whole, str(path))

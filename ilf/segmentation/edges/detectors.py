@@ -116,10 +116,6 @@ SCALES = (0.5, 1.0, 1.5)
 LONGEST_SIDE = 1600
 """Pixels: larger images do not improve the boundaries of objects, and take gigabytes."""
 
-SCALE_PROPERTY, _SMALLEST_SIDE = "scale", 320
-"""Property of a network's file: the scale of the images that it is made for, 1 without it; and length [px] of the
-longer side below which it does not make images smaller."""
-
 _PROBABILITY = "probability"
 """Name of the output with the probability of a boundary, which only some networks have."""
 
@@ -152,8 +148,7 @@ class EdgeNetwork(OnnxNetwork):
 
     The file is an ONNX network with one input, RGB in [0, 1] as float32 (1, 3, H, W) with H and W multiples of 32. Its
     last output is the boundary strength in [0, 1] as float32 (1, 1, H, W); an output `probability` of the same shape
-    may be among the others. A property `scale` of the file tells at which scale it looks at images: 0.5 for half their
-    size.
+    may be among the others.
     """
 
     def strength(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> NDArray[np.float32]:
@@ -167,8 +162,7 @@ class EdgeNetwork(OnnxNetwork):
         Parameters
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
-            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that, and then to the
-            scale that the network is made for.
+            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that.
         multiscale : bool
             Average the image at 0.5, 1 and 1.5 times its size: slightly better, 3.5 times as slow.
 
@@ -182,20 +176,11 @@ class EdgeNetwork(OnnxNetwork):
             If the image is not of this shape and type, or has no pixels.
         """
         check_image(rgb)
-        longest = max(rgb.shape[:2])
-        full = min(1.0, LONGEST_SIDE / longest) * min(1.0, max(self._made_for, _SMALLEST_SIDE / longest))
+        full = min(1.0, LONGEST_SIDE / max(rgb.shape[:2]))
         scales = SCALES if multiscale else (1.0,)
         found = np.stack([self._at_scale(rgb, full * scale) for scale in scales])
         maps = np.asarray(found.mean(axis=0, dtype=np.float32), np.float32)
         return Contours(maps[0], maps[-1])
-
-    @property
-    def _made_for(self) -> float:
-        """Scale of the images that the network is made for, at most 1."""
-        try:
-            return float(self._session.properties.get(SCALE_PROPERTY, 1))
-        except ValueError as error:
-            raise FormatError(f"{self.path.name} has the property {SCALE_PROPERTY}, which must be a number.") from error
 
     def _at_scale(self, rgb: NDArray[np.uint8], scale: float) -> NDArray[np.float32]:
         """Strength, and probability if the network gives it, shape (1 or 2, H, W)."""
@@ -206,11 +191,7 @@ class EdgeNetwork(OnnxNetwork):
         padded, window = reflected(rgb, MULTIPLE, _MARGIN)
         maps = self._run(padded)[:, *window]
         if scale != 1:
-            # interpolated, lines of probability would be broader and weaker for the filter, whose grid is coarse, too
-            ways = (cv2.INTER_LINEAR, cv2.INTER_NEAREST if scale < 1 else cv2.INTER_LINEAR)
-            maps = np.stack(
-                [cv2.resize(one, (width, height), interpolation=way) for one, way in zip(maps, ways, strict=False)]
-            )
+            maps = np.stack([cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in maps])
         return np.clip(maps, 0, 1)
 
     def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -91,8 +91,8 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
         (np.abs(one - other) > np.maximum(jump, share * np.minimum(one, other))) & trusted
         for (one, other), trusted in zip(sides(filled), both(near), strict=True)
     )
-    evaluated = surrounded_by(near & ~mark((right, below)))
-    bend = np.where(evaluated, bend_of(filled), np.float32(0))
+    evaluated = _surrounded_by(near & ~mark((right, below)))
+    bend = np.where(evaluated, _bend(filled), np.float32(0))
     return Relief(near, (right, below), long_lines((right, below), JUMP_LENGTH), evaluated, bend)
 
 
@@ -114,14 +114,13 @@ def filled_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(cv2.medianBlur(depth[rows, columns], 5), np.float32)
 
 
-def surrounded_by(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels around which all depth that decides on their bend, as far as it is in the image, is surface."""
+def _surrounded_by(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels whose whole neighbourhood inside the image is surface."""
     square = np.ones((2 * _BEND_RADIUS + 1,) * 2, np.uint8)
     return cv2.erode(surface.astype(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=1) > 0
 
 
-def bend_of(filled: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Deviation of a filled depth from a plane, in multiples of the maximum for a smooth surface (`find_relief`)."""
+def _bend(filled: NDArray[np.float32]) -> NDArray[np.float32]:
     # planes continue beyond the image
     beyond = np.pad(1 / filled, _BEND_RADIUS, mode="reflect", reflect_type="odd")
     rim = _BEND_RADIUS - _CONTINUITY_DISTANCE

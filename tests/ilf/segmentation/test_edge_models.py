@@ -29,7 +29,7 @@ from ilf._runtime.networks.session import Session
 from ilf.cli import main, parsing, usage
 from ilf.data.declarations import ParameterSet, declare
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
-from ilf.segmentation.edges.detectors import EdgeNetwork, load_model
+from ilf.segmentation.edges.detectors import load_model
 from ilf.segmentation.edges.importing import add_model
 
 from ..hed_files import caffe_strength, hed_weights, keras_strength, write_caffemodel, write_keras
@@ -153,25 +153,6 @@ def test_other_conventions_are_adapted(tmp_path: Path, inputs: str, logits: bool
 def test_a_size_that_is_fixed_in_name_only_does_not_matter(tmp_path: Path) -> None:
     add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID, size=(320, 480)))
     assert load_model("net").strength(np.zeros((50, 70, 3), np.uint8)).shape == (50, 70)
-
-
-def test_a_network_made_for_smaller_images_gets_them(tmp_path: Path) -> None:
-    path = write_weighted_sum(tmp_path / "half.onnx", SIGMOID)
-    whole = onnx.load(path)
-    helper.set_model_props(whole, {"scale": "0.5"})
-    onnx.save(whole, path)
-    network = EdgeNetwork.load(path)
-    rgb = np.zeros((480, 640, 3), np.uint8)
-    rgb[1::2, 1::2] = 255
-    # the mean of 2 x 2 pixels, as half the size shows it
-    expected = 1 / (1 + np.exp(-GAINS.sum() * 0.25))
-    np.testing.assert_allclose(network.strength(rgb), expected, atol=5e-3)
-    small = network.strength(rgb[:100, :200])
-    assert np.ptp(small) > 0.1, "small images are looked at as they are"
-    helper.set_model_props(whole, {"scale": "half"})
-    onnx.save(whole, path)
-    with pytest.raises(FormatError, match="scale"):
-        EdgeNetwork.load(path).strength(rgb)
 
 
 def half(path: Path) -> Path:

@@ -15,10 +15,9 @@ if TYPE_CHECKING:
 
 def _training(arguments: argparse.Namespace) -> ContourTraining:
     from ..real_frames import read_real_frame
-    from .samples import measured_lines
     from .task import ContourTraining
 
-    frames = [measured_lines(read_real_frame(folder)) for folder in arguments.frames]
+    frames = [read_real_frame(folder) for folder in arguments.frames]
     return ContourTraining(PictureFolder(arguments.data), frames, arguments.start)
 
 

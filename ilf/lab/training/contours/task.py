@@ -16,9 +16,10 @@ from ..depth_edges.measures import LineScore
 from ..depth_edges.pictures import PictureFolder, read_picture
 from ..depth_edges.task import BESIDE_WEIGHT, POSITIVE_WEIGHT, RELIST_INTERVAL_S, at_quarter
 from ..initialisation import initialise_from
+from ..real_frames import RealFrame
 from ..trainer import Arrays, TrainingTask, write_onnx
 from .model import LINES, ContourModel
-from .samples import REAL, MeasuredLines, generated_sample, real_sample, sample_of
+from .samples import REAL, generated_sample, real_sample, sample_of
 
 LINE_SHARES = (1.0, 0.5, 1.0)
 """Weights of jumps, creases and borders in the loss."""
@@ -26,14 +27,7 @@ LINE_SHARES = (1.0, 0.5, 1.0)
 EMBEDDING_SHARE, REAL_SHARE = 0.1, 0.5
 """Weights of the embedding and of a real frame in the loss; a generated picture's lines have 1."""
 
-MISSED, WRONG, WORST_WRONG = 0.3, 1.0, 0.02
-"""Weights of measured jumps that are missed, of lines on smooth surfaces, and of the strongest lines there: seams of
-cabinets, carpets and tiles are a small part of all surfaces, but the filter takes them for jumps."""
-
-STRONGEST = 0.02
-"""Share of the pixels of a sample that count as its strongest wrong lines."""
-
-OFFSET = 2
+OFFSET = 3
 """Largest offset [px] of jumps of measured depth from those in the colour image."""
 
 
@@ -48,17 +42,15 @@ def line_loss(logits: Tensor, lines: Tensor) -> Tensor:
 
 def measured_loss(logits: Tensor, lines: Tensor, none: Tensor) -> Tensor:
     """Cross-entropy of jumps and borders of each real frame: a line within `OFFSET` of every measured jump, and none
-    on smooth surfaces, where the strongest lines count once more; (N,)."""
+    on smooth surfaces; (N,)."""
     jump, border = logits[:, :1].float(), logits[:, 2:].float()
     measured = lines[:, :1]
     loss = torch.zeros(len(logits), device=logits.device)
     for one in (jump, border):
         nearby = functional.max_pool2d(one, 2 * OFFSET + 1, stride=1, padding=OFFSET)
         missed, wrong = functional.softplus(-nearby) * measured, functional.softplus(one) * none
-        for cost, where, weight in ((missed, measured, MISSED), (wrong, none, WRONG)):
+        for cost, where, weight in ((missed, measured, 0.3), (wrong, none, 1.0)):
             loss = loss + weight * cost.sum((1, 2, 3)) / where.sum((1, 2, 3)).clamp(min=100)
-        strongest = wrong.flatten(1).topk(int(STRONGEST * wrong[0].numel()), dim=1).values
-        loss = loss + WORST_WRONG * strongest.mean(1)
     return loss
 
 
@@ -121,15 +113,12 @@ class _Deployed(nn.Module):
 def export_onnx(model: ContourModel, path: Path) -> None:
     """Write the model to an ONNX file (`write_onnx`)."""
     ready = _Deployed(deepcopy(model).cpu()).eval()
-    write_onnx(ready, path, {"image": 3}, ("embedding", "probability", "strength"), scale=str(SCALE))
+    write_onnx(ready, path, {"image": 3}, ("embedding", "probability", "strength"))
 
-
-SCALE = 0.5
-"""Scale at which the program gives images to the network."""
 
 BATCH = 4
 
-REAL_FRAMES = 0.25
+REAL_FRAMES = 0.2
 """Share of real frames among the samples."""
 
 
@@ -140,16 +129,16 @@ class ContourTraining(TrainingTask):
     ----------
     folder : PictureFolder
         Generated pictures.
-    frames : list of MeasuredLines
+    frames : list of RealFrame
     start : Path, optional
         Network (ONNX) that initialises the trunk; random weights if None.
     """
 
     seed = 29
-    peak_rate = 4e-4
+    peak_rate = 2e-3
     file_name = "edges.onnx"
 
-    def __init__(self, folder: PictureFolder, frames: list[MeasuredLines], start: Path | None = None) -> None:
+    def __init__(self, folder: PictureFolder, frames: list[RealFrame], start: Path | None = None) -> None:
         self.folder, self.frames, self.start = folder, frames, start
         self._looked = time.monotonic()
 
