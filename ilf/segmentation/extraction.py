@@ -292,7 +292,8 @@ def cut_at_jumps(regions: NDArray[np.int32], guide: NDArray[np.float32], relief:
     side[np.where(closer, beyond, here)] = _FAR
     side[np.where(closer, here, beyond)] = _NEAR  # also a pixel between two jumps, as part of the object in front
     side = np.where(regions > 0, side.reshape(regions.shape), 0)
-    cut = np.bincount(regions.ravel(), side.ravel()) > 0
+    cut = np.zeros(int(regions.max()) + 1, bool)
+    cut[regions[side > 0]] = True
     grown = flood(np.where(side > 0, np.float32(0), guide), side, cut[regions])
     return connected_regions(np.where(regions > 0, 3 * regions + grown, 0))
 
