@@ -17,10 +17,10 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ..data.parameters import BlockParameters, Parameters, as_block_parameters
-from ..data.pixel_grids import Pairs, connected_regions, different_labels, mark
+from ..data.pixel_grids import Pairs, connected_regions, different_labels, long_lines, mark
 from .edges.detectors import otsu_edges
 from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
-from .edges.relief import Relief
+from .edges.relief import JUMP_LENGTH, Relief
 from .flooding import flood_large
 from .merging import Fitness, RegionGraph, keep_existing, numbered
 
@@ -100,6 +100,9 @@ _EXTRA_DILATIONS = (32, 16, 8, 4, 2)
 
 _SNAP_DISTANCE = 5
 """Maximum distance [px] of a boundary from a depth jump to which it is moved."""
+
+_FAR, _NEAR = 1, 2
+"""Sides of a depth jump."""
 
 _MIN_REGION_PIXELS = 4
 """Minimum number of pixels of a region before it grows."""
@@ -235,7 +238,7 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
     Returns
     -------
     ndarray of int32, shape (H, W)
-        Regions, each of them 4-connected, in any order.
+        Regions, some of them of several pieces.
     """
     parted = different_labels(regions)
     inner = mark((jumps[0] & ~parted[0], jumps[1] & ~parted[1])) & (regions > 0)
@@ -256,8 +259,43 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
         grown[waiting] = found
         waiting = waiting[found == 0]
     grown[waiting] = old.ravel()[waiting]
-    snapped = grown.reshape(old.shape)[1:-1, 1:-1]
-    return connected_regions(snapped)
+    return grown.reshape(old.shape)[1:-1, 1:-1]
+
+
+def cut_at_jumps(regions: NDArray[np.int32], guide: NDArray[np.float32], relief: Relief) -> NDArray[np.int32]:
+    """Divide regions with a depth jump inside into the pixels on its near side and those on its far side.
+
+    Both sides grow from the jump until they meet, where the guide is highest or, without edges, straight on from the
+    jump's end. So every region with a jump inside becomes several, also where edges of colour lie slightly off those of
+    depth; merging joins what no jump parts.
+
+    Parameters
+    ----------
+    regions : ndarray of int32, shape (H, W)
+        Regions > 0, 0 for none.
+    guide : ndarray of float32, shape (H, W)
+        Landscape of the contraction.
+    relief : Relief
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+        Regions, each of them 4-connected, in any order.
+    """
+    parted = different_labels(regions)
+    inner = long_lines((relief.jumps[0] & ~parted[0], relief.jumps[1] & ~parted[1]), JUMP_LENGTH)
+    depth, side = relief.filled.ravel(), np.zeros(regions.size, np.int32)
+    width = regions.shape[1]
+    here = np.concatenate([np.flatnonzero(np.pad(inner[0], ((0, 0), (0, 1)))), np.flatnonzero(inner[1])])
+    beyond = here + np.repeat([1, width], [np.count_nonzero(jumps) for jumps in inner])
+    closer = depth[here] < depth[beyond]
+    side[np.where(closer, beyond, here)] = _FAR
+    side[np.where(closer, here, beyond)] = _NEAR  # also a pixel between two jumps, as part of the object in front
+    side = np.where(regions > 0, side.reshape(regions.shape), 0)
+    cut = np.zeros(int(regions.max()) + 1, bool)
+    cut[regions[side > 0]] = True
+    grown = flood_large(np.where(side > 0, np.float32(0), guide), side, cut[regions])
+    return connected_regions(np.where(regions > 0, 3 * regions + grown, 0))
 
 
 def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
@@ -379,9 +417,11 @@ def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     graph = RegionGraph(regions, found.strength, frame, found.relief)
     release_memory(regions.size)
     check_cancelled()
-    graph.merge_below(_MEDIUM_MERGE_COST ** (2 * parameters.granularity))
+    limit = _MEDIUM_MERGE_COST ** (2 * parameters.granularity)
+    graph.merge_below(limit)
     density = float(frame.known.mean())
     graph.merge_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels, density))
+    graph.merge_below(limit)  # borders and planes have changed
     blocks = graph.labels()
     if parameters.existence_rate > 0:
         blocks = numbered(keep_existing(blocks, frame.known, parameters.existence_rate, smallest))
@@ -398,7 +438,9 @@ def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]
     check_cancelled()
     regions = contract(seeds, found.guide, inside)
     check_cancelled()
-    return regions if found.relief is None else snap_to_jumps(regions, found.relief.jumps)
+    if found.relief is None:
+        return regions
+    return cut_at_jumps(snap_to_jumps(regions, found.relief.jumps), found.guide, found.relief)
 
 
 def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, **changes: Value) -> NDArray[np.int32]:

@@ -16,14 +16,21 @@ from ..data.frame import RGBDFrame
 from ..data.pixel_grids import both, connected_regions, sides
 from .edges.relief import Relief
 
-_JUMPS_ALLOWED = 2
-"""Maximum number of jumps (pairs of neighbours) along a border for which two regions may still merge."""
+_JUMPS_ALLOWED, _JUMP_SHARE_ALLOWED = 2, 0.02
+"""Jumps (pairs of neighbours) along a border for which two regions may still merge: at most the larger of a number and
+a share of the border."""
+
+_JUMP_BOUND_SHARE = 0.2
+"""Share of the usual minimum size that a region needs to be a block if jumps part it from all its neighbours."""
 
 _JUMP_COST = 9.0
 """Cost of a border with jumps, above that of all borders without jumps."""
 
 _CONTINUOUS_EDGE_WEIGHT = 0.1
 """Weight of a colour edge where the depth is continuous across it."""
+
+_JUMPLESS_WEIGHT = 0.7
+"""How far depth counts as continuous where it does not jump, but a jump or hole is too near to measure its bend."""
 
 _BEND_COST, _FREE_BEND, _MAX_BEND = 0.2, 0.5, 3.0
 """Cost of a bend, the bend up to which it is 0, and the bend at which it is clipped."""
@@ -126,10 +133,10 @@ class RegionGraph:
         A region without neighbours is a block nevertheless, unless it has no known depth.
         """
 
-        def unfit(region: int) -> bool:
+        def unfit(region: int, share: float = 1.0) -> bool:
             pixels = self.pixels[region]
-            if pixels < fitness.pixels or not fitness.known_share:
-                return bool(pixels < fitness.pixels)
+            if pixels < share * fitness.pixels or not fitness.known_share:
+                return bool(pixels < share * fitness.pixels)
             needed = least_known_pixels(pixels, fitness.known_share, fitness.known_pixels, fitness.density)
             return bool(self.known[region] < needed)
 
@@ -139,7 +146,9 @@ class RegionGraph:
             pixels, region = heapq.heappop(heap)
             if self._parent[region] != region or self.pixels[region] != pixels or not self._borders[region]:
                 continue
-            nearest = min(self._borders[region], key=lambda other: (self._cost(region, other), other))
+            cost, nearest = min((self._cost(region, other), other) for other in self._borders[region])
+            if cost >= _JUMP_COST and not unfit(region, _JUMP_BOUND_SHARE):
+                continue
             kept, _ = self._merge(region, nearest)
             if unfit(kept):
                 heapq.heappush(heap, (self.pixels[kept], kept))
@@ -155,17 +164,15 @@ class RegionGraph:
         return numbered(root.astype(np.int32)[self._regions])
 
     def _cost(self, one: int, other: int) -> float:
-        length, edge, jumps, evaluated, bend = self._borders[one][other]
-        if jumps > _JUMPS_ALLOWED:
+        length, edge, jumps, seen, evaluated, bend = self._borders[one][other]
+        if jumps > _JUMPS_ALLOWED and jumps > _JUMP_SHARE_ALLOWED * length:
             return _JUMP_COST + jumps / length
         edge /= length
-        seen = evaluated / length
+        seen /= length
         if self._planes is not None and seen < _SEEN_SHARE and self._planes.shared(one, other):
             edge *= _COPLANAR_EDGE_WEIGHT
-        if evaluated == 0:
-            return edge
-        on_surface = _BEND_COST * max(bend / evaluated - _FREE_BEND, 0.0) + _CONTINUOUS_EDGE_WEIGHT * edge
-        return (1 - seen) * edge + seen * on_surface
+        bent = _BEND_COST * max(bend / evaluated - _FREE_BEND, 0.0) if evaluated else 0.0
+        return (1 - seen) * edge + seen * (bent + _CONTINUOUS_EDGE_WEIGHT * edge)
 
     def _merge(self, one: int, other: int) -> tuple[int, list[int]]:
         """Merge two regions; returns the number that is kept, and the neighbours to which its border has changed."""
@@ -197,8 +204,8 @@ def numbered(labels: NDArray[np.integer]) -> NDArray[np.int32]:
 def _borders(
     regions: NDArray[np.int32], strength: NDArray[np.float32], relief: Relief | None
 ) -> Iterator[tuple[int, int, NDArray[np.float64]]]:
-    """Neighbouring regions and their border: its length, and the sums along it of the edge strength, the jumps, the
-    pixels with a valid bend, and their bend."""
+    """Neighbouring regions and their border: its length, and the sums along it of the edge strength, the jumps, how far
+    depth is seen to be continuous, the pixels with a valid bend, and their bend."""
     count = int(regions.max()) + 1
     keys, columns = [], []
     for side, ((one, other), (edge, beyond)) in enumerate(zip(sides(regions), sides(strength), strict=True)):
@@ -209,9 +216,11 @@ def _borders(
         if relief is not None:
             evaluated = both(relief.evaluated)[side][parted]
             bend = np.maximum(*sides(relief.bend)[side])[parted]
-            column += [relief.jumps[side][parted], evaluated, np.minimum(bend, _MAX_BEND) * evaluated]
+            jumpless = (both(relief.near)[side] & ~relief.all_jumps[side])[parted]
+            seen = np.maximum(evaluated, _JUMPLESS_WEIGHT * jumpless)
+            column += [relief.jumps[side][parted], seen, evaluated, np.minimum(bend, _MAX_BEND) * evaluated]
         else:
-            column += [np.zeros(first.size)] * 3
+            column += [np.zeros(first.size)] * 4
         columns.append(np.stack(column))
     pairs, owner = np.unique(np.concatenate(keys), return_inverse=True)
     sums = [np.bincount(owner, values, minlength=pairs.size) for values in np.concatenate(columns, axis=1)]

@@ -48,6 +48,8 @@ class Relief:
         Pixels with a valid bend: with enough depth around them, and no jump.
     bend : ndarray of float32, shape (H, W)
         Deviation from a plane where `evaluated`, in multiples of the maximum for a smooth surface; 0 elsewhere.
+    filled : ndarray of float32, shape (H, W)
+        The depth in which they were found (`filled_depth`) [m]; NaN if none is known at all.
     """
 
     near: NDArray[np.bool_]
@@ -55,6 +57,7 @@ class Relief:
     jumps: Pairs
     evaluated: NDArray[np.bool_]
     bend: NDArray[np.float32]
+    filled: NDArray[np.float32]
 
     @property
     def edges(self) -> NDArray[np.bool_]:
@@ -83,7 +86,7 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
     """
     if np.isnan(depth).all():
         nowhere = np.zeros(depth.shape, bool)
-        return Relief(nowhere, both(nowhere), both(nowhere), nowhere, np.zeros(depth.shape, np.float32))
+        return Relief(nowhere, both(nowhere), both(nowhere), nowhere, np.zeros(depth.shape, np.float32), depth)
     filled = filled_depth(depth)
     check_cancelled()
     near = cv2.distanceTransform(np.isnan(depth).astype(np.uint8), cv2.DIST_L2, 5) <= MAX_JUMP_DISTANCE
@@ -93,7 +96,7 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
     )
     evaluated = _surrounded_by(near & ~mark((right, below)))
     bend = np.where(evaluated, _bend(filled), np.float32(0))
-    return Relief(near, (right, below), long_lines((right, below), JUMP_LENGTH), evaluated, bend)
+    return Relief(near, (right, below), long_lines((right, below), JUMP_LENGTH), evaluated, bend, filled)
 
 
 def filled_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:

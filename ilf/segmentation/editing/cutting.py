@@ -17,7 +17,7 @@ from ...data.parameters import BlockParameters
 from ...data.pixel_grids import both, different_labels, mark
 from ...errors import InputError
 from ..edges.relief import Relief, find_relief
-from ..extraction import contract, regions_between, snap_to_jumps
+from ..extraction import contract, cut_at_jumps, regions_between, snap_to_jumps
 from ..flooding import flood
 from ..merging import RegionGraph
 from .borders import CrackPaths, find_cracks, have_border
@@ -337,6 +337,7 @@ def _at_jumps(
     edges = mark(relief.jumps)
     guide = np.where(edges, np.float32(1), np.float32(_BELOW_JUMPS) * strength)
     regions = snap_to_jumps(contract(regions_between(edges, 1.0, block), guide, block), relief.jumps)
+    regions = cut_at_jumps(regions, guide, relief)
     try:
         graph = RegionGraph(regions, strength, RGBDFrame(rgb, depth), relief)
     except InputError:  # the depth of this block alone may be outside the valid scale

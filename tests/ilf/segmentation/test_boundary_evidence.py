@@ -44,7 +44,9 @@ def found() -> Found:
     bend[12:16, 10:25] = 3.0
     bend[2, 25] = 9.0
     bend[17, 3] = 0.9
-    relief = Relief(np.ones(SHAPE, bool), (right, below), (long, below), np.ones(SHAPE, bool), bend)
+    relief = Relief(
+        np.ones(SHAPE, bool), (right, below), (long, below), np.ones(SHAPE, bool), bend, np.ones(SHAPE, np.float32)
+    )
     return Found(FrameEdges(colour, colour, colour, "0" * 64), lines, relief)
 
 

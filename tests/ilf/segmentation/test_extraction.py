@@ -87,7 +87,7 @@ def test_blocks_are_watertight(frame: RGBDFrame, margin: int) -> None:
 
 
 def test_small_regions_are_taken_in_by_neighbours(frame: RGBDFrame) -> None:
-    blocks = ilf.extract_blocks(frame, BlockParameters(min_size=20.0))
+    blocks = ilf.extract_blocks(frame, BlockParameters(min_size=20.0, use_depth=False))
     assert np.bincount(blocks.ravel())[1:].min() >= 0.2 * blocks.size
     assert (blocks > 0).all()
 
@@ -385,6 +385,19 @@ def test_boundaries_beside_a_jump_snap_to_it() -> None:
     far[:, 50] = True
     assert np.array_equal(snap_to_jumps(regions, (far, nothing)) == snapped[0, 0], regions == 1)
     assert not snap_to_jumps(np.zeros_like(regions), (right, nothing)).any()
+
+
+@pytest.mark.parametrize("turns", range(4))
+def test_a_jump_that_ends_inside_a_region_divides_it(turns: int) -> None:
+    """A fold of cloth, without an edge of colour: at its end the two sides meet."""
+    rows, columns = np.mgrid[:120, :160]
+    depth = np.rot90(2.0 + np.where(columns < 80, 0.0, 0.01 * np.maximum(90 - rows, 0)), turns)
+    frame = RGBDFrame(np.full((*depth.shape, 3), 120, np.uint8), depth)
+    blocks = np.rot90(ilf.extract_blocks(frame), -turns)
+    assert blocks.max() == 2
+    assert (blocks[:75, :80] == blocks[0, 0]).all()
+    assert (blocks[:75, 80:] == blocks[0, -1]).all()
+    assert blocks[0, 0] != blocks[0, -1]
 
 
 def test_outlines_are_between_labels() -> None:

@@ -23,12 +23,12 @@ def _flat(shape: tuple[int, int]) -> RGBDFrame:
 
 
 def _relief(shape: tuple[int, int], evaluated: np.ndarray | bool = True, bend: np.ndarray | float = 0.0) -> Relief:
-    """What depth would say that jumps nowhere."""
+    """What depth would say that jumps nowhere, and is missing where it is not evaluated."""
     height, width = shape
     nowhere = np.zeros((height, width - 1), bool), np.zeros((height - 1, width), bool)
     evaluated = np.broadcast_to(evaluated, shape)
     bend = np.where(evaluated, np.broadcast_to(bend, shape), 0).astype(np.float32)
-    return Relief(np.ones(shape, bool), nowhere, nowhere, evaluated, bend)
+    return Relief(evaluated, nowhere, nowhere, evaluated, bend, np.ones(shape, np.float32))
 
 
 def _columns(*widths: int, height: int = 4) -> np.ndarray:
@@ -144,10 +144,24 @@ def test_what_depth_does_not_see_of_a_border_counts_in_full(rows: int) -> None:
     assert _cost(np.full((4, 12), 0.4), _relief((4, 12), evaluated)) == pytest.approx(expected, rel=1e-5)
 
 
+def test_where_depth_does_not_jump_but_its_bend_is_unknown_it_counts_as_continuous_for_the_most_part() -> None:
+    relief = replace(_relief((4, 12), False), near=np.ones((4, 12), bool))
+    cost = _cost(np.full((4, 12), 0.4), relief)
+    assert 0.1 * 0.4 < cost < 0.5 * 0.4
+    short = _with_jumps(relief, 2).jumps
+    assert _cost(np.full((4, 12), 0.4), replace(relief, all_jumps=short)) > cost
+
+
 @pytest.mark.parametrize(("jumps", "expected"), [(0, 0.04), (2, 0.04), (3, 9 + 3 / 4), (4, 10.0)])
 def test_more_than_two_jumps_keep_regions_apart(jumps: int, expected: float) -> None:
     relief = _with_jumps(_relief((4, 12)), jumps)
     assert _cost(np.full((4, 12), 0.4), relief) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize(("jumps", "apart"), [(8, False), (9, True)])
+def test_jumps_along_two_hundredths_of_a_long_border_do_not_part(jumps: int, apart: bool) -> None:
+    relief = _with_jumps(_relief((400, 12)), jumps)
+    assert (_cost(np.zeros((400, 12)), relief, regions=_columns(6, 6, height=400)) > 9) == apart
 
 
 def test_jumps_between_rows_count_too() -> None:
@@ -365,6 +379,21 @@ def test_small_regions_go_to_the_neighbour_they_are_least_parted_from() -> None:
     assert _taken_in(regions, strength, replace(ANY, pixels=9), depth) == _sets("12", "3")
     strength[:, 7] = 0.4
     assert _taken_in(regions, strength, replace(ANY, pixels=9), depth) == _sets("12", "3"), "the first of two alike"
+
+
+@pytest.mark.parametrize(("pixels", "own"), [(80, True), (81, False)])
+@pytest.mark.parametrize("jumps", [0, 4])
+def test_what_jumps_part_from_all_others_is_a_block_from_a_fifth_of_the_size_on(
+    pixels: float, own: bool, jumps: int
+) -> None:
+    regions = _columns(4, 30)
+    strength = np.zeros(regions.shape, np.float32)
+    right = np.zeros((4, 33), bool)
+    right[:jumps, 3] = True
+    relief = replace(_relief(regions.shape), jumps=(right, np.zeros((3, 34), bool)))
+    graph = RegionGraph(regions, strength, _flat(regions.shape), relief)
+    graph.merge_unfit(replace(ANY, pixels=pixels))
+    assert (graph.labels().max() == 2) == (own and jumps > 0)
 
 
 def test_the_smallest_goes_first_and_counts_for_the_one_that_takes_it_in() -> None:
