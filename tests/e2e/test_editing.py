@@ -267,7 +267,7 @@ def test_undoing_an_extraction_brings_names_parameters_and_origin_back(editing: 
     workspace.blocks.edit_info(1, "Rename block", name="Wall")
     workspace.parameters.set(preset(max_iterations=3), 1)
     used = session.notes.extraction
-    workspace.parameters.set_extraction(BlockParameters(min_size=48.0))
+    workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     with qtbot.waitSignal(editing.loader.idle, timeout=60_000):
         editing.actions_["extract"].trigger()
     assert len(session.counts()) == 1
