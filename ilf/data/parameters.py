@@ -34,8 +34,8 @@ class BlockParameters(ParameterSet):
         "blocks.", _BLOCKS, minimum=0.0, maximum=1.0, step=0.05, source="not in the paper", basic=True,
     )  # fmt: skip
     min_size: float = declare(
-        0.5, "Smallest block", "Regions below this share of the frame are merged with their neighbours; those that "
-        "depth jumps part from all neighbours, below a fifth of it.", _BLOCKS,
+        0.5, "Smallest block", "Regions below this share (a fifth of it between depth jumps) are "
+        "merged with their neighbours.", _BLOCKS,
         unit="% of frame", minimum=0.0, maximum=50.0, step=0.1, scale="log", source="section 2; released code: 1.14 %",
         basic=True,
     )  # fmt: skip

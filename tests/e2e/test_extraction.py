@@ -109,7 +109,7 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot
         assert staged.workspace.parameters.extraction.dilation == radius
     changes = [int((pictures[0] != other).any(axis=2).sum()) for other in pictures]
     assert changes == sorted(set(changes))
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
     staged.feature(ExtractionFeature).show_stage("blocks")
     _settle(staged, qtbot)
     found = extract(session.frame, staged.workspace.parameters.extraction).blocks
@@ -123,7 +123,7 @@ def test_extract_takes_what_the_preview_has_found_at_once(
 ) -> None:
     session = staged.workspace.session
     before = session.labels.copy()
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     expected = extract(session.frame, staged.workspace.parameters.extraction).blocks
     monkeypatch.delattr("gui.work.loading.find")
@@ -146,7 +146,7 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened: MainWindow, 
     before, steps, used = session.labels.copy(), session.undo_stack.count(), session.notes.extraction
     stays = before == mine
     for smallest in (48.0, 47.0):
-        opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest))
+        opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest, use_depth=False))
         _settle(opened, qtbot)
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
@@ -183,7 +183,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     session = staged.workspace.session
     before = _picture(staged)
     _click(staged, "Preview")
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     np.testing.assert_array_equal(_picture(staged), before)
     assert "With other parameters" in _summary(staged)
@@ -206,7 +206,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     session = opened.workspace.session
     first = session.frame
     _click(opened, "Preview")
-    opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
+    opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     opened.views.set_layout("extraction")
@@ -298,7 +298,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
     for label in (locked, mine):
         opened.workspace.blocks.set_lock(label, True)
     for smallest in (48.0, 47.0):
-        opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest))
+        opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest, use_depth=False))
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
         assert "Kept: 2 locked." in said[-1]
@@ -314,7 +314,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
 
 def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWindow, qtbot: QtBot) -> None:
     session, view = staged.workspace.session, staged.views.cells["colour"].view
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     before = session.labels.copy()
     staged.actions_["new_block"].trigger()

@@ -161,7 +161,7 @@ def test_evaluate_against_ground_truth_gives_the_librarys_figures(files, capsys)
         assert figures(text, name)[1].rstrip("*") == f"{1000 * evaluation.rmse:.2f}"
     assert "against ground truth, over 485 missing pixels" in text
     assert "RMSE [mm], paper" in text
-    assert figures(text, "    1")[1] == "275"
+    assert figures(text, "    1")[1] == "210"
 
 
 def test_evaluate_prints_one_json_document(files, capsys):

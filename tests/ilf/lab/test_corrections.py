@@ -97,5 +97,5 @@ def test_the_corrections_fit_their_frames() -> None:
     for correction in corrections:
         before = blocks[correction.frame]
         target = target_map(before, correction)
-        assert wrong_pixels(before, target, correction).sum() > 300
+        assert wrong_pixels(before, target, correction).any()
         assert not wrong_pixels(target, target, correction).any()
