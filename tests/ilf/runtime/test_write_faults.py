@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import random
+import time
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,7 @@ def _in_place(folder: Path) -> Write:
         target.mkdir(exist_ok=True)
         for name in "ab":
             (target / name).write_bytes(bytes([version]) * 100_000)
+            time.sleep(0.002)  # so that most kills come between the files
 
     return write
 
