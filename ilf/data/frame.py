@@ -285,7 +285,7 @@ class RGBDFrame:
         added = self.missing & np.isfinite(depth) & ~agrees(depth, self.measured)
         if added.any():
             object.__setattr__(self, "depth", _frozen(np.where(added, depth, self.depth)))
-            del vars(self)["known"]  # of the frame's own depth
+            vars(self).pop("known", None)  # of the frame's own depth
             object.__setattr__(self, "from_neighbours", _frozen(added))
 
     def __repr__(self) -> str:

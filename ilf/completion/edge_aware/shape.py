@@ -182,17 +182,16 @@ def _strips(height: int, width: int, cell: int) -> list[slice]:
 def _fitted_shape(basis: Array, values: Array, weights: Array, near: Array, inverse: bool) -> tuple[Array, Array]:
     """Coefficients of the quadric, or of the plane of inverse depth, through most of the cells' means, and how far
     these are off [m]."""
-    terms, target, scale = basis, values, np.ones(values.size)
-    if inverse:
-        terms, target, scale = np.zeros_like(basis), 1 / values, values**2
-        terms[:, _OF_A_PLANE] = basis[:, _OF_A_PLANE]
-    trust = np.ones(values.size)
+    used = _OF_A_PLANE if inverse else slice(None)
+    # an error of inverse depth is one of depth times its square
+    terms, target, scale = basis[:, used], 1 / values if inverse else values, values**2 if inverse else 1
+    coefficients, trust = np.zeros(len(_POWERS)), np.ones(values.size)
     for _ in range(_ROUNDS):
         root = np.sqrt(weights * trust) * scale
-        coefficients, *_rest = np.linalg.lstsq(terms * root[:, None], target * root, rcond=None)
-        off = np.abs(values - _as_depth(terms @ coefficients, inverse))
+        coefficients[used], *_rest = np.linalg.lstsq(terms * root[:, None], target * root, rcond=None)
+        off = np.abs(values - _as_depth(basis @ coefficients, inverse))
         trust = 1 / (1 + (off / near) ** 2)
-    return np.asarray(coefficients, np.float64), off
+    return coefficients, off
 
 
 def _as_depth(values: Array, inverse: bool) -> Array:

@@ -15,7 +15,7 @@ from ..._runtime.cancellation import check_cancelled
 from ...data.blocks import Box, find_blocks
 from ...data.frame import RGBDFrame
 from ...data.pixel_grids import connected_regions, different_labels, mark
-from ...segmentation.edges.relief import Relief, filled_depth, find_relief
+from ...segmentation.edges.relief import Relief, find_relief
 
 JUMP, JUMP_SHARE = 0.04, 0.04
 """Difference of neighbours above which there is a jump: the larger of the two [m, share of the nearer depth]."""
@@ -97,7 +97,7 @@ class CheckInput:
 def make_check_input(frame: RGBDFrame, labels: NDArray[np.int32]) -> CheckInput:
     """Prepare a frame and its blocks, int32 (H, W), for the quality checks."""
     relief = find_relief(frame.depth, JUMP, JUMP_SHARE)
-    depth = filled_depth(frame.depth)
+    depth = relief.filled
     check_cancelled()
     border = mark(different_labels(labels)).astype(np.uint8)
     inner = (labels > 0) & (cv2.distanceTransform(1 - border, cv2.DIST_L2, 5) > RIM)

@@ -116,3 +116,13 @@ def test_far_from_the_known_depth_the_surface_stays_within_reach() -> None:
     assert trend.surface.min() >= low - 0.51 * (high - low)
     assert high < trend.surface.max() <= high + 0.51 * (high - low)
     assert np.abs(trend.surface - bowl)[:, :40].max() < 0.01
+
+
+def test_a_wall_that_recedes_steeply_continues_as_a_plane_into_its_hole() -> None:
+    rows, columns = np.indices(SHAPE)
+    wall = (1 / (1 - 0.0075 * columns + 0.0005 * rows)).astype(np.float32)  # 1 m to 9 m, of which no quadric is near
+    depth = wall.copy()
+    depth[20:70, 60:100] = np.nan
+    trend = trend_of(depth, ALL, 0.0)
+    assert trend is not None
+    assert np.abs(trend.surface / wall - 1)[20:70, 60:100].max() < 0.02
