@@ -10,11 +10,11 @@ from ._runtime.installation import optional
 from .run.frame_arrays import FrameArrays
 from .sources.source import Source
 
-torch = optional("torch", "torch", "ilf.torch")
+torch = optional("torch", "ilf-studio[torch]", "ilf.torch")
 if TYPE_CHECKING:
     from torch.utils.data import Dataset
 else:
-    Dataset = optional("torch.utils.data", "torch", "ilf.torch").Dataset
+    Dataset = optional("torch.utils.data", "ilf-studio[torch]", "ilf.torch").Dataset
 
 
 class FrameDataset(Dataset[Any]):

@@ -74,7 +74,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         return _without_display(options, inputs, reading, problem)
     try:
         for package in ("PySide6.QtWidgets", "pyqtgraph", "qtawesome"):
-            optional(package, "app", "The window")
+            optional(package, "ilf-studio[app]", "The window")
     except InputError as error:
         return _print_refusal(f"{error} Without a window: ilf complete --help.")
 

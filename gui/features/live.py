@@ -381,7 +381,7 @@ class LiveFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         installed = find_spec("pyrealsense2") is not None
-        missing = "" if installed else 'Install pyrealsense2 first: pip install "ilf-studio[realsense]".'
+        missing = "" if installed else 'Install pyrealsense2 first: pip install "ilf-studio[sensors]".'
         context.actions.add(
             (
                 Command(

@@ -145,7 +145,7 @@ class RemoteFiles:
         return self._own
 
     def _open_driver(self) -> tuple[Any, str]:
-        core = optional("fsspec.core", "remote", f"{self.address.protocol}://")
+        core = optional("fsspec.core", "ilf-studio[cluster]", f"{self.address.protocol}://")
         try:  # not by url_to_fs, which takes chains
             if self.address.protocol in _WEB:
                 from .web import WebFiles

@@ -1,4 +1,4 @@
-"""Optional packages: imported when they are needed; error messages name the extra to install."""
+"""Optional packages: imported when they are needed; error messages say what to install."""
 
 from __future__ import annotations
 
@@ -54,15 +54,15 @@ SYSTEM_PACKAGES = {
 """Shared library -> package of Debian and Ubuntu, for all libraries that the optional packages are linked against."""
 
 
-def optional(module: str, extra: str, purpose: str) -> ModuleType:
-    """Import a package that an extra of this one installs.
+def optional(module: str, requirement: str, purpose: str) -> ModuleType:
+    """Import a package that this one does not install by itself.
 
     Parameters
     ----------
     module : str
         Its name, such as "h5py".
-    extra : str
-        The extra that installs it, such as "experiments".
+    requirement : str
+        What pip installs: an extra, such as "ilf-studio[sensors]", or a package that no extra has.
     purpose : str
         What needs it, as the subject of a sentence: "NYU Depth V2's labelled file".
 
@@ -75,7 +75,7 @@ def optional(module: str, extra: str, purpose: str) -> ModuleType:
         return import_module(module)
     except (ImportError, OSError) as error:
         package = module.partition(".")[0]
-        raise InputError(f"{purpose} needs the package {package}, {remedy(package, extra, error)}") from error
+        raise InputError(f"{purpose} needs the package {package}, {remedy(package, requirement, error)}") from error
 
 
 def load_libusb() -> None:
@@ -87,12 +87,12 @@ def load_libusb() -> None:
             ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
 
 
-def remedy(module: str, extra: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:
+def remedy(module: str, requirement: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:
     """Describe why a package cannot be imported, and what to install: the end of a sentence.
 
     Parameters
     ----------
-    module, extra : str
+    module, requirement : str
         As for `optional`.
     error : ImportError or OSError
         The error raised by the import.
@@ -101,8 +101,8 @@ def remedy(module: str, extra: str, error: ImportError | OSError, libraries: Seq
     """
     if isinstance(error, ModuleNotFoundError):
         if is_frozen():
-            return f'which is not part of this app. Install ilf-studio for Python: pip install "ilf-studio[{extra}]".'
-        return f'which is not installed. Install it: pip install "ilf-studio[{extra}]".'
+            return f'which is not part of this app. Install ilf-studio for Python: pip install "{requirement}".'
+        return f'which is not installed. Install it: pip install "{requirement}".'
     missing = [name for name in SYSTEM_PACKAGES if name in str(error)]
     if missing and sys.platform.startswith("linux"):
         missing = list(dict.fromkeys([*missing, *missing_libraries(libraries)]))

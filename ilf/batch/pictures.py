@@ -156,11 +156,11 @@ def write_video(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
     Raises
     ------
     InputError
-        If there are none, or PyAV is not installed (extra `sequences`).
+        If there are none, or PyAV is not installed (extra `sensors`).
     ExportError
         If it cannot be written.
     """
-    av = optional("av", "sequences", "A video")
+    av = optional("av", "ilf-studio[sensors]", "A video")
     shown = [outcome for outcome in outcomes if outcome.status is FrameStatus.COMPLETED]
     if not shown:
         raise InputError(f"{folder} has no completed frames for a video.")

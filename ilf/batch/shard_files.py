@@ -23,7 +23,7 @@ _PURPOSE = "Writing shards"
 
 def schema() -> Any:
     """Return the schema of the tables: the figures of a frame, then its files and hashes."""
-    pyarrow = optional("pyarrow", "shards", _PURPOSE)
+    pyarrow = optional("pyarrow", "ilf-studio[cluster]", _PURPOSE)
     kinds = {int: pyarrow.int64(), float: pyarrow.float64()}
     hints = get_type_hints(FrameOutcome)
     columns = {
@@ -60,7 +60,7 @@ def write_shard(folder: Folder, name: str, sha256: str, parts: Sequence[Path]) -
     ExportError
         If a file cannot be written.
     """
-    pyarrow = optional("pyarrow", "shards", _PURPOSE)
+    pyarrow = optional("pyarrow", "ilf-studio[cluster]", _PURPOSE)
     columns, digest = schema(), hashlib.sha256()
     rows: list[dict[str, Any]] = []
 
@@ -85,7 +85,7 @@ def write_shard(folder: Folder, name: str, sha256: str, parts: Sequence[Path]) -
     facts = {"sha256": sha256, "tar_sha256": digest.hexdigest(), "failed": failed}
     table = pyarrow.Table.from_pylist(rows, columns.with_metadata({"ilf": json.dumps(facts)}))
     sink = pyarrow.BufferOutputStream()
-    optional("pyarrow.parquet", "shards", _PURPOSE).write_table(table, sink)
+    optional("pyarrow.parquet", "ilf-studio[cluster]", _PURPOSE).write_table(table, sink)
     folder.put(f"{name}.parquet", [sink.getvalue().to_pybytes()])
 
 
@@ -205,7 +205,7 @@ def _check_shard(folder: Folder, name: str, sha256: str, keys: list[str]) -> Non
 def merge_tables(folder: Folder) -> None:
     """Write one table with the rows of all finished shards; raises as `check_shards`, or ExportError."""
     shards = read_shard_set(folder)
-    parquet = optional("pyarrow.parquet", "shards", _PURPOSE)
+    parquet = optional("pyarrow.parquet", "ilf-studio[cluster]", _PURPOSE)
     with folder.writing(MERGED_FILE) as temporary, parquet.ParquetWriter(temporary, schema()) as writer:
         for index in shards.finished(folder.sizes()):
             check_cancelled()

@@ -302,7 +302,8 @@ def open_shards(
     ExportError
         If the folder cannot be written.
     """
-    optional("pyarrow.parquet", "shards", "Writing shards")  # missing packages are reported before any work
+    # a missing package is reported before any work
+    optional("pyarrow.parquet", "ilf-studio[cluster]", "Writing shards")
     target = folder_at(folder)
     facts = _facts(settings, keep, per_shard)
     if target.exists(SETTINGS_FILE):

@@ -137,7 +137,7 @@ def run_on_cluster(
     IlfError
         If the connection to the scheduler is lost.
     """
-    distributed = optional("distributed", "cluster", "A batch on several machines")
+    distributed = optional("distributed", "ilf-studio[cluster]", "A batch on several machines")
     try:
         with _without_dask_log(), _client(distributed, address) as client:
             futures = {client.submit(work, item, pure=False): item for item in items}

@@ -34,7 +34,6 @@ from ..sources.source import Source
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
 from .output import FramesBar, print_json, shows_progress, warn
 from .parsing import (
-    MAIN_PARAMETERS,
     add_block_parameters,
     add_borders,
     add_invalid_mask,
@@ -156,13 +155,6 @@ def add_arguments(parser: Parser) -> None:
     output.add_argument("--quiet", action="store_true", help="print only warnings and errors")
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
-    parser.set_page(
-        {
-            "input": ("sources", "--frames", "--every", "--depth-units", "--intrinsics", "--jobs", "--retry-failed"),
-            "output": ("--out", "--shards", "--mesh", "--hold-out", "--contact-sheet", "--json", "--quiet"),
-            "parameters": ("--preset", *MAIN_PARAMETERS),
-        }
-    )
 
 
 def run(arguments: argparse.Namespace) -> None:

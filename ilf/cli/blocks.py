@@ -52,13 +52,6 @@ def add_arguments(parser: Parser) -> None:
     )
     output.add_argument("--quiet", action="store_true", help="print only warnings and errors")
     add_block_parameters(parser)
-    parser.set_page(
-        {
-            "input": ("inputs", "--frame", "--depth-units", "--from", "--fill-gaps", "--keep"),
-            "output": ("--out", "--format", "--stages", "--quiet"),
-            "parameters": ("--blocks-granularity", "--blocks-min-size", "--blocks-detector", "--blocks-use-depth"),
-        }
-    )
 
 
 def run(arguments: argparse.Namespace) -> None:

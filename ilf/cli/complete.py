@@ -27,7 +27,6 @@ from .options import (
 )
 from .output import print_json, shows_progress, warn
 from .parsing import (
-    MAIN_PARAMETERS,
     add_block_parameters,
     add_borders,
     add_by_hand,
@@ -97,7 +96,7 @@ def add_arguments(parser: Parser) -> None:
         metavar="FILE.rrd",
         dest="export",
         action="append",
-        help="as --export: a file of the viewer Rerun with images, blocks and curves; needs the extra rerun",
+        help="as --export: a file of the viewer Rerun with images, blocks and curves; needs the package rerun-sdk",
     )
     output.add_argument(
         "--extrapolate",
@@ -109,13 +108,6 @@ def add_arguments(parser: Parser) -> None:
     output.add_argument("--quiet", action="store_true", help="print only warnings and errors")
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
-    parser.set_page(
-        {
-            "input": ("inputs", "--frame", "--depth-units", "--intrinsics", "--invalid-mask", "--blocks"),
-            "output": ("--out", "--mesh", "--json", "--quiet"),
-            "parameters": ("--preset", *MAIN_PARAMETERS),
-        }
-    )
 
 
 def run(arguments: argparse.Namespace) -> None:

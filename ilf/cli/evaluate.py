@@ -25,7 +25,6 @@ from ..segmentation.extraction import found_blocks
 from .options import add_given_blocks, check_given_blocks, filled, given_blocks
 from .output import Column, ShareProgress, comparison_table, print_json, shows_progress, table, warn
 from .parsing import (
-    MAIN_PARAMETERS,
     add_block_parameters,
     add_borders,
     add_companions,
@@ -125,13 +124,6 @@ def add_arguments(parser: Parser) -> None:
     add_progress(output)
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
-    parser.set_page(
-        {
-            "input": ("inputs", "--frame", "--depth-units", "--blocks", "--ground-truth", "--hold-out", "--seeds"),
-            "output": ("--by-block", "--csv", "--json"),
-            "parameters": ("--preset", "--sweep", *MAIN_PARAMETERS),
-        }
-    )
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -26,12 +26,6 @@ from .usage import UsageError, count
 
 BLOCK_PREFIX = "blocks-"
 
-MAIN_PARAMETERS = (
-    *("--mode", "--smoothness", "--noise", "--max-iterations"),
-    *("--blocks-granularity", "--blocks-min-size"),
-)
-"""The most important parameters, for the page of --help."""
-
 _SWITCH = {"on": True, "true": True, "off": False, "false": False}
 
 Set = TypeVar("Set", bound=ParameterSet)
@@ -160,7 +154,7 @@ def add_neighbours(parser: argparse._ActionsContainer) -> None:
         type=count,
         metavar="N",
         help="also use the depth that N frames before and N after have measured, where a frame has none. Needs "
-        "intrinsics, and poses or the package open3d (extra cloud). The pixels are marked in from_neighbours.png",
+        "intrinsics, and poses or the package open3d (extra app). The pixels are marked in from_neighbours.png",
     )
     parser.add_argument(
         "--neighbour-step",

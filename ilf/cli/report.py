@@ -25,7 +25,6 @@ from ..run.replaying import replay
 from ..run.run import Run
 from .output import ShareProgress, shows_progress, warn
 from .parsing import (
-    MAIN_PARAMETERS,
     add_block_parameters,
     add_companions,
     add_frame,
@@ -195,13 +194,6 @@ def add_arguments(parser: Parser) -> None:
     add_progress(output)
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
-    parser.set_page(
-        {
-            "input": ("inputs", "--frame", "--depth-units", "--intrinsics", "--ground-truth", "--hold-out"),
-            "output": ("--out",),
-            "parameters": ("--preset", *MAIN_PARAMETERS),
-        }
-    )
 
 
 def run(arguments: argparse.Namespace) -> None:

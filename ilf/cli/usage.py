@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import copy
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from itertools import takewhile
 from typing import Any, NoReturn
 
@@ -97,7 +96,7 @@ _FLAG = re.compile(r"--\S*|-[A-Za-z?]\S*")
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line that suggests the most similar word, and whose help can be one page.
+    """A parser whose errors are one line that suggests the most similar word.
 
     Parameters
     ----------
@@ -107,37 +106,6 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **how: Any) -> None:
         super().__init__(**{"allow_abbrev": False, **how})
-        self._page: Mapping[str, Sequence[str]] = {}
-
-    def set_page(self, page: Mapping[str, Sequence[str]]) -> None:
-        """Limit --help to some arguments with the first sentence of their help; --help-all shows the full help.
-
-        Parameters
-        ----------
-        page : mapping
-            Heading -> names of positional arguments and flags, in the order of the page.
-        """
-        self._page = page
-        self.add_argument("--help-all", action=_FullHelp, help="show all options, and exit")
-
-    def format_help(self) -> str:
-        """Return the page of `set_page`, or the full help if there is none."""
-        if not self._page:
-            return self.format_full_help()
-        named = {name: action for action in self._actions for name in action.option_strings or [action.dest]}
-        formatter = self.formatter_class(prog=self.prog)
-        formatter.add_usage(self.usage, self._actions, self._mutually_exclusive_groups)
-        formatter.add_text(self.description)
-        for heading, names in self._page.items():
-            formatter.start_section(heading)
-            formatter.add_arguments([_shortened(named[name]) for name in names])
-            formatter.end_section()
-        formatter.add_text(f"All options: {self.prog} --help-all")
-        return formatter.format_help()
-
-    def format_full_help(self) -> str:
-        """Return the help of all arguments."""
-        return super().format_help()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as ArgumentParser, but report an unknown flag as an error of its command."""
@@ -169,25 +137,6 @@ class Parser(argparse.ArgumentParser):
         )
 
 
-def _shortened(action: argparse.Action) -> argparse.Action:
-    """Return a copy of an argument whose help is its first sentence and the default."""
-    short = copy.copy(action)
-    text, bracket, facts = (action.help or "").partition(" [")
-    default = [fact for fact in facts.rstrip("]").split("; ") if fact.startswith("default ")]
-    short.help = re.split(r"(?<=\.) ", text)[0].rstrip(".") + (f" [{default[0]}]" if bracket and default else "")
-    return short
-
-
-class _FullHelp(argparse.Action):
-    def __init__(self, option_strings: Sequence[str], dest: str, **how: Any) -> None:
-        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, default=argparse.SUPPRESS, **how)
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        assert isinstance(parser, Parser)
-        print(parser.format_full_help(), end="")
-        parser.exit()
-
-
 def check_there(paths: Iterable[object]) -> None:
     """Raise InputError for the first path that leads nowhere; addresses are not opened."""
     for path in paths:
@@ -212,7 +161,7 @@ def add_json(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--json",
         action="store_true",
-        help="print one JSON document instead of text. Its keys are listed at the end of the full help",
+        help="print one JSON document instead of text. Its keys are listed at the end of this help",
     )
 
 

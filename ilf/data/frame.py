@@ -389,7 +389,7 @@ class RGBDFrame:
         Raises
         ------
         ExportError
-            If Open3D is not installed (extra `cloud`).
+            If Open3D is not installed (extra `app`).
         """
         return image_of(self.rgb, self.depth)
 
@@ -401,7 +401,7 @@ class RGBDFrame:
         InputError
             If they are unknown.
         ExportError
-            If Open3D is not installed (extra `cloud`).
+            If Open3D is not installed (extra `app`).
         """
         if self.intrinsics is None:
             raise InputError("The camera's intrinsics are unknown: create the frame with intrinsics=.")

@@ -33,7 +33,7 @@ def load_open3d(purpose: str = "Open3D's data") -> Any:
         import open3d
     except (ImportError, OSError) as error:
         raise ExportError(
-            f"{purpose} needs the package open3d, {remedy('open3d', 'cloud', error, _LIBRARIES)}"
+            f"{purpose} needs the package open3d, {remedy('open3d', 'ilf-studio[app]', error, _LIBRARIES)}"
         ) from error
     return open3d
 

@@ -66,7 +66,7 @@ def plot_row(images: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     InputError
         If matplotlib is not installed (extra `plot`).
     """
-    pyplot = optional("matplotlib.pyplot", "plot", "A plot")
+    pyplot = optional("matplotlib.pyplot", "ilf-studio[plot]", "A plot")
     low, high = _limits(image for image in images.values() if _is_depth(image))
     height, width = next(iter(images.values())).shape[:2]
     size = (4.0 * len(images), 4.0 * height / width + 0.5)
@@ -83,13 +83,13 @@ def plot_error(rgb: NDArray[np.uint8], error: NDArray[np.float32]) -> NDArray[An
 
     Returns and raises as `plot_row` does.
     """
-    pyplot = optional("matplotlib.pyplot", "plot", "A plot")
+    pyplot = optional("matplotlib.pyplot", "ilf-studio[plot]", "A plot")
     height, width = error.shape
     size = (8.0, 4.0 * height / width + 0.5)
     figure, axes = pyplot.subplots(1, 2, figsize=size, sharex=True, sharey=True, layout="compressed")
     axes[0].imshow(rgb)
     low, high = _limits([1000 * error])
-    norm = optional("matplotlib.colors", "plot", "A plot").LogNorm(max(low, 1e-3), max(high, 1e-2))
+    norm = optional("matplotlib.colors", "ilf-studio[plot]", "A plot").LogNorm(max(low, 1e-3), max(high, 1e-2))
     shown = axes[1].imshow(1000 * error, cmap="inferno", norm=norm)
     for axis, title in zip(axes, ("Colour", "Expected error"), strict=True):
         axis.set(title=title, xticks=[], yticks=[], facecolor=np.array(_MISSING) / 255)
@@ -114,7 +114,7 @@ def plot_curves(histories: Mapping[int, Sequence[Any]]) -> NDArray[Any]:
     InputError
         If matplotlib is not installed (extra `plot`).
     """
-    pyplot = optional("matplotlib.pyplot", "plot", "A plot")
+    pyplot = optional("matplotlib.pyplot", "ilf-studio[plot]", "A plot")
     _, axes = pyplot.subplots(1, 2, figsize=(10.0, 3.6), layout="constrained")
     for label, records in histories.items():
         if records:

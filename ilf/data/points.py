@@ -88,7 +88,7 @@ class PointCloud:
         Raises
         ------
         ExportError
-            If Open3D is not installed (extra `cloud`).
+            If Open3D is not installed (extra `app`).
         """
         return cloud_of(self.points, self.colours, self.normals)
 

@@ -339,7 +339,7 @@ class Completion:
         Raises
         ------
         ExportError
-            If Open3D is not installed (extra `cloud`).
+            If Open3D is not installed (extra `app`).
         """
         return image_of(self.frame.rgb, self.depth)
 

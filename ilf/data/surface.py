@@ -129,7 +129,7 @@ class Mesh:
         Raises
         ------
         ExportError
-            If Open3D is not installed (extra `cloud`).
+            If Open3D is not installed (extra `app`).
         """
         return mesh_of(self.vertices.points, self.vertices.colours, self.vertices.normals, self.faces)
 

@@ -115,7 +115,7 @@ def read_hdf5(file: FileContent) -> NDArray[Any]:
         If it is no HDF5, is damaged, has too many pixels, or no such data set.
     """
     name = str(file)
-    with open_hdf5(io.BytesIO(file.data.tobytes()), name, "sequences", "Reading depth from HDF5") as opened:
+    with open_hdf5(io.BytesIO(file.data.tobytes()), name, "Reading depth from HDF5") as opened:
         kinds = [(one, axes) for one in _DATA_SETS for axes in (2, 3)]
         found = next(
             (data for one, axes in kinds if (data := dataset(opened, one, "fiu", axes, name)) is not None), None
@@ -151,7 +151,7 @@ def read_exr(file: FileContent) -> NDArray[Any]:
     FormatError
         If it is not an EXR, is truncated or damaged, has too many pixels, or no depth channel.
     """
-    openexr = optional("OpenEXR", "sequences", "Reading EXR")
+    openexr = optional("OpenEXR", "ilf-studio[sensors]", "Reading EXR")
     if file.data[:4].tobytes() != _MAGIC:
         raise wrong_kind(file, file.data, "an EXR")
     stream = io.BytesIO(file.data.tobytes())

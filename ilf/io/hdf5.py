@@ -27,7 +27,7 @@ _PROBLEMS = (OSError, RuntimeError, LookupError, ValueError, TypeError, Attribut
 """Exceptions of h5py for damaged files."""
 
 
-def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, extra: str, purpose: str) -> Any:
+def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, purpose: str) -> Any:
     """Open an HDF5 file for reading, as a context manager.
 
     Parameters
@@ -36,8 +36,8 @@ def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, extra: str, p
         The file, or its content.
     file : str
         Its name, for messages.
-    extra, purpose : str
-        As for `ilf._runtime.installation.optional`.
+    purpose : str
+        What needs it, as the subject of a sentence.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, extra: str, p
     FormatError
         If it is not an HDF5 file, or is truncated.
     """
-    h5py = optional("h5py", extra, purpose)
+    h5py = optional("h5py", "ilf-studio[sensors]", purpose)
     try:
         return h5py.File(source, "r")
     except _PROBLEMS as error:

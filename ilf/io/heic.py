@@ -96,7 +96,7 @@ def heic_orientation(file: FileContent) -> int:
 @contextmanager
 def _opened(file: FileContent) -> Iterator[Any]:
     """Open a photo; its images are decoded in the block, whose errors of the decoder become FormatError."""
-    heif = optional("pillow_heif", "sequences", "Reading HEIC")
+    heif = optional("pillow_heif", "ilf-studio[sensors]", "Reading HEIC")
     try:
         photo = heif.open_heif(io.BytesIO(file.data.tobytes()), convert_hdr_to_8bit=True)
         check_memory(file, *photo.size)

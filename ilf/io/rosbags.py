@@ -94,7 +94,7 @@ def write_rosbag(
     ExportError
         If `path` already exists, or the bag cannot be written: then no part of it is left.
     InputError
-        If the package rosbags is not installed (extra `sequences`).
+        If the package rosbags is not installed (extra `sensors`).
     ParameterError
         If encoding or storage are unknown.
     """
@@ -103,7 +103,7 @@ def write_rosbag(
             f"Depth must be written as {' or '.join(ENCODINGS_OF_ROS)} into {' or '.join(STORAGES)}, not as "
             f"{encoding!r:.40} into {storage!r:.40}."
         )
-    rosbag2 = optional("rosbags.rosbag2", "sequences", _PURPOSE)
+    rosbag2 = optional("rosbags.rosbag2", "ilf-studio[sensors]", _PURPOSE)
     target = Path(path).absolute()
     if os.path.lexists(target):
         raise ExportError(f"{target} already exists. Choose another name.")
@@ -156,7 +156,7 @@ class DepthRecorder(Closeable):
     ExportError
         If the file exists or cannot be written.
     InputError
-        If the package rosbags is not installed (extra `sequences`).
+        If the package rosbags is not installed (extra `sensors`).
     """
 
     def __init__(self, path: str | os.PathLike[str], *, encoding: str = "32FC1", frame_id: str = "camera") -> None:
@@ -182,7 +182,7 @@ class DepthRecorder(Closeable):
 
 
 def _typestore() -> Any:
-    typesys = optional("rosbags.typesys", "sequences", _PURPOSE)
+    typesys = optional("rosbags.typesys", "ilf-studio[sensors]", _PURPOSE)
     return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
 
 

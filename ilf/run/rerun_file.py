@@ -35,8 +35,8 @@ class RerunFile:
     """
 
     def __init__(self) -> None:
-        self._rerun: Any = optional("rerun", "rerun", "A Rerun file (.rrd)")
-        self._blueprint: Any = optional("rerun.blueprint", "rerun", "A Rerun file (.rrd)")
+        self._rerun: Any = optional("rerun", "rerun-sdk", "A Rerun file (.rrd)")
+        self._blueprint: Any = optional("rerun.blueprint", "rerun-sdk", "A Rerun file (.rrd)")
 
     def write(self, path: Path, completion: Completion) -> None:
         """Write a completed frame: depth in metres, NaN = missing; without intrinsics there are only 2D views."""

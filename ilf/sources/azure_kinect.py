@@ -124,7 +124,7 @@ class AzureKinect(Recording):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self._av = optional("av", "sequences", "A recording of an Azure Kinect")
+        self._av = optional("av", "ilf-studio[sensors]", "A recording of an Azure Kinect")
         with self._reading():
             self._container = self._av.open(str(path), format="matroska")  # a list names other files
         try:

@@ -83,7 +83,7 @@ def with_neighbours(
     InputError
         If the frame's intrinsics are not known.
     ExportError
-        If poses are not known and Open3D is not installed (extra `cloud`).
+        If poses are not known and Open3D is not installed (extra `app`).
 
     Examples
     --------
@@ -225,7 +225,7 @@ def odometry(other: RGBDFrame, frame: RGBDFrame) -> Matrix | None:
     Raises
     ------
     ExportError
-        If Open3D is not installed (extra `cloud`).
+        If Open3D is not installed (extra `app`).
     """
     o3d = load_open3d("Finding the motion of a camera without poses")
     if other.shape != frame.shape or other.intrinsics != frame.intrinsics:

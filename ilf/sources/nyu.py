@@ -59,7 +59,7 @@ class NyuLabelled(Closeable):
         self.path = Path(path).absolute()
         if not os.path.isfile(self.path) or self.path.stat().st_size == 0:
             existing_file(self.path)  # raises the precise error
-        self._file = open_hdf5(self.path, str(self.path), "experiments", "Reading NYU Depth V2's labelled file")
+        self._file = open_hdf5(self.path, str(self.path), "Reading NYU Depth V2's labelled file")
         try:
             self._data = self._checked()
         except FormatError:

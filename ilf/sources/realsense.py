@@ -37,7 +37,7 @@ def capture_frame(settle: int = SETTLING) -> RGBDFrame:
     Raises
     ------
     InputError
-        If the package is not installed (extra `realsense`), there is no camera, it delivers no frames, or its images do
+        If the package is not installed (extra `sensors`), there is no camera, it delivers no frames, or its images do
         not make a valid frame.
     """
     with closing(camera_pairs(settle)) as pairs:
@@ -55,7 +55,7 @@ def camera_pairs(settle: int = SETTLING) -> Generator[RawPair, None, None]:
     Raises
     ------
     InputError
-        If the package is not installed (extra `realsense`), there is no camera, or it delivers no more frames.
+        If the package is not installed (extra `sensors`), there is no camera, or it delivers no more frames.
     """
     library = connected_realsense()
     pipeline, stream_config = library.pipeline(), library.config()
@@ -94,9 +94,9 @@ def connected_realsense() -> Any:
 
 
 def load_realsense() -> Any:
-    """Load pyrealsense2; raises InputError with the extra to install if it is missing or cannot be loaded."""
+    """Load pyrealsense2; raises InputError with what to install if it is missing or cannot be loaded."""
     load_libusb()
-    return optional("pyrealsense2", "realsense", "A RealSense camera")
+    return optional("pyrealsense2", "ilf-studio[sensors]", "A RealSense camera")
 
 
 def pair_of(frames: Any, name: str = "realsense") -> RawPair:

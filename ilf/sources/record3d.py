@@ -50,7 +50,7 @@ def unpacked(data: bytes, size: int, file: str) -> bytes:
     FormatError
         If the data are damaged or have another size.
     """
-    lzfse = optional("lzfse", "sequences", "Reading depth of Record3D")
+    lzfse = optional("lzfse", "ilf-studio[sensors]", "Reading depth of Record3D")
     try:
         if _announced_size(data, size) != size:
             raise ValueError(f"it does not announce {size} bytes")

@@ -246,8 +246,8 @@ class RosBag(Recording):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        highlevel = optional("rosbags.highlevel", "sequences", "A ROS bag")
-        typesys = optional("rosbags.typesys", "sequences", "A ROS bag")
+        highlevel = optional("rosbags.highlevel", "ilf-studio[sensors]", "A ROS bag")
+        typesys = optional("rosbags.typesys", "ilf-studio[sensors]", "A ROS bag")
         bound_unpacking()
         plain, self._packed = _compressed_bag(path)
         if path.is_dir() and not (plain or self._packed or (path / METADATA).is_file()):

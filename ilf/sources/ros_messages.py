@@ -363,7 +363,7 @@ def limited(path: Path, reader: Any) -> Iterator[None]:
     FormatError
         If there are too many topics, too much text about them, or an SQLite file that `check_plain` rejects.
     """
-    apsw = optional("apsw", "sequences", "A ROS bag")
+    apsw = optional("apsw", "ilf-studio[sensors]", "A ROS bag")
 
     def guard(connection: Any) -> None:
         allowance = TimeLimit(Path(connection.filename).stat().st_size)

@@ -173,8 +173,8 @@ class ShardTable:
 
     def __init__(self, content: bytes, path: str) -> None:
         self._path = path
-        pyarrow = optional("pyarrow", "shards", "Reading shards")
-        parquet = optional("pyarrow.parquet", "shards", "Reading shards")
+        pyarrow = optional("pyarrow", "ilf-studio[cluster]", "Reading shards")
+        parquet = optional("pyarrow.parquet", "ilf-studio[cluster]", "Reading shards")
         try:
             found = parquet.read_metadata(pyarrow.BufferReader(content))
             self._stored = {found.schema.column(place).path: place for place in range(found.num_columns)}
@@ -195,7 +195,7 @@ class ShardTable:
     def read(self, *columns: str) -> Any:
         """Read some columns, or all, as a table of pyarrow; raises FormatError if it is damaged, or implausibly
         large."""
-        pyarrow = optional("pyarrow", "shards", "Reading shards")
+        pyarrow = optional("pyarrow", "ilf-studio[cluster]", "Reading shards")
         wanted, groups, size = columns or tuple(self._stored), [], 0
         try:
             self._check_stored(wanted)
@@ -242,7 +242,7 @@ def _plain(field: Any) -> Any:
 
 def _size_in_memory(column: Any) -> int:
     """Size of a column [bytes] with its texts in their places."""
-    compute = optional("pyarrow.compute", "shards", "Reading shards")
+    compute = optional("pyarrow.compute", "ilf-studio[cluster]", "Reading shards")
     texts = [chunk for chunk in column.chunks if hasattr(chunk, "dictionary")]
     lengths = (compute.sum(compute.binary_length(chunk.dictionary).take(chunk.indices)).as_py() for chunk in texts)
     return int(column.nbytes) + sum(length or 0 for length in lengths)

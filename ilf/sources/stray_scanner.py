@@ -51,7 +51,7 @@ class Video:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._av = optional("av", "sequences", "Reading video")
+        self._av = optional("av", "ilf-studio[sensors]", "Reading video")
         with self._reading():
             self._container = self._av.open(str(path), format="mov")  # a list of FFmpeg names other files
         try:

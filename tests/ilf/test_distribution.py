@@ -3,7 +3,6 @@
 import ast
 import os
 import re
-import runpy
 import subprocess
 import sys
 import tomllib
@@ -19,7 +18,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 NOTICE = (ROOT / "assets" / "NOTICE").read_text(encoding="utf-8")
 EXTRAS = PROJECT["project"]["optional-dependencies"]
-FOR_DEVELOPERS = {"test", "dev", "docs", "mutants"}
+FOR_DEVELOPERS = {"test", "dev"}
 
 EDITABLE = os.pathsep.join(
     str((ROOT / folder).resolve()) for folder in PROJECT["tool"]["hatch"]["build"]["dev-mode-dirs"]
@@ -82,14 +81,6 @@ def test_workflows_pin_every_action_and_the_package_names_the_versions_that_they
     tested = {version for text in workflows for version in re.findall(r'"(3\.\d+)"', text)}
     classified = {line.rpartition(" ")[2] for line in PROJECT["project"]["classifiers"] if ":: Python :: 3." in line}
     assert tested == classified
-
-
-def test_manual_pages_are_those_of_the_parsers():
-    packaging = ROOT / "assets" / "packaging"
-    pages = runpy.run_path(str(packaging / "make_man.py"))["pages"]()
-    kept = {path.name: path.read_text(encoding="utf-8") for path in (packaging / "share" / "man" / "man1").iterdir()}
-    assert kept == pages, "run: python assets/packaging/make_man.py"
-    assert "\n.B \\-\\-screenshot FILE.png\n" in pages["ilf-gui.1"]
 
 
 def test_the_desktop_knows_the_commands_and_project_files():

@@ -166,7 +166,7 @@ def run_block_bench(
         If the package of the public methods is missing.
     """
     if not {"felzenszwalb", "slic"}.isdisjoint(plan.methods):
-        optional("skimage", "experiments", "A comparison with felzenszwalb or slic")  # fail before the work
+        optional("skimage", "ilf-studio[plot]", "A comparison with felzenszwalb or slic")  # fail before the work
     report = on_progress or (lambda name: None)
     units = [(folder, plan.methods) for folder in plan.folders]
     parts = run_units(_run_unit, units, jobs=jobs, on_done=lambda number: report(units[number][0].name))

@@ -107,7 +107,7 @@ def run_experiment(
     """
     if name not in EXPERIMENTS:
         raise ParameterError(f"There is no experiment {name!r}. Known: {', '.join(EXPERIMENTS)}.")
-    optional("matplotlib", "experiments", "Drawing an experiment's figures")  # fail before the work, not after it
+    optional("matplotlib", "ilf-studio[plot]", "Drawing an experiment's figures")  # fail before the work, not after it
     chosen = settings or Settings()
     report = on_progress or (lambda progress: None)
     started = time.perf_counter()

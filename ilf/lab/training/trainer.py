@@ -225,7 +225,7 @@ def train(parser: argparse.ArgumentParser, minutes: float, task: Callable[[argpa
     arguments = parser.parse_args()
 
     try:
-        torch = optional("torch", "train", "Training")
+        torch = optional("torch", "ilf-studio[torch]", "Training")
 
         torch.set_num_threads(arguments.threads)
         # a single thread makes the samples

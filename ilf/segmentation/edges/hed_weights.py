@@ -174,7 +174,7 @@ def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer
         for number, name in enumerate(names):
             groups[name] = f"block{stage}/layers/conv2d" + (f"_{number}" if number else "")
     layers = {}
-    with open_hdf5(io.BytesIO(content.tobytes()), file, "models", "Reading Keras weights") as weights:
+    with open_hdf5(io.BytesIO(content.tobytes()), file, "Reading Keras weights") as weights:
         for name, group in groups.items():
             weight = dataset(weights, f"{group}/vars/0", "f", 4, file)
             bias = dataset(weights, f"{group}/vars/1", "f", 1, file)

@@ -280,4 +280,4 @@ def _check_lacks_sigmoid(content: NDArray[np.uint8], source: Path) -> None:
 
 
 def _need_onnx() -> None:
-    optional("onnx", "models", "Converting a network")
+    optional("onnx", "onnx", "Converting a network")

@@ -1,6 +1,6 @@
 """`python -m tests.bench.mutants --sample 150 --seed 0`: how many deliberate faults the tests find.
 
-Needs `pip install -e '.[mutants]'`. First every test file runs once, to record which tests run which lines. Then every
+Needs `pip install -e '.[dev]'`. First every test file runs once, to record which tests run which lines. Then every
 fault of the sample is made in a copy of the tree, and the tests that run its line are run until one fails, fast ones
 first, up to the time `--longest`. Coverage and results are stored: the same command resumes after an interruption, and
 after new tests it tries only the surviving faults again. `--fresh` deletes the stored results.

@@ -125,7 +125,7 @@ def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkey
     camera = window.actions_["play_camera"]
     window.actions_.refresh()
     assert not camera.isEnabled()
-    assert "ilf-studio[realsense]" in camera.property(WHY_NOT)
+    assert "ilf-studio[sensors]" in camera.property(WHY_NOT)
     camera.setEnabled(True)  # as where the package is installed
     camera.trigger()
     assert asked[2:] == [None]

@@ -344,4 +344,4 @@ def test_a_missing_package_of_public_methods_is_named_before_the_work(folders, m
     assert main(["bench", *arguments]) == 1
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert captured.err.endswith('which is not installed. Install it: pip install "ilf-studio[experiments]".\n')
+    assert captured.err.endswith('which is not installed. Install it: pip install "ilf-studio[plot]".\n')

@@ -171,4 +171,4 @@ def test_without_the_library(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
     with pytest.raises(InputError, match=r"needs the package pyrealsense2, .*ilf-studio\[realsense\]"):
         capture_frame()
     assert main(["live", "--realsense"]) == 1
-    assert "ilf-studio[realsense]" in capsys.readouterr().err
+    assert "ilf-studio[sensors]" in capsys.readouterr().err
