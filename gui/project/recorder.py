@@ -94,7 +94,6 @@ class SessionSnapshot:
         results = dict(session.valid_results())
         completion = session.completion() if session.extrapolated else None
         runs = tuple(map(_detached_copy, session.run_history))
-        chains = tuple(tuple(chain) for chain in session.chains.chains)
         state = FrameState(
             session.id,
             session.frame,
@@ -113,7 +112,7 @@ class SessionSnapshot:
             to_check=frozenset(session.to_check),
             ignored=session.ignored,
             selected=tuple(session.selected),
-            looked=InspectionState(session.line, session.region, chains, session.chains.reference),
+            looked=InspectionState(session.line, session.region, session.measurements),
             view=dict(session.view),
         )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -29,29 +29,7 @@ from ilf.segmentation.reextraction import made_by_hand
 
 from .results import BlockCounts, BlockErrors, BlockTally, FrameResults, Preview, Results, ShownDepth, StoredBlockResult
 
-# Measured points of a frame.
-
 Point = tuple[float, float]
-
-
-@dataclass
-class Chains:
-    """Measurements of a frame: chains of points in image coordinates.
-
-    Attributes
-    ----------
-    chains : list of list of Point
-        Oldest first.
-    is_open : bool
-        Whether the next point continues the last chain.
-    reference : int
-        The block whose plane is the reference of heights; 0 for the image's vertical.
-    """
-
-    chains: list[list[Point]] = field(default_factory=list)
-    is_open: bool = False
-    reference: int = 0
-
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
@@ -101,8 +79,8 @@ class Session:
         """The rectangle (rows, columns)."""
         self.line: tuple[Point, Point] | None = None
         """The profile line, in image coordinates."""
-        self.chains = Chains()
-        """The measurements."""
+        self.measurements: tuple[tuple[Point, Point], ...] = ()
+        """Ends of measured distances, in image coordinates, oldest first."""
         self.to_check: set[int] = set()
         """Propagated blocks that the user should check."""
         self.ignored: tuple[IgnoredPlace, ...] = ()

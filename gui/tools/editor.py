@@ -66,7 +66,7 @@ class Editor(QObject):
         self._jobs.answered.connect(self._take_answer)
         self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
         self.inspection = Inspection(workspace, self)
-        self.inspection.measurements.refused.connect(self.message)
+        self.inspection.refused.connect(self.message)
         self.tools: dict[str, Tool] = make_tools()
         self.options = ToolOptions()
         self._active = "select"

@@ -3,90 +3,93 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 from ilf.data.blocks import Box
+from ilf.evaluation.measuring import Line
 
-from ..state.inspection import Inspection, Line
+from ..state.inspection import Inspection
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from .base import Host, Point, Press, Tool, line_path
 from .line import REACH, clamped, nearest, straightened, touches
 
 
 class MeasureTool(Tool):
-    """The tool Measure. Every click adds a point to the open measurement; a drag moves a point."""
+    """The tool Measure. Two clicks make a measurement; a drag moves an end."""
 
     points_only = True
 
     def __init__(self) -> None:
         self._press: Press | None = None
+        self._start: Point | None = None
+        """The first point, until the second is clicked."""
         self._held: tuple[int, int] | None = None
-        self._before: Point = 0.0, 0.0
-        self._is_open = False
+        """The measurement and its end under the press."""
+        self._before: tuple[Line, ...] = ()
 
     @property
     def hint(self) -> str:
         """Hint: what a click would do."""
-        if self._is_open:
-            return "Click: next point | Backspace: remove last | Enter or double-click: done"
-        return "Click: measure from here | drag a point: move it"
+        return "Click: measure from here | drag an end: move it" if self._start is None else "Click: measure to here"
 
     @property
     def busy(self) -> bool:
-        """Whether a measurement is open."""
-        return self._is_open or self._press is not None
+        """Whether a measurement is unfinished."""
+        return self._start is not None or self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Add a point by a click, move one by a drag, preview the next segment."""
-        measurements, at = host.inspection.measurements, clamped((event.x, event.y), host.session.frame.shape)
+        """Measure by two clicks, move an end by a drag, preview the line to the second point."""
+        at = clamped((event.x, event.y), host.session.frame.shape)
         if event.kind is PointerKind.PRESS:
-            self._press, self._held = Press(event), _held(host, event)
-            if self._held is not None:
-                self._before = measurements.chains[self._held[0]][self._held[1]]
+            self._press, self._before = Press(event), host.inspection.measurements
+            self._held = _held(self._before, event) if self._start is None else None
         elif event.kind is PointerKind.MOVE and self._press is not None:
             if self._press.follow(event) and self._held is not None:
-                measurements.move_point(*self._held, at)
+                host.inspection.set_measurements(_with_end(host.inspection.measurements, self._held, at))
         elif event.kind is PointerKind.RELEASE and self._press is not None:
             press, self._press = self._press, None
             if self._held is None or not press.drags:
-                measurements.add_point(*at)
-        elif event.kind is PointerKind.DOUBLE:
-            self.finish(host)
-        self._is_open = measurements.is_open
-        shows = self._is_open and event.kind is PointerKind.HOVER
-        host.show_preview(Preview(line_path([measurements.chains[-1][-1], at]), dashed=True) if shows else None)
-        return True
-
-    def finish(self, host: Host) -> bool:
-        """Close the measurement."""
-        return self.cancel(host)
+                self._click(at, host)
+        shows = self._start is not None and event.kind is PointerKind.HOVER
+        host.show_preview(Preview(line_path([self._start, at]), dashed=True) if self._start and shows else None)
+        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> bool:
-        """Restore a dragged point, or close the measurement, which stays if it has more than one point."""
-        measurements = host.inspection.measurements
-        press, self._press = self._press, None
+        """Restore a dragged end, or drop the first point."""
+        was_busy, press = self.busy, self._press
+        self._press = self._start = None
         host.show_preview(None)
         if press is not None and press.drags and self._held is not None:
-            measurements.move_point(*self._held, self._before)
-            return True
-        self._is_open = False
-        return measurements.end() or press is not None
+            host.inspection.set_measurements(self._before)
+        return was_busy
 
     def undo_last(self, host: Host) -> bool:
-        """Remove the last point."""
-        host.show_preview(None)
-        done = host.inspection.measurements.undo_last()
-        self._is_open = host.inspection.measurements.is_open
-        return done
+        """Drop the first point."""
+        return self.cancel(host)
+
+    def _click(self, at: Point, host: Host) -> None:
+        if not host.inspection.has_depth(at):
+            return
+        if self._start is None:
+            self._start = at
+        else:
+            host.inspection.set_measurements([*host.inspection.measurements, (self._start, at)])
+            self._start = None
 
 
-def _held(host: Host, event: PointerEvent) -> tuple[int, int] | None:
-    """Return the indices of measurement and point under a press; None for none."""
-    places = [(n, m) for n, chain in enumerate(host.inspection.measurements.chains) for m in range(len(chain))]
-    points = [point for chain in host.inspection.measurements.chains for point in chain]
-    found = nearest(points, event)
-    return None if found is None else places[found]
+def _held(lines: Sequence[Line], event: PointerEvent) -> tuple[int, int] | None:
+    """Return the indices of measurement and end under a press; None for none."""
+    found = nearest([point for line in lines for point in line], event)
+    return None if found is None else divmod(found, 2)
+
+
+def _with_end(lines: Sequence[Line], end: tuple[int, int], at: Point) -> list[Line]:
+    number, which = end
+    moved = [*lines]
+    moved[number] = (at, lines[number][1]) if which == 0 else (lines[number][0], at)
+    return moved
 
 
 # Base of tools whose drag draws a shape over the image or changes the existing one.

@@ -28,7 +28,7 @@ from ilf.sources.listing import Listing, list_frames
 from ilf.sources.opening import is_recording
 
 from ..state.entries import Entry
-from ..state.session import Chains, Session
+from ..state.session import Session
 from ..state.workspace import Workspace
 from .found_blocks import FoundBlocks, describe_blocks, find
 from .queue import Job, JobQueue
@@ -116,8 +116,7 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     session.ignored = state.ignored
     session.selected = [label for label in state.selected if label in there]
     looked = state.looked
-    session.line, session.region = looked.line, looked.region
-    session.chains = Chains([list(chain) for chain in looked.chains], reference=looked.reference)
+    session.line, session.region, session.measurements = looked.line, looked.region, looked.measurements
     session.view = dict(state.view)
     session.note_saved(session.stamp)
     return session

@@ -1,9 +1,9 @@
-"""Measuring: depth profiles, and distances, heights and angles between image points with depth."""
+"""Measuring: depth profiles, and the distance between two image points with depth."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -145,37 +145,36 @@ def _others(
     return {name: array[rows, columns].astype(np.float32) for name, array in arrays.items()}
 
 
-CAMERA_UP = (0.0, -1.0, 0.0)
-"""Up direction in the image: the camera's y axis points down."""
-
 NEEDS_INTRINSICS = "Lengths and angles need the camera's intrinsics, and this frame has none. Open it with intrinsics."
 
 
+Line = tuple[ImagePoint, ImagePoint]
+"""Ends in image coordinates."""
+
+
 @dataclass(frozen=True, eq=False)
-class MeasuredChain:
-    """A chain of points in space.
+class Measured:
+    """Two points in space.
 
     Attributes
     ----------
-    points : ndarray of float64, shape (N, 3)
+    points : ndarray of float64, shape (2, 3)
         Points in camera axes [m]: x right, y down, z forward; NaN without depth.
-    distances : ndarray of float64, shape (N - 1,)
-        Straight distance from each point to the next [m].
-    heights : ndarray of float64, shape (N - 1,)
-        Height of the next point above each point [m].
-    angles : ndarray of float64, shape (N,)
-        Angle between the directions to the previous and the next point [degrees]; NaN at the ends of the chain.
+    distance : float
+        Straight distance between them [m]; NaN if one has no depth.
+    height : float
+        How far the second point is above the first along the image's vertical [m].
     """
 
     points: NDArray[np.float64]
-    distances: NDArray[np.float64]
-    heights: NDArray[np.float64]
-    angles: NDArray[np.float64]
 
     @property
-    def length(self) -> float:
-        """Length of the chain [m]; NaN if a point has no depth."""
-        return float(self.distances.sum())
+    def distance(self) -> float:
+        return float(np.linalg.norm(self.points[1] - self.points[0]))
+
+    @property
+    def height(self) -> float:
+        return float(self.points[0, 1] - self.points[1, 1])
 
 
 def point_in_space(
@@ -205,56 +204,32 @@ def point_in_space(
     return intrinsics.points(column, row, z)
 
 
-def measure(
-    depth: ArrayLike,
-    chain: Sequence[ImagePoint],
-    intrinsics: CameraIntrinsics | None,
-    up: tuple[float, float, float] = CAMERA_UP,
-) -> MeasuredChain:
-    """Compute distances, heights and angles along a chain of image points.
+def measure(depth: ArrayLike, line: Line, intrinsics: CameraIntrinsics | None) -> Measured:
+    """Compute the positions in space of two image points.
 
     Parameters
     ----------
     depth : array_like
         Depth [m], (H, W). Values that are not finite and positive are missing.
-    chain : sequence of (float, float)
+    line : pair of (float, float)
         Image coordinates x, y.
     intrinsics : CameraIntrinsics
-    up : (float, float, float)
-        Direction of heights in camera axes, such as a `PlaneFit.normal`; up in the image if left out.
-
-    Returns
-    -------
-    Measured
-        With NaN for values that depend on a point without depth.
 
     Raises
     ------
     InputError
-        Without intrinsics, or if `up` has no direction.
+        Without intrinsics.
 
     Examples
     --------
-    >>> camera = CameraIntrinsics(100.0, 100.0, 0.0, 0.0)
-    >>> found = measure(np.full((9, 9), 2.0), [(0.5, 3.5), (0.5, 0.5), (4.5, 0.5)], camera)
-    >>> found.distances.round(3).tolist(), found.heights.round(3).tolist()
-    ([0.06, 0.08], [0.06, 0.0])
-    >>> found.angles.round(1).tolist()
-    [nan, 90.0, nan]
+    >>> found = measure(np.full((9, 9), 2.0), ((0.5, 3.5), (4.5, 0.5)), CameraIntrinsics(100.0, 100.0, 0.0, 0.0))
+    >>> round(found.distance, 3), round(found.height, 3)
+    (0.1, 0.06)
     """
     if intrinsics is None:
         raise InputError(NEEDS_INTRINSICS)
-    axis = np.asarray(up, np.float64)
-    size = float(np.linalg.norm(axis))
-    if not (math.isfinite(size) and size > 0):
-        raise InputError(f"{up} is not a direction for heights. Give a vector of finite length above 0.")
     image = plain_array(depth)
-    points = np.array([_point_or_nan(image, point, intrinsics) for point in chain]).reshape(-1, 3)
-    ways = np.diff(points, axis=0)
-    angles = np.full(len(points), np.nan)
-    for n in range(1, len(points) - 1):
-        angles[n] = _angle(-ways[n - 1], ways[n])
-    return MeasuredChain(points, np.linalg.norm(ways, axis=1), ways @ axis / size + 0.0, angles)
+    return Measured(np.array([_point_or_nan(image, point, intrinsics) for point in line]))
 
 
 def angle_between(one: PlaneFit, other: PlaneFit) -> float:
@@ -277,20 +252,20 @@ def angle_between(one: PlaneFit, other: PlaneFit) -> float:
     return min(angle, 180.0 - angle)
 
 
-def measurements_csv(chains: Iterable[tuple[Sequence[ImagePoint], MeasuredChain]]) -> str:
-    """A table with one line per point: position, distance from the previous point and height above it, and angle.
-
-    Missing values are empty cells.
-    """
-    names = ["x_m", "y_m", "z_m", "distance_m", "height_m", "angle_deg"]
-    rows: list[list[object]] = [["measurement", "point", "x", "y", *names]]
-    for number, (chain, measured) in enumerate(chains, 1):
-        for n, (x, y) in enumerate(chain):
-            since = [measured.distances[n - 1], measured.heights[n - 1]] if n else [math.nan, math.nan]
-            values = [*measured.points[n], *since, measured.angles[n]]
-            cells = ["" if math.isnan(value) else f"{value:.5f}" for value in values]
-            rows.append([number, n + 1, math.floor(x), math.floor(y), *cells])
+def measurements_csv(lines: Sequence[Line], found: Sequence[Measured]) -> str:
+    """A table with one line per measurement: both points, their distance and height; missing values are empty cells."""
+    ends = [f"{name}{end}" for end in (1, 2) for name in ("x", "y", "x_m", "y_m", "z_m")]
+    rows: list[list[object]] = [["measurement", *ends, "distance_m", "height_m"]]
+    for number, (line, measured) in enumerate(zip(lines, found, strict=True), 1):
+        row: list[object] = [number]
+        for (x, y), point in zip(line, measured.points, strict=True):
+            row += [math.floor(x), math.floor(y), *map(_cell, point)]
+        rows.append([*row, _cell(measured.distance), _cell(measured.height)])
     return csv_text(rows)
+
+
+def _cell(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.5f}"
 
 
 def _point_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics) -> NDArray[np.float64]:

@@ -360,6 +360,5 @@ def _encode_inspection(looked: InspectionState) -> dict[str, Any]:
     return {
         "line": None if looked.line is None else [list(point) for point in looked.line],
         "region": None if region is None else [[side.start, side.stop] for side in region],
-        "chains": [[list(point) for point in chain] for chain in looked.chains],
-        "reference": looked.reference,
+        "measurements": [[list(point) for point in line] for line in looked.measurements],
     }

@@ -114,16 +114,13 @@ class InspectionState:
         Ends of the profile line.
     region : Box or None
         The selected rectangle (rows, columns).
-    chains : tuple of tuple of Point
-        Polylines whose lengths are measured.
-    reference : int
-        Block whose plane is the reference of heights; 0 for the image's vertical.
+    measurements : tuple of (Point, Point)
+        Ends of measured distances.
     """
 
     line: tuple[Point, Point] | None = None
     region: Box | None = None
-    chains: tuple[tuple[Point, ...], ...] = ()
-    reference: int = 0
+    measurements: tuple[tuple[Point, Point], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -154,6 +154,5 @@ def inspection_of(data: Section) -> InspectionState:
     return InspectionState(
         data.get("line", tuple[Point, Point], None),
         None if region is None else (slice(*region[0]), slice(*region[1])),
-        data.get("chains", tuple[tuple[Point, ...], ...]),
-        data.get("reference", int),
+        data.get("measurements", tuple[tuple[Point, Point], ...]),
     )

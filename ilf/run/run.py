@@ -321,8 +321,8 @@ class CompletedRun(Completion):
         Parameters
         ----------
         path : path-like
-            .rrd for the viewer Rerun (package `rerun-sdk`), or an extension of a plugin. A file of that name is replaced;
-            the folder is created if missing.
+            .rrd for the viewer Rerun (package `rerun-sdk`), or an extension of a plugin. A file of that name is
+            replaced; the folder is created if missing.
 
         Raises
         ------

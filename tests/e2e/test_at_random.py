@@ -90,7 +90,7 @@ def test_commands_in_any_order(
         ends = [(chance.random() * width, chance.random() * height) for _ in range(2)]
         inspection.set_line(chance.choice([None, (ends[0], ends[1])]))
         inspection.set_region(chance.choice([None, (slice(3, 30), slice(5, 40))]))
-        inspection.measurements.add_point(*ends[0])
+        inspection.set_measurements([*inspection.measurements[-2:], (ends[0], ends[1])])
 
     others: list[Callable[[], object]] = [
         lambda: workspace.blocks.select(list(workspace.session.counts())[chance.randrange(3) :][:1]),

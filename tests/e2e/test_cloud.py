@@ -122,7 +122,7 @@ def test_points_and_pixels_are_linked(opened: MainWindow, qtbot: QtBot) -> None:
 
 
 def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, qtbot: QtBot) -> None:
-    canvas, measurements = opened.cloud.canvas, opened.editor.inspection.measurements
+    canvas, inspection = opened.cloud.canvas, opened.editor.inspection
     opened.centre.show_cloud()
     shown(opened, qtbot)
     opened.actions_["tool_measure"].trigger()
@@ -131,23 +131,19 @@ def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, 
     ends = (50, 5), (10, 44)
     for pixel in ends:
         QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=place_of(opened, pixel))
-    (chain,) = measurements.chains
-    assert np.abs(np.subtract(np.floor(chain), ends)).max() <= 1
+    (line,) = inspection.measurements
+    assert np.abs(np.subtract(np.floor(line), ends)).max() <= 1
     assert opened.workspace.session.selected == chosen
     opened.refresh.now()
-    assert canvas._lines == [chain]
-    length = measure(opened.workspace.session.frame.depth, chain, opened.workspace.session.frame.intrinsics).length
+    assert list(canvas._lines) == [line]
+    length = measure(opened.workspace.session.frame.depth, line, opened.workspace.session.frame.intrinsics).distance
     assert canvas._texts == [f"{length:.3f} m"]
     with_text = pixels(canvas)
-    canvas.set_lines([chain], [])
+    canvas.set_lines([line], [])
     assert (pixels(canvas) != with_text).any(), "the length stands at its line"
-    assert measurements.is_open
-    canvas.setFocus()
-    QTest.keyClick(canvas, Qt.Key.Key_Return)
-    assert not measurements.is_open
     opened.actions_["tool_select"].trigger()
     opened.refresh.now()
-    assert canvas._lines == [chain], "as over the images, for as long as the panel is open"
+    assert list(canvas._lines) == [line], "as over the images, for as long as the panel is open"
     opened.findChild(QDockWidget, "Measure").close()
     opened.refresh.now()
     assert not canvas._lines

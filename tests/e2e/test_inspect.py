@@ -139,43 +139,26 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(
     qtbot.waitUntil(lambda: part.measure_panel.isVisible(), timeout=WAIT_MS)
     click(window, (12.5, 15.5))
     assert "no depth" in window.toasts.message
-    assert part.measurements.chains == []
+    assert part.inspection.measurements == ()
     run_all(window)
-    for point in ((5.5, 5.5), (12.5, 15.5), (5.5, 40.5)):
+    for point in ((5.5, 5.5), (12.5, 15.5), (40.5, 5.5), (60.5, 5.5)):
         click(window, point)
-    key(window, Qt.Key.Key_Return)
-    assert part.measurements.add_point(40.5, 5.5)  # as from elsewhere
-    assert part.measurements.add_point(60.5, 5.5)
-    part.measurements.end()
     window.refresh.now()
     rows = part.measure_panel._list._rows
-    assert [row.name for row in rows] == ["1.1", "1.2", "1  total", "2"]
-    assert [row.filled for row in rows] == [True, True, False, False]
-    assert len(part._marks.marks.lengths) == 3
-    assert len(part._marks.marks.angles) == 1
+    assert [(number, filled) for number, *_, filled in rows] == [("1", True), ("2", False)]
+    session, depth = window.workspace.session, window.workspace.session.current_depth()
+    assert depth is not None
+    wanted = measure(depth, part.inspection.measurements[1], session.frame.intrinsics)
+    assert rows[1][1:3] == (f"{wanted.distance:.3f} m", f"{wanted.height:+.3f} m")
+    assert len(part._marks.marks.lengths) == 2
 
     window.actions_["copy_measurements"].trigger()
     lines = QApplication.clipboard().text().splitlines()
-    assert len(lines) == 6
-    assert lines[1].split("\t")[:4] == ["1", "1", "5", "5"]
-
-    # heights over the plane of a block
-    window.workspace.blocks.select([2])
-    part.measure_panel.reference_requested.emit(True)
-    window.refresh.now()
-    assert part.measure_panel._list._rows[3].height == "–"  # the plane is yet to be found
-    numbers(window, qtbot)
-    window.refresh.now()
-    session, depth = window.workspace.session, window.workspace.session.current_depth()
-    assert depth is not None
-    plane = surface_statistics(depth, session.labels == 2, session.frame.intrinsics).plane
-    assert plane is not None
-    assert plane.normal is not None
-    wanted = measure(depth, part.measurements.chains[1], session.frame.intrinsics, plane.normal)
-    assert part.measure_panel._list._rows[3].height == f"{wanted.heights[0]:+.3f} m"
+    assert len(lines) == 3
+    assert lines[1].split("\t")[:3] == ["1", "5", "5"]
 
     part.measure_panel._list.selectRow(0)
     window.actions_["delete_measurements"].trigger()
-    assert len(part.measurements.chains) == 1
+    assert len(part.inspection.measurements) == 1
     window.actions_["restore_measurements"].trigger()
-    assert len(part.measurements.chains) == 2
+    assert len(part.inspection.measurements) == 2

@@ -105,9 +105,7 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
         to_check=frozenset({2}),
         ignored=(IgnoredPlace("border", (2, 1), (40.5, 12.25), 2**32 - 1),),
         selected=(2, 1),
-        looked=InspectionState(
-            ((0.5, 1.25), (70.0, 3.0)), (slice(3, 9), slice(2, 80)), (((1.0, 2.0), (3.0, 4.5)), ()), 2
-        ),
+        looked=InspectionState(((0.5, 1.25), (70.0, 3.0)), (slice(3, 9), slice(2, 80)), (((1.0, 2.0), (3.0, 4.5)),)),
         view={"zoom": 1.5, "layout": ["a", None, True]},
     )
 

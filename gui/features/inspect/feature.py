@@ -1,4 +1,4 @@
-"""Inspection: depth profile along a line, statistics of a surface, distances and angles."""
+"""Inspection: depth profile along a line, statistics of a surface, distances."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygon
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from ilf.data.blocks import Box
+from ilf.evaluation.measuring import Line
 
 from ...base.commands import Command
-from ...state.inspection import Line
 from ...state.session import Point
 from ...views.linked_views import LinkedViews
 from ...views.scene_items import ViewItem
@@ -32,7 +32,7 @@ _LINE, _REGION, _MEASURE = QColor(96, 220, 255), QColor(255, 255, 255), QColor(2
 _HALO, _PLATE = QColor(0, 0, 0, 190), QColor(0, 0, 0, 165)
 _END, _PLACE, _DOT, _PAD = 4.0, 4.5, 3.5, 3.0
 _BESIDE = 22.0
-"""Distance of the centre of a text from its place [px]."""
+"""How far marks reach beyond their points, without texts [px]."""
 
 
 @dataclass(frozen=True)
@@ -47,27 +47,22 @@ class Marks:
         A place on the line.
     region : (slice, slice), optional
         Rows and columns of the rectangle.
-    chains : sequence of sequence of (float, float)
-        Points of the measurements, connected by straight lines.
+    measurements : sequence of pairs of points
     lengths : sequence of ((float, float), str)
         Texts at places.
-    angles : sequence of ((float, float), (float, float), str)
-        Texts beside places, on the side away from a second place.
     """
 
     line: Line | None = None
     place: Point | None = None
     region: Box | None = None
-    chains: Sequence[Sequence[Point]] = ()
+    measurements: Sequence[Line] = ()
     lengths: Sequence[tuple[Point, str]] = ()
-    angles: Sequence[tuple[Point, Point, str]] = ()
 
     def extent(self) -> QRectF | None:
         """Return the bounding rectangle of all marks; None if nothing is marked."""
         points: list[Point] = [*(self.line or ()), *([self.place] if self.place else [])]
-        points += [point for chain in self.chains for point in chain]
+        points += [point for line in self.measurements for point in line]
         points += [place for place, _ in self.lengths]
-        points += [place for place, _, _ in self.angles]
         if self.region is not None:
             rows, columns = self.region
             points += [(columns.start, rows.start), (columns.stop, rows.stop)]
@@ -87,9 +82,8 @@ class _MarksItem(ViewItem):
         """Set the marks to draw."""
         self._marks = marks
         metrics = QFontMetricsF(self._font)
-        texts = [*(text for _, text in marks.lengths), *(text for _, _, text in marks.angles)]
-        widest = max((metrics.horizontalAdvance(text) for text in texts), default=metrics.height())
-        self.set_extent(marks.extent(), _BESIDE + widest / 2 + _PAD + metrics.height())
+        widest = max((metrics.horizontalAdvance(text) for _, text in marks.lengths), default=metrics.height())
+        self.set_extent(marks.extent(), _BESIDE + widest / 2 + _PAD)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         marks, to_screen = self._marks, painter.worldTransform()
@@ -110,15 +104,13 @@ class _MarksItem(ViewItem):
             self._draw_line(painter, at(marks.line[0]), at(marks.line[1]))
         if marks.place is not None:
             _dot(painter, at(marks.place), _PLACE, _LINE)
-        for chain in marks.chains:
-            points = [at(point) for point in chain]
+        for line in marks.measurements:
+            points = [at(point) for point in line]
             _stroke(painter, points, _MEASURE, 1.5)
             for point in points:
                 _dot(painter, point, _DOT, _MEASURE)
         for place, text in marks.lengths:
             self._write(painter, at(place), text)
-        for place, other, text in marks.angles:
-            self._write(painter, at(place) + _offset(at(other), at(place), _BESIDE), text)
         painter.restore()
 
     def _draw_line(self, painter: QPainter, start: QPointF, end: QPointF) -> None:
@@ -206,7 +198,6 @@ class InspectFeature(Feature):
             [actions[name] for name in ("copy_measurements", "save_measurements", "delete_measurements")],
         )
         self.inspection = editor.inspection
-        self.measurements = editor.inspection.measurements
         self.profile = ProfilePresenter(context, self.inspection, self.profile_panel)
         self.measure = MeasurePresenter(context, self.inspection, self.measure_panel)
         context.feature(ErrorFeature).watch(lambda: self.profile.is_seen and self.inspection.line is not None)
@@ -301,7 +292,7 @@ class InspectFeature(Feature):
         coming = workspace.runs.results_added, workspace.runs.previews_changed
         known = workspace.blocks.invalid_mask_changed, workspace.blocks.neighbours_changed
         depth = turned, blocks, results, *known, workspace.runs.viewed_iteration_changed
-        line, measured = self.inspection.line_changed, self.measurements.changed
+        line, measured = self.inspection.line_changed, self.inspection.measurements_changed
         seen = self.profile_panel.shown, self.measure_panel.shown
         compared = workspace.runs.error_changed, workspace.blocks.ground_truth_changed, workspace.runs.compared_changed
         add("profile", self.profile.show, (*depth, *compared, workspace.blocks.infos_changed, line, seen[0]), coming)
@@ -324,22 +315,22 @@ class InspectFeature(Feature):
         if not workspace.has_session:
             self._show(Marks())
             return
-        chains = self.measurements.chains if self.measure_panel.isVisible() or tool == "measure" else []
+        lines = self.inspection.measurements if self.measure_panel.isVisible() or tool == "measure" else ()
         plotted = self.profile.is_seen or tool == "profile"
         self._show(
             Marks(
                 self.inspection.line if plotted else None,
                 self.profile.place if plotted else None,
                 workspace.session.region,
-                chains,
-                *(self.measure.texts() if chains else ()),
+                lines,
+                self.measure.texts() if lines else (),
             )
         )
 
     def _show(self, marks: Marks) -> None:
         """Draw marks over the views, and measurements in the cloud."""
         self._marks.show(marks)
-        self.context.cloud.canvas.set_lines(marks.chains, [text for _, text in marks.lengths])
+        self.context.cloud.canvas.set_lines(marks.measurements, [text for _, text in marks.lengths])
 
     def _reveal(self, page: int) -> None:
         """Show the page of the statistics (0) or of the measurements (1)."""

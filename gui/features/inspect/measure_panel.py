@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QFont, QHideEvent, QShowEvent
@@ -141,32 +140,12 @@ def degrees(angle: float) -> str:
 
 _MIN_LIST_HEIGHT = 96
 _COLUMNS = (
-    ("", "Number of the measurement, and of its segment"),
+    ("", "Number of the measurement"),
     ("Distance", "Straight-line distance of the end points"),
-    ("Height", "Height of the second point above the first"),
-    ("Angle", "Angle at the first point, to the previous segment"),
+    ("Height", "Height of the second point above the first, along the image's vertical"),
 )
-
-
-@dataclass(frozen=True)
-class MeasuredRow:
-    """Row of the list: one segment of a measurement.
-
-    Attributes
-    ----------
-    chain : int
-        Number of the measurement.
-    name, distance, height, angle : str
-    filled : bool
-        Whether an end point lies on filled depth, not measured depth.
-    """
-
-    chain: int
-    name: str
-    distance: str
-    height: str
-    angle: str
-    filled: bool
+MeasuredRow = tuple[str, str, str, bool]
+"""Number, distance, height, and whether an end lies on filled depth, not measured depth."""
 
 
 class MeasurePanel(Themed, QWidget):
@@ -185,14 +164,11 @@ class MeasurePanel(Themed, QWidget):
         The panel has become visible, so that it must be updated; or hidden.
     subject_requested(bool)
         Whether to show statistics of the rectangle instead of the selected block.
-    reference_requested(bool)
-        Whether to measure heights over the selected block's plane instead of along the image's vertical.
     """
 
     shown = Signal()
     hidden = Signal()
     subject_requested = Signal(bool)
-    reference_requested = Signal(bool)
 
     def __init__(
         self,
@@ -212,18 +188,8 @@ class MeasurePanel(Themed, QWidget):
         self.statistics = StatisticsTable()
         self._reason, self._message = _note(), _note()
         self._list = _MeasuredList()
-        self.reference = QComboBox()
-        self.reference.addItems(["image vertical", "plane of selected block"])
-        self.reference.setAccessibleName("Reference of heights")
-        self.reference.setToolTip(
-            "Heights along the image's vertical, or over the plane of the selected block; "
-            "the camera does not measure the direction of gravity"
-        )
-        self.reference.activated.connect(lambda index: self.reference_requested.emit(index == 1))
-
-        for box in (self.subject, self.reference):
-            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-            box.setMinimumContentsLength(9)
+        self.subject.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.subject.setMinimumContentsLength(9)
         numbers, buttons = _column(), [_button(action) for action in tools]
         numbers.addLayout(_row(self.subject, (self._name, 1), buttons[0], *(_button(action) for action in copying)))
         numbers.addWidget(self.statistics)
@@ -234,9 +200,8 @@ class MeasurePanel(Themed, QWidget):
         scroll.setWidgetResizable(True)
         scroll.setFrameShape(QScrollArea.Shape.NoFrame)
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        lengths, height = _column(), PlainLabel("Heights:")
-        height.setBuddy(self.reference)
-        lengths.addLayout(_row(height, (self.reference, 1), buttons[1], *(_button(action) for action in actions)))
+        lengths = _column()
+        lengths.addLayout(_row((QWidget(), 1), buttons[1], *(_button(action) for action in actions)))
         lengths.addWidget(self._message)
         lengths.addWidget(self._list, 1)
         self.pages = QTabWidget()
@@ -263,12 +228,6 @@ class MeasurePanel(Themed, QWidget):
         self._reason.setText(note)
         self._reason.setVisible(bool(note))
 
-    def show_reference(self, name: str) -> None:
-        """Show the block whose plane is the reference of heights; "" for the image's vertical."""
-        with QSignalBlocker(self.reference):
-            self.reference.setItemText(1, f"plane of {name}" if name else "plane of selected block")
-            self.reference.setCurrentIndex(int(bool(name)))
-
     def show_measured(self, rows: Sequence[MeasuredRow], message: str) -> None:
         """Show the measurements and a message."""
         self._list.show_rows(rows)
@@ -294,10 +253,10 @@ class MeasurePanel(Themed, QWidget):
 
 
 class _MeasuredList(QTableWidget):
-    """Table with a row for every segment of every measurement."""
+    """Table with a row for every measurement."""
 
     def __init__(self) -> None:
-        super().__init__(0, 4)
+        super().__init__(0, len(_COLUMNS))
         self._rows: list[MeasuredRow] = []
         for column, (name, help) in enumerate(_COLUMNS):
             title = QTableWidgetItem(name)
@@ -325,8 +284,8 @@ class _MeasuredList(QTableWidget):
             return
         self._rows = list(rows)
         self.setRowCount(len(rows))
-        for n, row in enumerate(rows):
-            for column, text in enumerate((row.name, row.distance, row.height, row.angle)):
+        for n, (*texts, filled) in enumerate(rows):
+            for column, text in enumerate(texts):
                 item = self.item(n, column)
                 if item is None:
                     item = QTableWidgetItem()
@@ -336,13 +295,13 @@ class _MeasuredList(QTableWidget):
                     )
                     self.setItem(n, column, item)
                 font = QFont(self._font)
-                font.setItalic(row.filled)
+                font.setItalic(filled)
                 item.setFont(font)
                 item.setText(text)
-                item.setToolTip("An end point lies on filled depth, not measured depth" if row.filled else "")
+                item.setToolTip("An end point lies on filled depth, not measured depth" if filled else "")
 
     def chosen(self) -> set[int]:
-        return {self._rows[index.row()].chain for index in self.selectionModel().selectedRows()}
+        return {index.row() for index in self.selectionModel().selectedRows()}
 
 
 def _note() -> QLabel:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -17,9 +17,9 @@ from ilf._runtime.formatting import counted
 from ilf.data.camera import CameraIntrinsics
 from ilf.errors import InputError
 from ilf.evaluation.measuring import (
-    CAMERA_UP,
     NEEDS_INTRINSICS,
-    MeasuredChain,
+    Line,
+    Measured,
     angle_between,
     measure,
     measurements_csv,
@@ -31,56 +31,35 @@ from ...state.session import Point, Session
 from ...work.latest_request import LatestRequest
 from ..context import Context
 from ..documents.file_dialogs import ask_path, save
-from .measure_panel import MeasuredRow, MeasurePanel, degrees, metres
+from .measure_panel import MeasurePanel, metres
 
-# Measurements as rows of a list, as texts over the views, and as a table for other programs.
-
-Chain = Sequence[Point]
-Length = tuple[Point, str]
-Angle = tuple[Point, Point, str]
+# Measurements as rows of a list, and as texts over the views.
 
 
 def measured_rows(
-    chains: Sequence[Chain], found: Sequence[MeasuredChain], known: NDArray[np.bool_]
-) -> list[MeasuredRow]:
-    """Return a row per segment; `known`, bool (H, W), is True where depth was measured."""
-    rows = []
-    for number, (chain, measured) in enumerate(zip(chains, found, strict=True)):
-        several = len(chain) > 2
-        for n, (distance, height) in enumerate(zip(measured.distances, measured.heights, strict=True)):
-            ends = (chain[n], chain[n + 1])
-            rows.append(
-                MeasuredRow(
-                    number,
-                    f"{number + 1}.{n + 1}" if several else f"{number + 1}",
-                    metres(distance) if math.isfinite(distance) else "no depth",
-                    f"{height:+.3f} m" if math.isfinite(height) else "–",
-                    degrees(measured.angles[n]) if n else "",
-                    any(not known[math.floor(y), math.floor(x)] for x, y in ends),
-                )
-            )
-        if several:
-            rows.append(MeasuredRow(number, f"{number + 1}  total", metres(measured.length), "", "", False))
-    return rows
+    lines: Sequence[Line], found: Sequence[Measured], known: NDArray[np.bool_]
+) -> list[tuple[str, str, str, bool]]:
+    """Return a row per measurement: number, distance, height, and whether an end lies on filled depth; `known`, bool
+    (H, W), is True where depth was measured."""
+    return [
+        (
+            f"{number}",
+            metres(measured.distance) if math.isfinite(measured.distance) else "no depth",
+            f"{measured.height:+.3f} m" if math.isfinite(measured.height) else "–",
+            any(not known[math.floor(y), math.floor(x)] for x, y in line),
+        )
+        for number, (line, measured) in enumerate(zip(lines, found, strict=True), 1)
+    ]
 
 
-def texts_of(chains: Sequence[Chain], found: Sequence[MeasuredChain]) -> tuple[list[Length], list[Angle]]:
-    """Return the texts at the middle of every segment, and those outside every corner."""
-    lengths: list[Length] = []
-    angles: list[Angle] = []
-    for number, (chain, measured) in enumerate(zip(chains, found, strict=True)):
-        for n, distance in enumerate(measured.distances):
-            name = f"{number + 1}: " if n == 0 and len(chains) > 1 else ""
-            length = metres(distance) if math.isfinite(distance) else "no depth"
-            lengths.append((_middle(chain[n], chain[n + 1]), f"{name}{length}"))
-        for n in range(1, len(chain) - 1):
-            if math.isfinite(measured.angles[n]):
-                angles.append((chain[n], _middle(chain[n - 1], chain[n + 1]), degrees(measured.angles[n])))
-    return lengths, angles
-
-
-def _middle(one: Point, other: Point) -> Point:
-    return (one[0] + other[0]) / 2, (one[1] + other[1]) / 2
+def texts_of(lines: Sequence[Line], found: Sequence[Measured]) -> list[tuple[Point, str]]:
+    """Return the texts at the middle of every measurement."""
+    texts = []
+    for number, (((x0, y0), (x1, y1)), measured) in enumerate(zip(lines, found, strict=True), 1):
+        name = f"{number}: " if len(lines) > 1 else ""
+        length = metres(measured.distance) if math.isfinite(measured.distance) else "no depth"
+        texts.append((((x0 + x1) / 2, (y0 + y1) / 2), f"{name}{length}"))
+    return texts
 
 
 # Requests for statistics, and their computation.
@@ -97,9 +76,8 @@ class StatisticsRequest:
     raw, result : ndarray of float32, shape (H, W)
         [m]; the second is None if there is no result.
     intrinsics : CameraIntrinsics or None
-    subject, other, reference : ndarray of bool, shape (H, W), or None
-        Region of the statistics; second block, for the angle between both; block whose plane is the reference of
-        heights.
+    subject, other : ndarray of bool, shape (H, W), or None
+        Region of the statistics; second block, for the angle between both.
     """
 
     raw: NDArray[np.float32]
@@ -107,7 +85,6 @@ class StatisticsRequest:
     intrinsics: CameraIntrinsics | None
     subject: Mask | None
     other: Mask | None
-    reference: Mask | None
 
 
 @dataclass(frozen=True)
@@ -120,16 +97,13 @@ class StatisticsResult:
         Statistics of the subject.
     angle : float or None
         Angle between the planes of both blocks [degrees]; None if not requested or not defined.
-    up : (float, float, float) or None
-        Normal of the reference plane; None if there is none.
     reason : str
-        Why there is no angle or no normal.
+        Why there is no angle.
     """
 
     raw: SurfaceStatistics | None = None
     result: SurfaceStatistics | None = None
     angle: float | None = None
-    up: tuple[float, float, float] | None = None
     reason: str = ""
 
 
@@ -140,7 +114,7 @@ def find(question: StatisticsRequest) -> StatisticsResult:
     def of(depth: NDArray[np.float32], mask: Mask) -> SurfaceStatistics:
         return surface_statistics(depth, mask, question.intrinsics)
 
-    raw = result = angle = up = None
+    raw = result = angle = None
     reason = ""
     if question.subject is not None:
         raw = of(question.raw, question.subject)
@@ -150,12 +124,7 @@ def find(question: StatisticsRequest) -> StatisticsResult:
             angle = angle_between(_plane(result or raw), _plane(of(present, question.other)))
         except InputError as error:
             reason = str(error)
-    if question.reference is not None:
-        try:
-            up = _plane(of(present, question.reference)).normal
-        except InputError as error:
-            reason = str(error)
-    return StatisticsResult(raw, result, angle, up, reason)
+    return StatisticsResult(raw, result, angle, reason)
 
 
 def _plane(found: SurfaceStatistics | None) -> PlaneFit:
@@ -186,16 +155,14 @@ class MeasurePresenter(QObject):
         self._context = context
         self._workspace = context.workspace
         self._inspection = inspection
-        self._measurements = inspection.measurements
         self._panel = panel
         self._of_region = False
         self._numbers: StatisticsResult | None = None
-        self._deleted: WeakKeyDictionary[Session, list[tuple[Point, ...]]] = WeakKeyDictionary()
+        self._deleted: WeakKeyDictionary[Session, tuple[Line, ...]] = WeakKeyDictionary()
         self._questions = LatestRequest[StatisticsRequest, StatisticsResult](find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
         panel.subject_requested.connect(self._set_subject)
-        panel.reference_requested.connect(self._set_reference)
         self._workspace.blocks.region_changed.connect(self._turn_to_region)
         self._workspace.frames.session_changed.connect(self._turn_to_frame)
 
@@ -214,10 +181,8 @@ class MeasurePresenter(QObject):
             self._panel.show_statistics(None, None, "")
             return
         self._panel.show_subject(self._of_region, self._subject_name(session))
-        reference = self._measurements.reference
-        self._panel.show_reference(session.info(reference).name if reference else "")
         subject = self._subject(session)
-        if subject is None and not reference:
+        if subject is None:
             self._questions.forget()
             self._numbers = None
             self._panel.show_statistics(None, None, _NO_SUBJECT)
@@ -230,7 +195,6 @@ class MeasurePresenter(QObject):
                 session.frame.intrinsics,
                 subject,
                 self._other(session),
-                session.labels == reference if reference else None,
             )
         )
 
@@ -238,28 +202,24 @@ class MeasurePresenter(QObject):
         """Show the measurements."""
         if self._panel.isVisible() and self._workspace.has_session:
             session = self._workspace.session
-            chains, found = self.measured()
+            lines, found = self.measured()
             message = "" if session.frame.intrinsics is not None else NEEDS_INTRINSICS
             self._panel.show_measured(
-                measured_rows(chains, found, session.frame.known), message or self._iteration_text()
+                measured_rows(lines, found, session.frame.known), message or self._iteration_text()
             )
 
-    def texts(self) -> tuple[list[Length], list[Angle]]:
-        """Return the lengths and angles to write over the views."""
+    def texts(self) -> list[tuple[Point, str]]:
+        """Return the distances to write over the views."""
         return texts_of(*self.measured())
 
-    def measured(self) -> tuple[list[Chain], list[MeasuredChain]]:
+    def measured(self) -> tuple[Sequence[Line], list[Measured]]:
         """Return all measurements with their points, in the depth that the views show."""
         if not self._workspace.has_session or self._workspace.session.frame.intrinsics is None:
-            return [], []
-        session, chains = self._workspace.session, self._measurements.chains
-        depth = self._depth(session) if chains else None
+            return (), []
+        session, lines = self._workspace.session, self._inspection.measurements
+        depth = self._depth(session) if lines else None
         values = session.frame.depth if depth is None else depth
-        up = CAMERA_UP if not self._measurements.reference else self._numbers.up if self._numbers else None
-        found = [measure(values, chain, session.frame.intrinsics, up or CAMERA_UP) for chain in chains]
-        if up is None:  # the plane is pending, or there is none
-            found = [replace(one, heights=np.full_like(one.heights, np.nan)) for one in found]
-        return list(chains), found
+        return lines, [measure(values, line, session.frame.intrinsics) for line in lines]
 
     def copy_statistics(self) -> None:
         """Copy the statistics to the clipboard as a tab-separated table."""
@@ -274,7 +234,7 @@ class MeasurePresenter(QObject):
         table = self._table()
         if table:
             QApplication.clipboard().setText(table.replace(",", "\t"))
-            self._context.notes.show_message(f"Copied {counted(len(self._measurements.chains), 'measurement')}.")
+            self._context.notes.show_message(f"Copied {counted(len(self._inspection.measurements), 'measurement')}.")
 
     def save(self) -> None:
         """Write the measurements to a CSV file that the user chooses."""
@@ -287,13 +247,13 @@ class MeasurePresenter(QObject):
 
     def delete(self) -> None:
         """Delete the measurements selected in the list, or all; they can be restored."""
-        chains = self._measurements.chains
-        chosen = self._panel.chosen() or set(range(len(chains)))
-        if not chains:
+        lines = self._inspection.measurements
+        chosen = self._panel.chosen() or set(range(len(lines)))
+        if not lines:
             self._context.notes.show_message("There are no measurements to delete.")
             return
-        self._deleted[self._workspace.session] = chains
-        self._measurements.replace([chain for number, chain in enumerate(chains) if number not in chosen])
+        self._deleted[self._workspace.session] = lines
+        self._inspection.set_measurements([line for number, line in enumerate(lines) if number not in chosen])
         text = f"Deleted {counted(len(chosen), 'measurement')}."
         self._context.notes.offer(text, self._context.actions["restore_measurements"])
 
@@ -303,28 +263,27 @@ class MeasurePresenter(QObject):
         if before is None:
             self._context.notes.show_message("No measurements of this frame have been deleted.")
             return
-        self._measurements.replace([*before, *(one for one in self._measurements.chains if one not in before)])
+        later = (one for one in self._inspection.measurements if one not in before)
+        self._inspection.set_measurements([*before, *later])
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _table(self) -> str:
-        chains, found = self.measured()
-        if not chains:
+        lines, found = self.measured()
+        if not lines:
             self._context.notes.show_message(
                 "There are no measurements. Select the tool Measure (Ctrl+D) and click two points."
             )
             return ""
-        return measurements_csv(zip(chains, found, strict=True))
+        return measurements_csv(lines, found)
 
     def _take(self, question: StatisticsRequest, numbers: StatisticsResult) -> None:
         self._numbers = numbers
         notes = [found.reason for found in (numbers.raw, numbers.result) if found is not None and found.reason]
         if numbers.angle is not None:
             notes.insert(0, f"Angle between the planes of both selected blocks: {numbers.angle:.1f}°")
-        if question.subject is None:
-            notes.insert(0, _NO_SUBJECT)
         if numbers.reason:
             notes.append(numbers.reason)
         notes.append(self._iteration_text())
@@ -367,13 +326,6 @@ class MeasurePresenter(QObject):
 
     def _set_subject(self, of_region: bool) -> None:
         self._of_region = of_region
-        self.ask()
-
-    def _set_reference(self, of_block: bool) -> None:
-        chosen = self._workspace.blocks.chosen
-        if of_block and not chosen:
-            self._context.notes.show_message("Select a block first: its plane is the reference of heights.")
-        self._measurements.set_reference(chosen if of_block else 0)
         self.ask()
 
     def _turn_to_frame(self) -> None:

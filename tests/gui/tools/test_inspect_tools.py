@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
-from gui.state.inspection import Measurements
 from gui.state.session import Session
 from gui.tools.kinds import INSPECTING, make_tools
 from gui.views.interaction import PointerKind
@@ -26,8 +25,8 @@ def hand(host: ToolHost, tool: str) -> Hand:
     return Hand(make_tools()[tool], host)
 
 
-def chains(host: ToolHost) -> list[tuple[tuple[float, float], ...]]:
-    return host.inspection.measurements.chains
+def measured(host: ToolHost) -> list[tuple[tuple[float, float], ...]]:
+    return list(host.inspection.measurements)
 
 
 def test_inspecting_changes_no_block_and_needs_no_edges(host: ToolHost) -> None:
@@ -86,13 +85,13 @@ def test_lines_and_measurements_stay_with_their_frame(host: ToolHost, small_fram
     first = host.session
     hand(host, "profile").drag([(5, 5), (40, 5)])
     hand(host, "measure").click((5, 5))
-    line, measured = host.inspection.line, chains(host)
+    line, former = host.inspection.line, measured(host)
     host.workspace.add_session(Session.of(Run(small_frame, host.labels), "other", "other"))
     assert host.inspection.line is None
-    assert chains(host) == []
+    assert measured(host) == []
     host.workspace.frames.show(first)
     assert host.inspection.line == line
-    assert chains(host) == measured
+    assert measured(host) == former
 
 
 # the rectangle
@@ -121,48 +120,45 @@ def test_a_rectangle_is_drawn_resized_and_moved(host: ToolHost) -> None:
 # measuring
 
 
-def test_clicks_make_a_measurement(host: ToolHost) -> None:
+def test_two_clicks_make_a_measurement(host: ToolHost) -> None:
     user = hand(host, "measure")
-    for point in ((3, 3), (20, 3), (20, 40)):
-        user.click(point)
+    user.click((3, 3))
     user.hover((25, 40))
     assert host.preview is not None
-    assert user.tool.undo_last(host)
-    assert user.tool.finish(host)
-    assert chains(host) == [((3.5, 3.5), (20.5, 3.5))]
+    assert user.tool.busy
+    user.click((20, 3))
+    assert host.preview is None
+    assert measured(host) == [((3.5, 3.5), (20.5, 3.5))]
     user.click((5, 40))
-    user.double_click((25, 40))
-    assert chains(host)[1] == ((5.5, 40.5), (25.5, 40.5))
-    assert not user.tool.busy
+    assert user.tool.undo_last(host)
     user.click((40, 5))
     user.tool.cancel(host)
-    assert len(chains(host)) == 2  # a single point measures nothing
+    assert not user.tool.busy
+    assert len(measured(host)) == 1  # a single point measures nothing
 
 
 def test_a_point_is_dragged_and_put_back(host: ToolHost) -> None:
     user = hand(host, "measure")
     user.click((3, 3))
     user.click((20, 3))
-    user.tool.finish(host)
     user.drag([(21, 3), (22, 30)])
-    assert chains(host) == [((3.5, 3.5), (22.5, 30.5))]
+    assert measured(host) == [((3.5, 3.5), (22.5, 30.5))]
     user.drag([(3, 3), (10, 40)], release=False)
-    assert chains(host)[0][0] == (10.5, 40.5)
+    assert measured(host)[0][0] == (10.5, 40.5)
     user.tool.cancel(host)
-    assert chains(host)[0][0] == (3.5, 3.5)
+    assert measured(host)[0][0] == (3.5, 3.5)
 
 
 def test_a_point_without_a_place_in_space_is_refused(host: ToolHost, small_frame: RGBDFrame) -> None:
     refused: list[str] = []
-    measurements: Measurements = host.inspection.measurements
-    measurements.refused.connect(refused.append)
+    host.inspection.refused.connect(refused.append)
     user = hand(host, "measure")
     user.click((12, 15))
     assert "no depth at x 12, y 15" in refused[0]
     assert user.send(PointerKind.HOVER, (5, 5))
-    assert not measurements.is_open
+    assert not user.tool.busy
     blind = RGBDFrame(small_frame.rgb, small_frame.depth)
     host.workspace.add_session(Session.of(Run(blind, host.labels), "blind", "blind"))
     user.click((3, 3))
     assert "intrinsics" in refused[1]
-    assert chains(host) == []
+    assert measured(host) == []

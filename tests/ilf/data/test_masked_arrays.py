@@ -103,7 +103,7 @@ def test_masked_pixels_are_not_evaluated_nor_measured() -> None:
     assert ilf.evaluate_completion(frame, completion, part, expected=masked()).pixels == 9
     assert surface_statistics(masked()).known == seen
     assert np.isnan(depth_profile(masked(), (0.5, 5.5), (15.5, 5.5), CAMERA).depth).sum() == 4
-    assert np.isnan(measure(masked(), [(6.5, 5.5), (0.5, 0.5)], CAMERA).distances).all()
+    assert np.isnan(measure(masked(), ((6.5, 5.5), (0.5, 0.5)), CAMERA).distance)
     assert np.isnan(depth_error(frame, np.ma.masked_array(completion.depth, mask=HIDDEN))).all()
 
 

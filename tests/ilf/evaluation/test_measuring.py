@@ -176,23 +176,17 @@ def test_statistics_of_nothing_are_refused() -> None:
 
 def test_measures_on_a_wall() -> None:
     depth = np.full(SHAPE, 3.0)
-    chain = [(10.5, 20.5), (40.5, 20.5), (40.5, 81.5), (50.5, 91.5)]
-    found = measure(depth, chain, CAMERA)
     across, down = 3.0 * 30 / 300, 3.0 * 61 / 310
-    np.testing.assert_allclose(found.distances[:2], [across, down])
-    np.testing.assert_allclose(found.heights[:2], [0.0, -down], atol=1e-12)
-    assert found.angles[1] == pytest.approx(90.0)
-    assert np.isnan(found.angles[[0, -1]]).all()
-    assert found.length == pytest.approx(found.distances.sum())
-    # along the normal of the wall, towards the camera, nothing is higher than anything else
-    np.testing.assert_allclose(measure(depth, chain, CAMERA, (0.0, 0.0, -2.0)).heights, 0.0)
+    level, steep = (measure(depth, ((10.5, 20.5), end), CAMERA) for end in ((40.5, 20.5), (10.5, 81.5)))
+    assert (level.distance, level.height) == pytest.approx((across, 0.0))
+    assert (steep.distance, steep.height) == pytest.approx((down, -down))
 
 
 def test_a_point_that_lost_its_depth_says_so_by_nan() -> None:
     depth = np.full(SHAPE, 3.0)
     depth[20, 40] = np.nan
-    found = measure(depth, [(10.5, 20.5), (40.5, 20.5), (40.5, 80.5), (60.5, 80.5)], CAMERA)
-    assert np.isnan(found.distances).tolist() == [True, True, False]
+    found = measure(depth, ((10.5, 20.5), (40.5, 20.5)), CAMERA)
+    assert np.isnan([found.distance, found.height]).all()
     with pytest.raises(InputError, match="no depth at x 40, y 20"):
         point_in_space(depth, (40.5, 20.5), CAMERA)
     with pytest.raises(InputError, match="intrinsics"):
@@ -214,8 +208,12 @@ def test_the_angle_of_two_blocks() -> None:
 
 
 def test_measures_as_table() -> None:
-    chain = [(0.5, 0.5), (3.5, 0.5)]
+    line = (0.5, 0.5), (3.5, 0.5)
+    depth = np.full((4, 4), 2.0)
+    depth[3] = np.nan
+    lost = (0.5, 0.5), (0.5, 3.5)
     camera = CameraIntrinsics(100.0, 100.0, 0.0, 0.0)
-    table = measurements_csv([(chain, measure(np.full((4, 4), 2.0), chain, camera))]).splitlines()
-    assert table[0].startswith("measurement,point,x,y,x_m")
-    assert table[1:] == ["1,1,0,0,0.00000,0.00000,2.00000,,,", "1,2,3,0,0.06000,0.00000,2.00000,0.06000,0.00000,"]
+    table = measurements_csv([line, lost], [measure(depth, one, camera) for one in (line, lost)]).splitlines()
+    assert table[0].startswith("measurement,x1,y1,x_m1")
+    assert table[1] == "1,0,0,0.00000,0.00000,2.00000,3,0,0.06000,0.00000,2.00000,0.06000,0.00000"
+    assert table[2] == "2,0,0,0.00000,0.00000,2.00000,0,3,,,,,"
