@@ -70,7 +70,6 @@ html_theme_options = {
     "show_toc_level": 2,
     "header_links_before_dropdown": 7,
 }
-html_sidebars = {"start": []}
 html_context = {"default_mode": "auto"}
 
 # scripts run beside their copies, so that what they write is not among the sources
