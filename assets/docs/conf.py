@@ -1,7 +1,6 @@
 """The site: `sphinx-build -W assets/docs build/site`. Its pages are the documents of this folder and those in `PAGES`.
 
-Written by the build, and ignored by git: `api` (a page for each public name) and `gallery` (the scripts of `examples`,
-run, with their pictures and notebooks).
+Written by the build, and ignored by git: `gallery` (the scripts of `examples`, run, with their pictures and notebooks).
 """
 
 from __future__ import annotations
@@ -31,8 +30,8 @@ PAGES = {
     ROOT / ".github" / "CONTRIBUTING.md": HERE / "contributing.md",
     ROOT / ".github" / "SECURITY.md": HERE / "security.md",
     ROOT / "assets" / "models" / "README.md": HERE / "networks.md",
-    ROOT / "assets" / "models" / "bsds500" / "README.md": HERE / "bsds500.md",
-    ROOT / "assets" / "plugins" / "napari-ilf" / "README.md": HERE / "napari.md",
+    ROOT / "assets" / "models" / "bsds500" / "README.md": HERE / "networks.md",
+    ROOT / "assets" / "plugins" / "napari-ilf" / "README.md": HERE / "plugins.md",
     HERE / "decisions": HERE / "decisions" / "index.md",
     HERE / "measurements": HERE / "measurements" / "README.md",
     HERE / "examples": HERE / "gallery" / "index.rst",
@@ -45,12 +44,10 @@ copyright = f"2026 {author}"
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["examples/*", "paper/*", "gallery/uses/*"]
-templates_path = ["_templates"]
 highlight_language = "default"
 
 myst_enable_extensions = ["deflist"]
@@ -73,7 +70,6 @@ html_theme_options = {
     "show_toc_level": 2,
     "header_links_before_dropdown": 7,
 }
-html_sidebars = {"start": []}
 html_context = {"default_mode": "auto"}
 
 # scripts run beside their copies, so that what they write is not among the sources

@@ -16,12 +16,16 @@ from ilf.cli import main
 from .phone_files import write_record3d
 from .test_readme import DOCS, thin
 
-PAGES = [DOCS / "start.md", *sorted((DOCS / "howto").glob("[!i]*.md"))]
+INSTRUCTIONS = {
+    "start": (DOCS / "start.md").read_text(encoding="utf-8"),
+    **{part.partition("\n")[0]: part for part in (DOCS / "howto.md").read_text(encoding="utf-8").split("\n## ")[1:]},
+}
+"""A page, and each part of "How to ..." by its heading."""
 
 
-def code(page: Path) -> list[str]:
-    """The blocks of code of a page, also those of its lists, without their indent."""
-    lines = page.read_text(encoding="utf-8").splitlines()
+def code(text: str) -> list[str]:
+    """The blocks of code of a text, also those of its lists, without their indent."""
+    lines = text.splitlines()
     # a blank line continues a block if an indented one follows
     kept = [
         line if line.strip() or not following.startswith("    ") else "    "
@@ -31,23 +35,23 @@ def code(page: Path) -> list[str]:
     return [textwrap.dedent("\n".join(group)).strip("\n") for indented, group in groups if indented]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("name", INSTRUCTIONS)
 @pytest.mark.timeout(300)
-def test_instructions_run_as_pasted(page, tmp_path, monkeypatch):
+def test_instructions_run_as_pasted(name, tmp_path, monkeypatch):
     """In a folder with the sample, thinned to every fourth pixel, and a phone's scan."""
     monkeypatch.chdir(tmp_path)
     matplotlib.use("agg")
     assert main(["sample", "room"]) == 0
     thin(Path("room"))
     write_record3d(Path("scan.r3d"))
-    blocks = [block for block in code(page) if block]
+    blocks = [block for block in code(INSTRUCTIONS[name]) if block]
     assert blocks
     names: dict[str, object] = {}
     for block in blocks:
         if block.startswith("ilf-gui"):
             continue
         if not block.startswith("ilf "):
-            exec(compile(block, page.name, "exec"), names)
+            exec(compile(block, name, "exec"), names)
             continue
         for line in block.splitlines():
             if not line.startswith("ilf sample"):
@@ -55,7 +59,7 @@ def test_instructions_run_as_pasted(page, tmp_path, monkeypatch):
     matplotlib.pyplot.close("all")
 
 
-def test_every_public_name_is_in_the_list_of_names_once():
-    text = (DOCS / "api.md").read_text(encoding="utf-8")
-    listed = re.findall(r"^   (\w+)$|^\.\. py:data:: (\w+)$", text, re.MULTILINE)
-    assert sorted(name or data for name, data in listed) == sorted(set(dir(ilf)) - {"__version__"})
+def test_every_public_name_is_on_one_page_once():
+    text = "\n".join(page.read_text(encoding="utf-8") for page in (DOCS / "reference").glob("*.md"))
+    listed = re.findall(r"^\.\. (?:auto\w+|py:data):: (\w+)$", text, re.MULTILINE)
+    assert sorted(listed) == sorted(set(dir(ilf)) - {"__version__"})
