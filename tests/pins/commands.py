@@ -37,10 +37,10 @@ COMMANDS = {
     "evaluate": "evaluate room --preset best --preset paper --json",
     "hold-out": "evaluate hills --hold-out random --seeds 1 --json",
     "info": "info hills --json",
+    "stream": "stream wall --intrinsics {camera} --out {out}",
+    "without-numba": "complete hills --out {out}",
 }
 """Name -> arguments of `ilf`; what a command prints as JSON is one more file."""
-
-WITHOUT_NUMBA = "complete hills --out {out}"
 
 
 def make() -> dict[str, Hashes]:
@@ -48,11 +48,11 @@ def make() -> dict[str, Hashes]:
     with TemporaryDirectory() as temporary, chdir(temporary):
         _write_inputs()
         table = {}
-        for name, line in {**COMMANDS, "without-numba": WITHOUT_NUMBA}.items():
+        for name, line in COMMANDS.items():
             out = Path("out", name)
             out.mkdir(parents=True)
             words = line.format(out=out, camera=",".join(map(str, CAMERA))).split()
-            printed = _run(words) if line is not WITHOUT_NUMBA else _run_without_numba(words)
+            printed = _run_without_numba(words) if name == "without-numba" else _run(words)
             if "--json" in words:
                 (out / "printed.json").write_text(printed)
             table[f"ilf {name}"] = of_files(out)
