@@ -36,12 +36,11 @@ Table = dict[str, dict[str, Hashes]]
 def main(argv: Sequence[str] | None = None) -> int:
     """Write or compare tables. Returns the exit status: 1 where a hash differs."""
     parser = argparse.ArgumentParser("python -m tests.pins", description="Compare results bit for bit.")
-    parser.add_argument("before", nargs="?", metavar="COMMIT|FILE", help="compare with a commit, or a written table")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="write the table of the working tree")
+    either = parser.add_mutually_exclusive_group(required=True)
+    either.add_argument("before", nargs="?", metavar="COMMIT|FILE", help="compare with a commit, or a written table")
+    either.add_argument("--write", type=Path, metavar="FILE", help="write the table of the working tree")
     parser.add_argument("--only", choices=HALVES, help="only this half of the table")
     arguments = parser.parse_args(argv)
-    if (arguments.before is None) == (arguments.write is None):
-        parser.error("give a commit or a table to compare with, or --write FILE.")
     halves = [arguments.only] if arguments.only else [half for half, file in HALVES.items() if (PINS / file).is_file()]
     if arguments.write:
         arguments.write.write_text(json.dumps(make(halves), indent=1))
@@ -49,6 +48,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if Path(arguments.before).is_file():
         written = json.loads(Path(arguments.before).read_text())
         before = {half: written[half] for half in halves if half in written}
+        if not before:
+            parser.error(f"{arguments.before} has none of these halves: {', '.join(halves)}. Write it anew.")
     elif _git("rev-parse", "--verify", "--quiet", f"{arguments.before}^{{commit}}").returncode:
         parser.error(f"{arguments.before} is neither a commit nor a table.")
     else:

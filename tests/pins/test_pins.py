@@ -91,6 +91,14 @@ def test_the_worktree_of_a_commit_is_removed_whatever_happens(tmp_path):
     assert str(tmp_path) not in listed
 
 
+def test_a_table_without_what_is_asked_for_is_not_equal_to_nothing(tmp_path):
+    file = tmp_path / "table.json"
+    file.write_text('{"window": {}}')
+    with pytest.raises(SystemExit) as ended:
+        main([str(file), "--only", "library"])
+    assert ended.value.code == 2
+
+
 WRONG = [], ["no-such-commit"], ["HEAD", "--write", "table.json"], ["HEAD", "--only", "none"]
 
 
