@@ -1,0 +1,1 @@
+"""What the program does, pinned bit for bit between two states of the code on one machine: `python -m tests.pins`."""
