@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
+from scipy.linalg import LinAlgError, solveh_banded
 
 from ..._runtime.compiling import compiled
 from ...data.frame import FARTHEST_DEPTH
@@ -213,10 +213,15 @@ def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) 
     """A stiff sheet through the cells' samples; `totals` of cells without a count are ignored."""
     if counts.shape[0] < counts.shape[1]:  # the band is narrower along the shorter side
         return _sheet(counts.T, totals.T, cell).T
-    band = _third_differences(*counts.shape) * (_STIFFNESS / cell**4)
-    band[0] += counts.ravel() + 1e-6
     wanted = np.where(counts > 0, totals, 0.0).ravel()
-    return solveh_banded(band, wanted, overwrite_ab=True, lower=True, check_finite=False).reshape(counts.shape)
+    least = 1e-6
+    while True:
+        band = _third_differences(*counts.shape) * (_STIFFNESS / cell**4)
+        band[0] += counts.ravel() + least
+        try:
+            return solveh_banded(band, wanted, overwrite_ab=True, lower=True, check_finite=False).reshape(counts.shape)
+        except LinAlgError:  # samples in a row or a corner hold the sheet by less than rounding
+            least *= 10
 
 
 def _spread(

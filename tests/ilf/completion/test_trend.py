@@ -126,3 +126,15 @@ def test_a_wall_that_recedes_steeply_continues_as_a_plane_into_its_hole() -> Non
     trend = trend_of(depth, ALL, 0.0)
     assert trend is not None
     assert np.abs(trend.surface / wall - 1)[20:70, 60:100].max() < 0.02
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_strip_of_known_depth_holds_a_shape(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    depth = np.full((23, 25), np.nan, np.float32)
+    first = rng.integers(0, 15)
+    strip = np.s_[first : first + 3, :] if seed % 2 else np.s_[:, first : first + 3]
+    depth[strip] = 1 + 0.02 * rng.random(depth[strip].shape)
+    depth[rng.random(depth.shape) < 0.3] = np.nan
+    trend = trend_of(depth, np.ones(depth.shape, bool), 0.001)
+    assert trend is None or (0.95 < trend.surface.min() and trend.surface.max() < 1.07)
