@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import json
 import struct
@@ -18,7 +17,6 @@ from scipy.io import savemat
 import ilf
 from ilf.data.presets import UserPreset, write_preset
 from ilf.io.block_files import write_blocks
-from ilf.lab.experiments.files import StoredFigure, StoredResult
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
@@ -300,15 +298,6 @@ def record(folder: Path) -> list[bytes]:
     run = Run(frame, run.blocks, run.parameters, {1: run.parameters.replace(smoothness=2)}, drawn=drawn)
     write(folder / "out", run, run.complete(), ExportOptions(cloud="ply"))
     return [(folder / "out" / "run.json").read_bytes()]
-
-
-def experiment(folder: Path) -> list[bytes]:
-    """The stored result of an experiment."""
-    result = StoredResult(
-        "sphere", "A sphere", "the paper", "what it is about", {"detector": "canny"}, 0, True, 1.5, ["a note"],
-        [StoredFigure("sphere-1", "a caption", False)], [{"a": 1.0, "b": "x"}, {"a": None, "b": "y"}],
-    )  # fmt: skip
-    return [json.dumps(dataclasses.asdict(result)).encode()]
 
 
 def time_lists(folder: Path) -> list[bytes]:

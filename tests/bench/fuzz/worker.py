@@ -5,6 +5,7 @@ python -m tests.bench.fuzz.worker FORMAT SEED FIRST LAST FOLDER [KEEP]
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import os
 import resource
@@ -26,6 +27,8 @@ from .forked import run_forked
 from .formats import FORMATS, Format
 
 MEMORY = 4 * 2**30
+SECONDS = 10
+"""Time limit for one file [s]."""
 LONGEST_MESSAGE = 2000
 
 
@@ -77,7 +80,9 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
         content = case(form, seeds, seed, number)
         path.write_bytes(content)
         begun = time.perf_counter()
+        faulthandler.dump_traceback_later(SECONDS, exit=True)
         kind, what = outcome(form, path)
+        faulthandler.cancel_dump_traceback_later()
         took = time.perf_counter() - begun
         if keep is not None and kind not in {"ok", "told"}:
             (keep / f"{form.name}-{number}{path.suffix}").write_bytes(content)
