@@ -20,7 +20,7 @@ QUICK = (
     ("correction_effect", "FRAME --seeds 1", "geometric mean: RMSE"),
     ("faults", "--only preset --every 5", "preset"),
     ("frame_split", "choosing FRAMES", "nyu_0433"),
-    ("fuzz", "--cases 10 --format preset window-settings", "| window-settings | 10 |"),
+    ("fuzz", "--cases 10 --format preset interrupted-set window-settings", "| window-settings | 10 |"),
     ("kill", "--rounds 1", "1 kills"),
     ("kill.writers", "--kills 4 --only preset blocks", "complete after kills"),
     ("mirrored", "FRAME", "median"),
