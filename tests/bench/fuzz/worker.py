@@ -63,8 +63,8 @@ def _where() -> str:
     return f"{Path(own[-1].filename).name}:{own[-1].lineno}"
 
 
-def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path | None, out: TextIO) -> None:
-    """Read the cases from `first` up to, not including, `last`, in an empty folder."""
+def sound_files(form: Format, place: Path) -> list[bytes]:
+    """Make the valid files of a format and their companion files in an empty folder, and read them."""
     for name in ("MODELS", "PRESETS", "AUTOSAVE", "FOLDERS"):
         os.environ[f"ILF_{name}"] = str(place / name)
     seeds = form.seeds(place)
@@ -75,6 +75,12 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
         found = outcome(form, path)
         if found[0] != "ok":
             raise SystemExit(f"{form.name}: seed {number} cannot be read: {found}")
+    return seeds
+
+
+def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path | None, out: TextIO) -> None:
+    """Read the cases from `first` up to, not including, `last`, in an empty folder."""
+    seeds, path = sound_files(form, place), place / form.file
     print(json.dumps({"ready": len(seeds)}), file=out, flush=True)
     for number in range(first, last):
         content = case(form, seeds, seed, number)
