@@ -138,7 +138,8 @@ def _names(folder: Path) -> list[str]:
         names = (folder / _NAMES).read_text(encoding="utf-8").split("\n")
     except (FileNotFoundError, UnicodeDecodeError):
         return []
-    return names if all(is_plain(name) and len(name.encode()) <= _LONGEST_NAME for name in names) else []
+    plain = all(is_plain(name) and len(name.encode()) <= _LONGEST_NAME for name in names)
+    return names if plain and len(set(names)) == len(names) else []
 
 
 def _replaced_files(folder: Path) -> list[Path]:

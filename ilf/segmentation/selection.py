@@ -276,9 +276,8 @@ COEFFICIENTS = np.array(
         (-1.1, 0.854, 1.091),  # distance of the points from the border
     ]
 )
-"""Coefficient of every property of `part_properties` for each kind: fitted on generated scenes (`python -m
-tests.bench.selection --fit --seed 502 --scenes 60`), so that with parts weighted by the exponential of their score, the
-mean IoU with the object is largest."""
+"""Coefficient of every property of `part_properties` for each kind: fitted once on 60 generated scenes, so that with
+parts weighted by the exponential of their score, the mean IoU with the object is largest."""
 
 _COARSE = 19_200
 """Approximate number of pixels at which the middle of a part is searched."""

@@ -28,7 +28,6 @@ import ilf
 from gui.features.report.feature import write_steps
 from gui.work.jobs import Worker
 from ilf._runtime.cancellation import cancellable_items, set_cancel_events
-from ilf._runtime.installation import asset_path
 from ilf.completion.completion import CompletionRun
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.completion.extrapolation import extrapolation_steps
@@ -41,7 +40,8 @@ from ilf.run.writing import write
 from ilf.segmentation.propagation.propagate import follow
 from ilf.sources.frames import write_frame
 
-from .waiting import pause, wait
+from .samples import Size, scaled, size_of
+from .window import pause, wait
 
 Work = Callable[[], object]
 
@@ -85,7 +85,7 @@ def main() -> None:
     given = parser.parse_args()
     cv2.setNumThreads(1)
     app = QCoreApplication([])
-    make = frames(Path(given.frame) if given.frame else asset_path("samples/room"), given.size)
+    make = frames(size_of(given.size), given.frame)
     chance = random.Random(given.seed)
     names = given.only or list(KINDS)
     print(f"{given.size}; longest stretch of work that cannot be cancelled, processor time [ms]; longest time from")
@@ -140,7 +140,7 @@ def cancelled(work: Work, moment: float) -> tuple[float, float]:
         signal.connect(lambda *_: ended.append(time.perf_counter()))
     threads = set(threading.enumerate())
     worker.start(job)
-    (thread,) = set(threading.enumerate()) - threads
+    (thread,) = (one for one in set(threading.enumerate()) - threads if one.name == "ilf-worker")
     pause(max(round(1000 * moment), 1))
     asked = time.perf_counter()
     worker.cancel()
@@ -149,14 +149,10 @@ def cancelled(work: Work, moment: float) -> tuple[float, float]:
     return max(ended[0] - asked, 0.0), time.perf_counter() - asked
 
 
-def frames(folder: Path, size: str) -> Callable[[], ilf.RGBDFrame]:
-    """Make a frame of this size without cached results."""
-    frame = ilf.load_frame(folder)
-    width, height = map(int, size.split("x"))
-    rgb = cv2.resize(frame.rgb, (width, height), interpolation=cv2.INTER_AREA)
-    depth = cv2.resize(np.nan_to_num(frame.depth), (width, height), interpolation=cv2.INTER_NEAREST)
-    camera = ilf.CameraIntrinsics(width, width, width / 2, height / 2)
-    return lambda: ilf.RGBDFrame(rgb.copy(), depth.copy(), camera)
+def frames(size: Size, folder: str | None = None) -> Callable[[], ilf.RGBDFrame]:
+    """Make frames of this size, each without cached results."""
+    frame = scaled(size, folder)
+    return lambda: ilf.RGBDFrame(frame.rgb.copy(), frame.depth.copy(), frame.intrinsics)
 
 
 def _run(preset: str, **values: Any) -> Callable[[ilf.RGBDFrame], Work]:
@@ -251,7 +247,7 @@ KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
 
 def _warm_up(make_work: Callable[[ilf.RGBDFrame], Work]) -> None:
     """Load and compile everything that is done only once, so that it is not measured."""
-    make_work(frames(asset_path("samples/room"), "160x120")())()
+    make_work(scaled((160, 120)))()
 
 
 def _where() -> list[str]:

@@ -30,11 +30,10 @@ from gui.app.error_reporter import exit_soon
 from gui.app.main_window import MainWindow
 from gui.base import theme
 from gui.features.batch.feature import BatchFeature
-from gui.features.views import ErrorFeature
 from ilf.run.options import ExportOptions
 
-from .responsive import new_window, open_frame, sample
-from .waiting import wait
+from .samples import size_of, write_sample
+from .window import new_window, open_frame, settled, wait
 from .writers import contents_after_cleanup
 
 Over = Callable[[], object]
@@ -59,7 +58,7 @@ def _open(window: MainWindow, folder: Path) -> Over:
 def _run(window: MainWindow, folder: Path) -> Over:
     open_frame(window, folder / "frame")
     window.runs.start()
-    return lambda: window.runs.free and not window.feature(ErrorFeature).busy
+    return lambda: settled(window)
 
 
 def _export(window: MainWindow, folder: Path) -> Over:
@@ -110,13 +109,12 @@ def main() -> None:
         name, folder, seconds = given.child
         sys.exit(close_during(name, Path(folder), float(seconds)))
     chance = random.Random(given.seed)
-    width, height = map(int, given.size.split("x"))
     print(f"{given.size}; longest times [ms] until the windows are closed, and until the process has ended")
     print(f"{'':10} {'gone':>6} {'ended':>6}")
     for name in given.only:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
-            sample(folder, (width, height)).rename(folder / "frame")
+            write_sample(folder / "frame", size_of(given.size))
             found = closed(name, folder, given.moments, chance)
         times = (1000 * max(found.gone), 1000 * max(found.ended))
         print(f"{name:10}", *(f"{time:6.0f}" for time in times), *found.wrong, flush=True)

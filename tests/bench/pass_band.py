@@ -1,6 +1,6 @@
 """Speed of the iteration in the pass band, compared with the same loop on the full grid, in one run.
 
-python tests/bench/pass_band.py [--iterations 1500] [--repeat 5]
+python -m tests.bench.pass_band [--iterations 1500] [--repeat 5] [--size 960x540]
 
 Seconds are processor time, and the runs in the pass band alternate with parts of the loop on the full grid, so that
 other load on the machine affects both alike. The set-up of a block is not part of the loop and has a separate column.
@@ -12,31 +12,32 @@ import argparse
 import itertools
 import math
 import statistics
-import sys
 import time
 from collections import deque
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import ilf
 from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.blocks import Block, find_blocks
 from tests.reference.full_grid import FullGridIteration
 
-HEIGHT, WIDTH, DEFECT = 540, 960, 0.4277
+from .samples import Size, size_of
+
+DEFECT = 0.4277
+Run = tuple[np.ndarray, float, float, int]
+"""Surface, seconds of the loop in the pass band, seconds before it, and the number of iterations."""
 
 
-def cap() -> ilf.RGBDFrame:
+def cap(size: Size) -> ilf.RGBDFrame:
     """A curved cap of 2.6 x 1.2 m at 2 m with a continuous defect along x."""
-    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
-    across, down = 1.3 * (2 * columns / WIDTH - 1), 0.6 * (2 * rows / HEIGHT - 1)
+    width, height = size
+    rows, columns = np.mgrid[:height, :width]
+    across, down = 1.3 * (2 * columns / width - 1), 0.6 * (2 * rows / height - 1)
     depth = 2.0 - 0.5 * np.sqrt(1.45**2 - across**2 - down**2)
-    width = int(DEFECT * WIDTH)
-    depth[:, (WIDTH - width) // 2 : (WIDTH + width) // 2] = np.nan
-    rgb = np.random.default_rng(0).integers(0, 255, (HEIGHT, WIDTH, 3), dtype=np.uint8)
+    missing = int(DEFECT * width)
+    depth[:, (width - missing) // 2 : (width + missing) // 2] = np.nan
+    rgb = np.random.default_rng(0).integers(0, 255, (height, width, 3), dtype=np.uint8)
     return ilf.RGBDFrame(rgb, depth)
 
 
@@ -45,9 +46,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--iterations", type=int, default=1500)
     parser.add_argument("--repeat", type=int, default=5, help="number of runs in the pass band; the median counts")
+    parser.add_argument("--size", default="960x540")
     arguments = parser.parse_args()
     limit, repeat = arguments.iterations, arguments.repeat
-    frame = cap()
+    frame = cap(size_of(arguments.size))
     block = find_blocks(np.ones(frame.shape, np.int32))[1]
     print(
         "preset         precision  iterations  full grid [s]  pass band [s]  set up [s]  ratio  largest difference [m]"
@@ -71,11 +73,7 @@ def main() -> None:
             )
 
 
-Run = tuple[np.ndarray, float, float, int]
-
-
 def _run(frame: ilf.RGBDFrame, block: Block, parameters: ilf.Parameters) -> Run:
-    """Return the surface, seconds of the loop in the pass band, seconds before it, and the number of iterations."""
     start = time.process_time()
     steps = PassBandIteration(frame, block, parameters)
     ready = time.process_time()

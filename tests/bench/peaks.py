@@ -17,12 +17,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-import cv2
-import numpy as np
-
-import ilf
-from ilf._runtime.installation import asset_path
 from ilf._runtime.memory import memory_needed
+
+from .samples import size_of, write_sample
 
 _COMMANDS = {
     "info": ("ilf", "info", "FRAME"),
@@ -46,7 +43,7 @@ def main() -> None:
         for size in given.sizes:
             for name in given.only:
                 taken = peak(_COMMANDS[name], Path(folder), size, given.threads)
-                width, height = (int(length) for length in size.split("x"))
+                width, height = size_of(size)
                 more, estimate = (taken - usual[name]) / (width * height), memory_needed(width, height) / 1e9
                 print(f"{size:12} {name:16} {taken / 1e9:10.2f} {more:14.0f} {estimate:14.2f}", flush=True)
 
@@ -55,7 +52,7 @@ def peak(command: tuple[str, ...], folder: Path, size: str, threads: int) -> int
     """Return the peak memory of a command [bytes]."""
     frame = folder / size
     if not frame.exists():
-        _write(frame, size)
+        write_sample(frame, size_of(size))
     named = {"FRAME": str(frame), "OUT": str(folder / "out"), "OUT.png": str(folder / "out.png")}
     arguments = [named.get(part, part) for part in command]
     alone = {name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")} | {"ILF_MEMORY": "100"}
@@ -64,19 +61,6 @@ def peak(command: tuple[str, ...], folder: Path, size: str, threads: int) -> int
     if status != 0:
         raise SystemExit(f"{' '.join(arguments)} ended with status {os.waitstatus_to_exitcode(status)}")
     return used.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-
-
-def _write(folder: Path, size: str) -> None:
-    """Write the scaled sample as a frame folder."""
-    width, height = map(int, size.split("x"))
-    sample = ilf.load_frame(asset_path("samples/room"))
-    folder.mkdir()
-    cv2.imwrite(str(folder / "rgb.png"), cv2.resize(sample.rgb, (width, height))[..., ::-1])
-    depth = cv2.resize(np.nan_to_num(sample.depth), (width, height), interpolation=cv2.INTER_NEAREST)
-    cv2.imwrite(str(folder / "depth.png"), np.rint(1000 * depth).astype(np.uint16))
-    camera = f"[{0.8 * width}, {0.8 * width}, {width / 2}, {height / 2}]"
-    files = '"rgb": "rgb.png", "depth": "depth.png", "depth_units_per_m": 1000'
-    (folder / "meta.json").write_text(f'{{"name": "{size}", "size": [{width}, {height}], "K": {camera}, {files}}}')
 
 
 if __name__ == "__main__":

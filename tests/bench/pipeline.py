@@ -15,15 +15,23 @@ import argparse
 import hashlib
 import json
 import os
+import resource
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
+
+import cv2
+import numpy as np
+
+import ilf
+from ilf._runtime.compiling import is_compiled
+from ilf.run.run import complete
+
+from .samples import Size, scaled, size_of
+from .timing import hundred_dcts, timed
 
 PARTS = ("edges", "blocks", "completion", "error", "block again")
-WAY = PARTS[:4]
+STEPS = PARTS[:4]
 
 
 def main() -> None:
@@ -35,7 +43,7 @@ def main() -> None:
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.child:
-        print(json.dumps(_measured(given.frame, given.sizes[0], given.threads[0], given.rounds)))
+        print(json.dumps(_measured(given.frame, size_of(given.sizes[0]), given.threads[0], given.rounds)))
         return
     for size in given.sizes:
         for threads in given.threads:
@@ -58,75 +66,48 @@ def _show(size: str, threads: int, found: dict) -> None:
     )
     print(f"    {'':12} {'wall [s]':>9} {'ratio':>7} {'processor':>10} {'ratio':>7}")
     rows = {name: found["times"][name] for name in PARTS}
-    rows["whole way"] = [sum(found["times"][name][clock] for name in WAY) for clock in (0, 1)]
+    rows["all steps"] = [sum(found["times"][name][clock] for name in STEPS) for clock in (0, 1)]
     yard, processor_yard = found["dct"]
     for name, (wall, processor) in rows.items():
         print(f"    {name:12} {wall:9.3f} {wall / yard:7.2f} {processor:10.3f} {processor / processor_yard:7.2f}")
 
 
-def _measured(folder: str | None, size: str, threads: int, rounds: int) -> dict[str, object]:
-    import resource
-
-    import cv2
-    import numpy as np
-
-    import ilf
-    from ilf._runtime.compiling import is_compiled
-    from ilf._runtime.installation import asset_path
-    from ilf.run.run import complete
-
+def _measured(folder: str | None, size: Size, threads: int, rounds: int) -> dict[str, object]:
     cv2.setNumThreads(threads)
-    frame = ilf.load_frame(Path(folder) if folder else asset_path("samples/room"))
-    width, height = map(int, size.split("x"))
-
-    def scaled(width: int, height: int) -> ilf.RGBDFrame:
-        """Make a frame without cached results."""
-        rgb = cv2.resize(frame.rgb, (width, height), interpolation=cv2.INTER_AREA)
-        depth = cv2.resize(np.nan_to_num(frame.depth), (width, height), interpolation=cv2.INTER_NEAREST)
-        return ilf.RGBDFrame(rgb, depth)
-
-    def way(frame: ilf.RGBDFrame) -> tuple[dict[str, list[float]], ilf.Completion, np.ndarray]:
-        times = {}
-        times["edges"], _ = timed(lambda: ilf.edge_strength(frame))
-        times["blocks"], blocks = timed(lambda: ilf.extract_blocks(frame))
-        times["completion"], result = timed(lambda: complete(frame, blocks, threads=threads))
-        times["error"], error = timed(lambda: ilf.expected_error(result))
-        return times, result, error
-
-    way(scaled(160, 120))
+    _steps(scaled((160, 120), folder), threads)
     found, yards = [], []
     for _ in range(rounds):
         yards.append(timed(hundred_dcts)[0])
-        new = scaled(width, height)
-        times, result, error = way(new)
-        one = np.zeros(new.shape, np.int32)
-        top, left = height // 2 - 100, width // 2 - 100
-        one[max(top, 0) : top + 200, max(left, 0) : left + 200] = 1
-        complete(new, one, threads=1)
-        times["block again"], _ = timed(partial(complete, new, one, ilf.preset(noise=0.004), threads=1))
-        found.append(times)
+        new = scaled(size, folder)
+        times, depths = _steps(new, threads)
+        found.append(times | {"block again": _block_again(new)})
     return {
         "times": {name: [min(times[name][clock] for times in found) for clock in (0, 1)] for name in PARTS},
         "dct": [min(clocks) for clocks in zip(*yards, strict=True)],
         "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3,
-        "hash": hashlib.sha256(result.depth.tobytes() + error.tobytes()).hexdigest()[:12],
+        "hash": hashlib.sha256(depths).hexdigest()[:12],
         "compiled": is_compiled(),
     }
 
 
-def timed(work: Callable[[], object]) -> tuple[list[float], object]:
-    wall, processor = time.perf_counter(), time.process_time()
-    result = work()
-    return [time.perf_counter() - wall, time.process_time() - processor], result
+def _steps(frame: ilf.RGBDFrame, threads: int) -> tuple[dict[str, list[float]], bytes]:
+    """Return the times of all steps of a frame, and its depth and expected error."""
+    times = {}
+    times["edges"], _ = timed(lambda: ilf.edge_strength(frame))
+    times["blocks"], blocks = timed(lambda: ilf.extract_blocks(frame))
+    times["completion"], result = timed(lambda: complete(frame, blocks, threads=threads))
+    times["error"], error = timed(lambda: ilf.expected_error(result))
+    return times, result.depth.tobytes() + error.tobytes()
 
 
-def hundred_dcts() -> None:
-    import numpy as np
-    import scipy.fft
-
-    values = np.random.default_rng(0).random((480, 640))
-    for _ in range(100):
-        scipy.fft.dctn(values, workers=1)
+def _block_again(frame: ilf.RGBDFrame) -> list[float]:
+    """Return the time of a block of 200 x 200 px that is solved with another value of the filter."""
+    height, width = frame.shape
+    one = np.zeros(frame.shape, np.int32)
+    top, left = height // 2 - 100, width // 2 - 100
+    one[max(top, 0) : top + 200, max(left, 0) : left + 200] = 1
+    complete(frame, one, threads=1)
+    return timed(partial(complete, frame, one, ilf.preset(noise=0.004), threads=1))[0]
 
 
 if __name__ == "__main__":

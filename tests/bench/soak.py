@@ -10,78 +10,49 @@ Memory grows by what frames leave behind; the counts must not change.
 from __future__ import annotations
 
 import argparse
-import ctypes
 import gc
 import os
 import sys
 import tempfile
 import threading
-import time
 from collections import Counter
-from collections.abc import Callable
 from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
 
-import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
-from gui.features.views import ErrorFeature
 from gui.widgets.notices import ProblemBox
 from ilf.run.options import ExportOptions
-from ilf.segmentation.editing.painting import brush_stroke, paint
 
-from .memory import resident
-from .responsive import new_window, open_frame, sample
-from .waiting import pause
+from .memory import in_use, resident
+from .samples import size_of, write_sample
+from .window import new_window, open_frame, paint_across, pause, settled, wait
 
-MAX_GROWTH = 30.0
-"""MB."""
-_LIMIT_S = 300
 _REST_MS = 8000
 """Time after which no message is shown any more [ms]."""
-
-
-def wait(reached: Callable[[], object]) -> None:
-    """Run the event loop until a condition holds; checked rarely, to leave time to the threads."""
-    end = time.monotonic() + _LIMIT_S
-    while not reached():
-        pause(20)
-        if time.monotonic() > end:
-            raise TimeoutError("the window did not reach the expected state")
+_RARELY_MS = 20
+"""Between two looks at the window, to leave time to its threads."""
 
 
 def one_frame(window: MainWindow, folder: Path, out: Path) -> None:
     """Perform all actions with a frame."""
     open_frame(window, folder)
-    workspace, runs = window.workspace, window.runs
-    runs.start()
-    wait(lambda: runs.free and not runs.resolving)
-    session = workspace.session
-    height, width = session.frame.shape
-    line = np.array([[0.2 * width, 0.5 * height], [0.8 * width, 0.5 * height]])
-    stroke = brush_stroke((height, width), line, 5.0)
-    if stroke is not None:
-        workspace.blocks.stroke(paint(session.labels, stroke, max(session.counts()), session.locked))
-        workspace.blocks.end_stroke("Paint")
-    wait(lambda: runs.free and not runs.resolving and not window.feature(ErrorFeature).busy)
+    workspace = window.workspace
+    window.runs.start()
+    wait(lambda: settled(window), _RARELY_MS)
+    paint_across(window, max(workspace.session.counts()))
+    wait(lambda: settled(window), _RARELY_MS)
     window.documents.export(out, ExportOptions(mesh="ply"))
-    wait(lambda: not window.documents.exporting)
+    wait(lambda: not window.documents.exporting, _RARELY_MS)
     for box in window.findChildren(ProblemBox):  # that some pixels are nobody's word, which is told in a box
         box.close()
     window.documents.close_frame()
-    wait(lambda: not workspace.has_session)
+    wait(lambda: not workspace.has_session, _RARELY_MS)
     pause(10)
-
-
-def in_use() -> int:
-    """Return the memory [bytes] of this process, without freed memory that the C library keeps."""
-    gc.collect()
-    ctypes.CDLL(None).malloc_trim(0)
-    return resident()
 
 
 def left() -> dict[str, object]:
@@ -118,8 +89,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=300)
     parser.add_argument("--size", default="160x120")
+    parser.add_argument("--limit", type=float, default=30.0, help="largest growth of memory [MB]")
     given = parser.parse_args()
-    width, height = map(int, given.size.split("x"))
     app = QApplication([])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -127,16 +98,16 @@ def main() -> None:
             os.environ[setting] = str(folder / setting)
         window = new_window()
         first = max(given.frames // 10, 1)
-        places = [sample(folder, (width, height), number) for number in range(10)]
+        places = [write_sample(folder / f"frame{number}", size_of(given.size), number) for number in range(10)]
         for number in range(1, given.frames + 1):
             one_frame(window, places[number % len(places)], folder / "out")
             if number == first:
                 pause(_REST_MS)
                 before, memory = left(), in_use()
             if number % first == 0:
-                print(f"{number:4} frames: {resident() / 2**20:.0f} MB", flush=True)
+                print(f"{number:4} frames: {resident():.0f} MB", flush=True)
         pause(_REST_MS)
-        after, growth = left(), (in_use() - memory) / 2**20
+        after, growth = left(), in_use() - memory
         window.close()
         app.processEvents()
     print(f"memory has grown by {growth:.1f} MB between frames {first} and {given.frames}")
@@ -145,7 +116,7 @@ def main() -> None:
         print(f"{what}: {earlier} -> {later}")
     threads = [thread.name for thread in threading.enumerate() if thread.name.startswith("ilf")]
     print(f"threads, timers, files and children have {'' if changed else 'not '}changed; after closing: {threads}")
-    sys.exit(growth > MAX_GROWTH or bool(changed) or bool(threads))
+    sys.exit(growth > given.limit or bool(changed) or bool(threads))
 
 
 if __name__ == "__main__":

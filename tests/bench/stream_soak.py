@@ -7,30 +7,18 @@ frames and at the end, memory is measured, and threads and open files are counte
 from __future__ import annotations
 
 import argparse
-import ctypes
-import gc
 import os
 import sys
 import threading
 
-import cv2
 import numpy as np
 
 import ilf
-from ilf._runtime.installation import asset_path
 
-from .memory import resident
+from .memory import in_use
+from .samples import scaled, size_of
 
-MAX_GROWTH = 30.0
-"""MB."""
 _CUT = 500
-
-
-def in_use() -> float:
-    """Memory of this process [MB], without freed memory that the C library keeps."""
-    gc.collect()
-    ctypes.CDLL(None).malloc_trim(0)
-    return resident() / 2**20
 
 
 def left() -> tuple[int, int]:
@@ -44,13 +32,12 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=10_000)
     parser.add_argument("--size", default="80x60")
     parser.add_argument("--rate", type=float, help="with a thread that finds blocks; in line if left out")
+    parser.add_argument("--limit", type=float, default=30.0, help="largest growth of memory [MB]")
     given = parser.parse_args()
-    width, height = map(int, given.size.split("x"))
-    room = ilf.load_frame(asset_path("samples/room"))
-    size = 2 * width, height
-    rgb = cv2.resize(room.rgb, size, interpolation=cv2.INTER_AREA)
-    depth = cv2.resize(np.nan_to_num(room.depth), size, interpolation=cv2.INTER_NEAREST)
-    depth[height // 3 : height // 2, :: width // 2] = 0
+    width, height = size_of(given.size)
+    room = scaled((2 * width, height))
+    rgb, depth = room.rgb, room.depth.copy()
+    depth[height // 3 : height // 2, :: width // 2] = np.nan
     first = max(given.frames // 10, 1)
     with ilf.Stream(rate=given.rate) as stream:
         for number in range(1, given.frames + 1):
@@ -64,7 +51,7 @@ def main() -> None:
                 print(f"{number} frames: {in_use():.0f} MB, {stream.statistics}", flush=True)
         after, growth = left(), in_use() - memory
     print(f"memory has grown by {growth:.1f} MB; threads and files: {before} -> {after}, at the end {left()}")
-    sys.exit(growth > MAX_GROWTH or before != after)
+    sys.exit(growth > given.limit or before != after)
 
 
 if __name__ == "__main__":

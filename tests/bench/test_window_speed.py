@@ -1,11 +1,13 @@
-"""Time of the window's thread for single user actions: `python -m pytest tests/bench --benchmark-enable`.
+"""Time of the window for single user actions: `python -m pytest tests/bench/test_window_speed.py --benchmark-enable`.
 
 A frame of 1920 x 1080 pixels with 30 blocks with results, and four views. Measures the processor time of this thread
-until the window is painted again; the work of other threads does not count.
+until the window is painted again; the work of other threads does not count. The start of the window is wall clock.
 """
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 
@@ -20,11 +22,11 @@ from pytest_benchmark.fixture import BenchmarkFixture
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.edit_summary import EditSummaryFeature
-from gui.features.views import ErrorFeature
 from gui.state.session import Session
-from gui.work.frame_runs import RunState
 from ilf.completion.completion import CompletionRun
 from ilf.segmentation.editing.patches import patch_between
+
+from .window import new_window, pause, settled, wait
 
 WIDTH, HEIGHT = 1920, 1080
 ACROSS, DOWN = 6, 5
@@ -76,10 +78,8 @@ class Context:
 
     def settle(self) -> None:
         """Wait for results of other threads, so that they do not count for the next action."""
-        deadline = time.perf_counter() + 30
-        while (self.window.feature(ErrorFeature).busy or not self.window.runs.free) and time.perf_counter() < deadline:
-            QTest.qWait(10)
-        QTest.qWait(30)
+        wait(lambda: settled(self.window))
+        pause(30)
 
     def tool(self, name: str) -> None:
         """Activate a tool by its action."""
@@ -121,12 +121,8 @@ class Context:
 
 @pytest.fixture
 def context(qtbot, frame: ilf.RGBDFrame, completed: CompletionRun) -> Iterator[Context]:  # type: ignore[no-untyped-def]
-    window = MainWindow(persistent=False)
-    window.documents.discard_silently = True
+    window = new_window()
     qtbot.addWidget(window)
-    window.resize(1440, 900)
-    window.show()
-    qtbot.waitExposed(window)
     window.actions_["live"].setChecked(False)
     session = Session(frame, None, frame.name)
     session.set_labels(_labels())
@@ -136,7 +132,6 @@ def context(qtbot, frame: ilf.RGBDFrame, completed: CompletionRun) -> Iterator[C
     window.workspace.runs.end(session)
     window.workspace.blocks.select([1])
     context = Context(window)
-    QTest.qWait(200)
     context.settle()
     yield context
     window.close()
@@ -227,15 +222,6 @@ def test_hover(benchmark: BenchmarkFixture, context: Context) -> None:
     _bench(benchmark, lambda: context.move(*next(places)), lambda: None)
 
 
-def test_profile_move(benchmark: BenchmarkFixture, context: Context) -> None:
-    """The end of a profile line across the frame moves; plot and four views are updated."""
-    context.tool("profile")
-    context.press(60, 60)
-    places = iter([(1700 - 11 * step, 1000 - 7 * step) for step in range(60)])
-    _bench(benchmark, lambda: context.move(*next(places)), lambda: None)
-    context.release(1000, 600)
-
-
 def test_border(benchmark: BenchmarkFixture, context: Context) -> None:
     """A border is redrawn by the tool, from the last point on."""
     stack = context.window.workspace.session.undo_stack
@@ -289,10 +275,7 @@ def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, context: Context) 
 
     def prepare() -> None:
         nonlocal place
-        while (
-            context.window.feature(EditSummaryFeature).presenter.busy or context.window.runs.state is not RunState.IDLE
-        ):
-            QTest.qWait(5)
+        wait(lambda: not context.window.feature(EditSummaryFeature).presenter.busy)
         context.settle()
         place = next(places)
         context.press(*place)
@@ -304,3 +287,19 @@ def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, context: Context) 
         QApplication.processEvents()
 
     _bench(benchmark, finish, prepare)
+
+
+@pytest.mark.benchmark(group="wall clock", timer=time.perf_counter)
+def test_window_is_up(benchmark: BenchmarkFixture) -> None:
+    """From the start of the interpreter to a visible window."""
+    program = (
+        "from PySide6.QtWidgets import QApplication\n"
+        "app = QApplication([])\n"
+        "from gui.app.main_window import MainWindow\n"
+        "window = MainWindow(persistent=False)\n"
+        "window.show()\n"
+        "app.processEvents()\n"
+        "window.close()\n"
+    )
+    run = benchmark.pedantic(subprocess.run, ([sys.executable, "-c", program],), {"capture_output": True}, rounds=3)
+    assert run.returncode == 0, run.stderr

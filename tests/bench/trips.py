@@ -1,4 +1,4 @@
-"""Number of the project's files involved in typical operations: `python -m tests.bench.trips`.
+"""Size of the code, and number of its files involved in typical operations: `python -m tests.bench.trips`.
 
 Four operations, each in a separate process with every function call of every thread recorded: `ilf complete` on the
 bundled sample, and in the window opening the sample, a slider of the filter until its new depth is visible, and a brush
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
 import pkgutil
 import subprocess
@@ -16,11 +17,18 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from inspect import CO_OPTIMIZED
 from pathlib import Path
 from types import FrameType
 
+import ilf
+from ilf.errors import InputError
+
+from .code_size import show_sizes
+
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
 
 ROOT = Path(__file__).parents[2]
 TRIPS = ("complete", "open", "slider", "stroke")
@@ -69,18 +77,17 @@ class Recorder:
 
 def import_all() -> None:
     """Import the library, so that nothing is imported during the recording."""
-    import ilf
-
     for module in pkgutil.walk_packages(ilf.__path__, "ilf."):
-        if not {"lab", "training", "bench", "experiments", "__main__"} & set(module.name.split(".")):
-            importlib.import_module(module.name)
+        if not module.name.endswith("__main__"):
+            with suppress(InputError, ModuleNotFoundError):  # it needs an extra that is not installed
+                importlib.import_module(module.name)
 
 
 def complete(recorder: Recorder) -> None:
     """Record the command line from a folder to files."""
     from ilf.cli import main
 
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         recorder.start()
         main(["complete", str(ROOT / "assets/samples/room"), "--out", f"{folder}/out"])
         recorder.stop()
@@ -88,15 +95,11 @@ def complete(recorder: Recorder) -> None:
 
 def in_window(recorder: Recorder, trip: str) -> None:
     """Record operations in the window; preparations are not recorded."""
-    import numpy as np
     from PySide6.QtWidgets import QApplication
 
     from gui.features.filter.feature import FilterFeature
-    from gui.features.views import ErrorFeature
-    from ilf.segmentation.editing.painting import brush_stroke, paint
 
-    from .responsive import new_window, open_frame
-    from .waiting import pause, wait
+    from .window import new_window, open_frame, paint_across, pause, settled, wait
 
     application = QApplication([])
     if trip == "open":
@@ -107,7 +110,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
     session = workspace.session
     if trip != "open":
         runs.start()
-        wait(lambda: runs.free and not runs.resolving and not window.feature(ErrorFeature).busy)
+        wait(lambda: settled(window))
         recorder.start()
         news: list[None] = []
         workspace.runs.results_added.connect(lambda: news.append(None))
@@ -116,14 +119,9 @@ def in_window(recorder: Recorder, trip: str) -> None:
             workspace.blocks.select([label])
             window.feature(FilterFeature).panel.edited.emit(session.common.replace(noise=0.02))
         else:
-            height, width = session.frame.shape
-            line = np.array([[0.2 * width, 0.5 * height], [0.8 * width, 0.5 * height]])
-            stroke = brush_stroke((height, width), line, 5.0)
-            assert stroke is not None
-            workspace.blocks.stroke(paint(session.labels, stroke, label, session.locked))
-            workspace.blocks.end_stroke("Paint")
+            paint_across(window, label)
         wait(lambda: news)
-    wait(lambda: runs.free and not runs.resolving and not window.feature(ErrorFeature).busy)
+    wait(lambda: settled(window))
     pause(300)
     recorder.stop()
     window.close()
@@ -143,6 +141,7 @@ def main() -> int:
     arguments = parser.parse_args()
     if arguments.trip is None:
         own = [sys.executable, "-m", "tests.bench.trips", *(["--files"] if arguments.files else [])]
+        show_sizes()
         return max(subprocess.run([*own, trip], check=False).returncode for trip in TRIPS)
     import_all()
     recorder = Recorder()

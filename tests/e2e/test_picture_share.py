@@ -2,17 +2,96 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
+import numpy as np
 import pytest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QPoint, QRect, QRectF
+from PySide6.QtWidgets import QApplication, QToolButton
 
+import ilf
 from gui.app.main_window import MainWindow
 from gui.base import theme
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.frame_list.film_strip import FilmStripFeature
-from gui.features.layouts.layout import CORRECT
-from tests.bench.picture_share import BARS, cut, made_frame, share, show_frames, show_layout
+from gui.features.layouts.feature import LayoutsFeature
+from gui.features.layouts.layout import BUILT_IN, CORRECT, STANDARD
+from gui.state.session import Session
+from gui.views.view_cell import ViewCell
+from ilf.run.run import Run
+from tests.bench.window import settled, wait
+
+BARS = {
+    (layout.name, size): 0.65 if layout.name == CORRECT else 0.55
+    for layout in BUILT_IN
+    for size in ((1440, 900), (1280, 800))
+} | {(STANDARD, (1100, 700)): 0.45}
+"""Layout, size of window -> minimum share of the pictures."""
+
+
+def made_frame(number: int = 0) -> ilf.RGBDFrame:
+    """160 x 120 pixels with a hole; the number varies it slightly."""
+    rows, columns = np.mgrid[:120, :160]
+    depth = (1.5 + 0.008 * rows + 0.004 * columns).astype(np.float32)
+    depth[25:50, 50:80] = np.nan
+    rgb = np.dstack((2 * rows, columns, rows + columns + number)).astype(np.uint8)
+    return ilf.RGBDFrame(rgb, depth, name=f"made {number}")
+
+
+def on_screen(window: MainWindow, cell: ViewCell) -> QRect:
+    """Return the visible part of a cell's picture, in the window."""
+    view = cell.view
+    height, width = window.workspace.session.frame.shape
+    drawn = view.viewportTransform().mapRect(QRectF(0, 0, width, height)).toAlignedRect() & view.viewport().rect()
+    return drawn.translated(view.viewport().mapTo(window, QPoint()))
+
+
+def share(window: MainWindow) -> float:
+    """Return pixels of pictures over pixels of the window, 0-1."""
+    parts = [on_screen(window, cell) for cell in window.views.cells.values() if cell.isVisible()]
+    return sum(part.width() * part.height() for part in parts) / (window.width() * window.height())
+
+
+def cut(window: MainWindow) -> list[str]:
+    """Return elements that are cut off but should be fully visible: pictures, captions, the Run button, the rail."""
+    wrong = []
+    height, width = window.workspace.session.frame.shape
+    for name, cell in window.views.cells.items():
+        if cell.isVisible():
+            drawn = cell.view.viewportTransform().mapRect(QRectF(0, 0, width, height))
+            if not QRectF(cell.view.viewport().rect()).adjusted(-0.5, -0.5, 0.5, 0.5).contains(drawn):
+                wrong.append(f"picture of {name}")
+            if cell.strip.title_end > cell.strip.width():
+                wrong.append(f"caption of {name}")
+    for what, bar in (("run", window.tool_bar), ("panels", window.panels.rail)):
+        for button in bar.findChildren(QToolButton):
+            action = button.defaultAction()
+            wanted = action is window.actions_["run"] if what == "run" else action is not None and action.isVisible()
+            if wanted and not (button.isVisible() and window.rect().contains(_place(window, button))):
+                wrong.append(f"button of {what}: {action.text()}")
+    return wrong
+
+
+def _place(window: MainWindow, button: QToolButton) -> QRect:
+    return QRect(button.mapTo(window, QPoint()), button.size())
+
+
+def show_frames(window: MainWindow, frames: Iterable[ilf.RGBDFrame], size: tuple[int, int]) -> None:
+    """Show a window in a size, add frames, and run the last one."""
+    window.resize(*size)
+    window.show()
+    for frame in frames:
+        window.workspace.add_session(Session.of(Run(frame, np.ones(frame.shape, np.int32)), None, frame.name))
+    window.actions_["run_all"].trigger()
+    wait(lambda: settled(window))
+
+
+def show_layout(window: MainWindow, layout: str) -> None:
+    """Switch to a layout of the window."""
+    window.feature(LayoutsFeature).turn(layout)
+    for _ in range(5):
+        QApplication.processEvents()
+    window.refresh.now()
 
 
 @pytest.fixture

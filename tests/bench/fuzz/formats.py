@@ -12,7 +12,6 @@ from ilf.data.presets import read_preset
 from ilf.io.frame_additions import load_ground_truth
 from ilf.io.images import read_colour
 from ilf.io.labels import read_labels, read_mask
-from ilf.lab.experiments.files import read_result
 from ilf.run.record_file import read_record
 from ilf.sources.nyu import read_split
 
@@ -70,7 +69,6 @@ _ALL = (
     Format("mask", "mask.png", seeds.mask, of_png, lambda path: read_mask(path, seeds.SHAPE)),
     Format("project", "room.ilf", seeds.project, of_zip(_for_member), readers.project),
     Format("run-record", "run.json", seeds.record, of_json, read_record),
-    Format("experiment", "sphere.json", seeds.experiment, of_json, read_result),
     Format("time-list", "rgb.txt", seeds.time_lists, of_text, readers.listed),
     Format("associations", "associations.txt", seeds.associations, of_text, readers.listed),
     Format("bop", "scene_camera.json", seeds.bop, of_json, readers.listed),

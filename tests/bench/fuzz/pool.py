@@ -1,23 +1,17 @@
-"""Supervised child processes that read files: crashes and hangs are recorded, and the child is replaced."""
+"""Child processes that read files: crashes and hangs are recorded, and another child goes on."""
 
 from __future__ import annotations
 
 import json
-import queue
 import signal
 import subprocess
 import sys
 import tempfile
-import threading
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-SECONDS = 10.0
-"""Time limit for one file [s]."""
-
-_START_S = 120.0
+from .worker import SECONDS
 
 
 @dataclass
@@ -30,6 +24,8 @@ class Tally:
         "ok", "told" (an error of the library in one line), "traceback", "memory", "crash", "hang".
     bad : list of (int, str, str)
         Number of the case, kind and what happened, of all but "ok" and "told".
+    told : Counter
+        Messages of "told".
     slowest : float
         Longest time of a case [s].
     peak : int
@@ -64,47 +60,21 @@ def _one_child(name: str, seed: int, first: int, last: int, place: str, keep: Pa
     """Run one child; return the number of the first case of the next child."""
     words = [sys.executable, "-m", "tests.bench.fuzz.worker", name, str(seed), str(first), str(last), place]
     words += [str(keep)] if keep else []
-    child = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert child.stdout is not None
-    lines: queue.Queue[dict[str, Any] | None] = queue.Queue()
-    reader = threading.Thread(target=_pass_on, args=(child.stdout, lines), daemon=True)
-    errors: list[bytes] = []
-    assert child.stderr is not None
-    listener = threading.Thread(target=lambda stream: errors.append(stream.read()), args=(child.stderr,), daemon=True)
-    reader.start()
-    listener.start()
-    is_ready = False
-    try:
-        while first < last:
-            line = lines.get(timeout=SECONDS if is_ready else _START_S)
-            if line is None:
-                status = child.wait()
-                listener.join()
-                if not is_ready or status > 0:
-                    raise SystemExit(f"{name}: the child ended unexpectedly ({status}): {errors[0].decode()[-2000:]}")
-                tally.add(first, "crash", signal.Signals(-status).name)
-                return first + 1
-            is_ready = True
-            if "case" in line:
-                tally.add(line["case"], line["kind"], line["what"])
-                tally.slowest = max(tally.slowest, line["seconds"])
-                first = line["case"] + 1
-        line = lines.get(timeout=SECONDS)
-        tally.peak = max(tally.peak, line["peak"] if line else 0)
-    except queue.Empty:
-        tally.add(first, "hang", f"more than {SECONDS:g} s")
-        first += 1
-    finally:
-        child.kill()
-        child.wait()
-        reader.join()
-        listener.join()
-        child.stdout.close()
-        child.stderr.close()
-    return first
-
-
-def _pass_on(stream: Any, lines: queue.Queue[dict[str, Any] | None]) -> None:
-    for line in stream:
-        lines.put(json.loads(line))
-    lines.put(None)
+    child = subprocess.run(words, capture_output=True, text=True, errors="replace", check=False)
+    lines = [json.loads(line) for line in child.stdout.splitlines()]
+    for line in lines:
+        if "case" in line:
+            tally.add(line["case"], line["kind"], line["what"])
+            tally.slowest = max(tally.slowest, line["seconds"])
+            first = line["case"] + 1
+        tally.peak = max(tally.peak, line.get("peak", 0))
+    if child.returncode == 0:
+        return last
+    is_hang = f"Timeout (0:00:{SECONDS}" in child.stderr
+    if not lines or not (is_hang or child.returncode < 0):
+        raise SystemExit(f"{name}: the child ended unexpectedly ({child.returncode}): {child.stderr[-2000:]}")
+    if is_hang:
+        tally.add(first, "hang", f"more than {SECONDS} s")
+    else:
+        tally.add(first, "crash", signal.Signals(-child.returncode).name)
+    return first + 1

@@ -83,7 +83,7 @@ def earlier(folder: Path) -> list[bytes]:
 
 def interrupted(folder: Path) -> list[bytes]:
     """List of a file set that an ended process started to write; the folder is `sound`."""
-    print_it = "from ilf._runtime.temporary_files import made_by; print(made_by())"
+    print_it = "from ilf._runtime.temporary_files import unique_tag; print(unique_tag())"
     gone = subprocess.run([sys.executable, "-c", print_it], capture_output=True, check=True, text=True)
     target = folder / "sound"
     begun = target / f".ilf-export-{gone.stdout.strip()}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import json
 import struct
@@ -18,7 +17,6 @@ from scipy.io import savemat
 import ilf
 from ilf.data.presets import UserPreset, write_preset
 from ilf.io.block_files import write_blocks
-from ilf.lab.experiments.files import StoredFigure, StoredResult
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
@@ -69,8 +67,16 @@ def _npy(array: np.ndarray) -> bytes:
     return stream.getvalue()
 
 
-def with_colour(folder: Path) -> None:
-    (folder / "rgb.png").write_bytes(_encoded(".png", _colour()))
+def with_colour(folder: Path, name: str = "rgb.png") -> None:
+    """Write the colour image."""
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(_encoded(Path(name).suffix, _colour()))
+
+
+def with_depth(folder: Path, name: str = "depth.png") -> None:
+    """Write the depth image."""
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(_encoded(".png", depth_values()))
 
 
 def depth_png(folder: Path) -> list[bytes]:
@@ -152,10 +158,8 @@ def layout(folder: Path) -> list[bytes]:
 
 
 def transforms(folder: Path) -> list[bytes]:
-    inside = folder / "transforms"
-    inside.mkdir(exist_ok=True)
-    (inside / "rgb.png").write_bytes(_encoded(".png", _colour()))
-    (inside / "depth.png").write_bytes(_encoded(".png", depth_values()))
+    with_colour(folder, "transforms/rgb.png")
+    with_depth(folder, "transforms/depth.png")
     frame = {"file_path": "rgb.png", "depth_file_path": "depth.png", "transform_matrix": np.eye(4).tolist()}
     camera = {"fl_x": 30.0, "fl_y": 30.0, "cx": 16.0, "cy": 12.0, "w": WIDTH, "h": HEIGHT}
     return [json.dumps({**camera, "depth_unit_scale_factor": 0.001, "frames": [frame]}).encode()]
@@ -165,18 +169,13 @@ def open3d(name: str) -> Seeds:
     """A folder of Open3D."""
 
     def write_frames(folder: Path) -> list[bytes]:
-        for kind, image in (("color", _colour()), ("depth", depth_values())):
-            (folder / "frames" / kind).mkdir(parents=True, exist_ok=True)
-            (folder / "frames" / kind / "0.png").write_bytes(_encoded(".png", image))
+        with_colour(folder, "frames/color/0.png")
+        with_depth(folder, "frames/depth/0.png")
         if name == "trajectory.log":
             return [b"0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0.5\n0 0 0 1\n"]
         return [b"30 0 16\n0 30 12\n0 0 1\n", b"fx: 30\nfy: 30\ncx: 16\ncy: 12\n", b"32 24 30 30 16 12 0 0 0 0 0\n"]
 
     return write_frames
-
-
-def with_depth(folder: Path) -> None:
-    (folder / "depth.png").write_bytes(_encoded(".png", depth_values()))
 
 
 def colour_png(folder: Path) -> list[bytes]:
@@ -302,21 +301,11 @@ def record(folder: Path) -> list[bytes]:
     return [(folder / "out" / "run.json").read_bytes()]
 
 
-def experiment(folder: Path) -> list[bytes]:
-    """The stored result of an experiment."""
-    result = StoredResult(
-        "sphere", "A sphere", "the paper", "what it is about", {"detector": "canny"}, 0, True, 1.5, ["a note"],
-        [StoredFigure("sphere-1", "a caption", False)], [{"a": 1.0, "b": "x"}, {"a": None, "b": "y"}],
-    )  # fmt: skip
-    return [json.dumps(dataclasses.asdict(result)).encode()]
-
-
 def time_lists(folder: Path) -> list[bytes]:
     """Lists of colour and depth by time, as rgb.txt; depth.txt and the images are valid."""
-    for kind, image in (("rgb", _colour()), ("depth", depth_values())):
-        (folder / kind).mkdir()
-        for frame in range(3):
-            (folder / kind / f"{frame}.png").write_bytes(_encoded(".png", image))
+    for frame in range(3):
+        with_colour(folder, f"rgb/{frame}.png")
+        with_depth(folder, f"depth/{frame}.png")
     lines = [f"{frame / 30:.6f} depth/{frame}.png" for frame in range(3)]
     (folder / "depth.txt").write_text("# depth\n" + "\n".join(lines))
     return ["\n".join(["# colour", *(f"{frame / 30:.6f} rgb/{frame}.png" for frame in range(3))]).encode()]
@@ -331,18 +320,16 @@ def associations(folder: Path) -> list[bytes]:
 
 def bop(folder: Path) -> list[bytes]:
     """scene_camera.json, with its images."""
-    for kind, image in (("rgb", _colour()), ("depth", depth_values())):
-        (folder / kind).mkdir()
-        (folder / kind / "000003.png").write_bytes(_encoded(".png", image))
+    with_colour(folder, "rgb/000003.png")
+    with_depth(folder, "depth/000003.png")
     camera = {"cam_K": [30.0, 0.0, 15.5, 0.0, 30.0, 11.5, 0.0, 0.0, 1.0], "depth_scale": 0.1}
     return [json.dumps({"3": camera, "4": camera | {"cam_R_w2c": [1, 0, 0, 0, 1, 0, 0, 0, 1]}}).encode()]
 
 
 def sun(folder: Path) -> list[bytes]:
     """intrinsics.txt of SUN RGB-D."""
-    for kind, image in (("image", _encoded(".jpg", _colour())), ("depth", _encoded(".png", depth_values()))):
-        (folder / kind).mkdir()
-        (folder / kind / ("0.jpg" if kind == "image" else "0.png")).write_bytes(image)
+    with_colour(folder, "image/0.jpg")
+    with_depth(folder, "depth/0.png")
     return [b"30.0 0 15.5\n0 30.0 11.5\n0 0 1\n"]
 
 

@@ -5,6 +5,7 @@ python -m tests.bench.fuzz.worker FORMAT SEED FIRST LAST FOLDER [KEEP]
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import os
 import resource
@@ -26,6 +27,8 @@ from .forked import run_forked
 from .formats import FORMATS, Format
 
 MEMORY = 4 * 2**30
+SECONDS = 10
+"""Time limit for one file [s]."""
 LONGEST_MESSAGE = 2000
 
 
@@ -60,8 +63,8 @@ def _where() -> str:
     return f"{Path(own[-1].filename).name}:{own[-1].lineno}"
 
 
-def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path | None, out: TextIO) -> None:
-    """Read the cases from `first` up to, not including, `last`, in an empty folder."""
+def sound_files(form: Format, place: Path) -> list[bytes]:
+    """Make the valid files of a format and their companion files in an empty folder, and read them."""
     for name in ("MODELS", "PRESETS", "AUTOSAVE", "FOLDERS"):
         os.environ[f"ILF_{name}"] = str(place / name)
     seeds = form.seeds(place)
@@ -72,12 +75,20 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
         found = outcome(form, path)
         if found[0] != "ok":
             raise SystemExit(f"{form.name}: seed {number} cannot be read: {found}")
+    return seeds
+
+
+def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path | None, out: TextIO) -> None:
+    """Read the cases from `first` up to, not including, `last`, in an empty folder."""
+    seeds, path = sound_files(form, place), place / form.file
     print(json.dumps({"ready": len(seeds)}), file=out, flush=True)
     for number in range(first, last):
         content = case(form, seeds, seed, number)
         path.write_bytes(content)
         begun = time.perf_counter()
+        faulthandler.dump_traceback_later(SECONDS, exit=True)
         kind, what = outcome(form, path)
+        faulthandler.cancel_dump_traceback_later()
         took = time.perf_counter() - begun
         if keep is not None and kind not in {"ok", "told"}:
             (keep / f"{form.name}-{number}{path.suffix}").write_bytes(content)

@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from .covering import SUITES, collect
-from .sites import Mutant, sample, target_files
-from .trees import copy_tree, file_hash, take_tree, tree_hash
+from .sites import Mutant, sample
+from .trees import PACKAGES, copy_tree, file_hash, python_files, take_tree, tree_hash
 from .trials import Trial, Trials
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory(prefix="ilf-mutants-") as folder:
         tree = take_tree(ROOT, Path(folder) / "tree")
         results = Results(options.out / "results.json", tree, options.fresh)
-        mutants = sample(tree, target_files(tree, options.only), options.sample, options.seed)
+        mutants = sample(tree, python_files(tree, options.only), options.sample, options.seed)
         to_try = [mutant for mutant in mutants if not results.holds(mutant)]
         print(f"{len(mutants)} faults, {len(mutants) - len(to_try)} of them tried before", flush=True)
         if to_try:
@@ -57,10 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--sample", type=int, default=150, metavar="N", help="number of faults (default: 150)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the sample (default: 0)")
     parser.add_argument(
-        "--only",
-        nargs="+",
-        metavar="PATH",
-        help="files or folders (default: the whole program, without bench, experiments and training)",
+        "--only", nargs="+", metavar="PATH", default=PACKAGES, help="files or folders (default: the whole program)"
     )
     parser.add_argument("--suites", nargs="+", default=SUITES, metavar="PATH", help="tests (default: all suites)")
     parser.add_argument(

@@ -16,11 +16,6 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator
 
-from .trees import PACKAGES, python_files
-
-_APART = {"bench", "experiments", "training"}
-"""Folders with faults only on request, because they measure and do not complete frames."""
-
 _BINARY = {
     "Add": ("Sub",),
     "Sub": ("Add",),
@@ -97,17 +92,6 @@ class Mutant:
             source.splitlines(), self.code(source).splitlines(), self.path, self.path, lineterm="", n=1
         )
         return "\n".join(lines)
-
-
-def target_files(tree: Path, targets: Sequence[str] | None = None) -> list[str]:
-    """Return the Python files among the targets, by default the whole program; files in excluded folders only if a
-    target lists the folder."""
-    return [
-        path
-        for target in targets or PACKAGES
-        for path in python_files(tree, [target])
-        if _APART.isdisjoint(path.split("/")) or not _APART.isdisjoint(target.split("/"))
-    ]
 
 
 def mutants_of(tree: Path, path: str) -> list[Mutant]:

@@ -1,10 +1,11 @@
 """Precision of the quality checks: how many of the first flagged places are deliberate faults.
 
-python -m tests.bench.quality_checks [--choose] [--seed 0]
+python -m tests.bench.quality_checks [FRAME ...] [--seed 0]
 
-Ten faults in each of ten frames without missing depth: blocks are extracted from the full depth and get faults, holes
-are cut into the depth, and the quality checks run on the rest. A flagged place is real if it is the first one at a
-fault. Of the others, "there before" are those at which true depth jumps inside a block: errors of the extraction.
+Ten faults in each frame, whose ground truth has no missing depth: blocks are extracted from the full depth and get
+faults, holes are cut into the depth, and the quality checks run on the rest. A flagged place is real if it is the first
+one at a fault. Of the others, "there before" are those at which true depth jumps inside a block: errors of the
+extraction.
 
 The remedy for the first place at each fault is applied. It mends the fault if it halves what the blocks' IoU with those
 without the fault lacks; "worse" is a lower IoU.
@@ -23,13 +24,14 @@ from ilf import load_frame
 from .faults import KINDS
 from .trials import Mending, Trial, try_frame
 
-TUNING_FRAMES = ("0035", "0057", "0119", "0153", "0172", "0211", "0273", "0334", "0390", "0462")
-"""Frames on which the weights of the quality checks were tuned."""
-
-EVALUATION_FRAMES = ("0040", "0059", "0091", "0169", "0176", "0283", "0352", "0411", "0476", "0519")
-"""Other frames, for the reported results."""
-
 FAULTS, TOP = 10, 20
+_EVALUATION = ("0040", "0059", "0091", "0169", "0176", "0283", "0352", "0411", "0476", "0519")
+"""Filled frames of NYU on which the weights of the quality checks were not tuned."""
+
+
+def _evaluation_frames() -> list[Path]:
+    root = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "rgbd"
+    return [root / f"nyufilled_{name}" for name in _EVALUATION]
 
 
 def first_of_all(trials: Sequence[Trial]) -> Counter[str]:
@@ -74,22 +76,6 @@ def _mending_row(found: Sequence[Mending]) -> tuple[object, ...]:
     return len(found), len(tried), sum(one.mends for one in tried), worse, f"{before:.3f}", f"{after:.3f}"
 
 
-def by_frame(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
-    """Table of the frames: faults found, and number of places."""
-    for trial in trials:
-        before = sum(finding.before for finding in trial.found[:TOP])
-        yield trial.name, len(trial.faults), len(trial.hits(FAULTS)), len(trial.hits(TOP)), before, len(trial.found)
-
-
-def by_place(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
-    """Table of the kinds of place among the first of the frames: their number and causes."""
-    first = [finding for trial in trials for finding in trial.found[:TOP]]
-    for kind in sorted({finding.place.kind for finding in first}):
-        of_kind = [finding for finding in first if finding.place.kind == kind]
-        about = sum(finding.fault is not None for finding in of_kind)
-        yield kind, len(of_kind), about, sum(finding.before for finding in of_kind)
-
-
 def table(head: str, rows: Iterable[tuple[object, ...]]) -> str:
     """Format a table as Markdown."""
     columns = head.split(" | ")
@@ -100,14 +86,12 @@ def table(head: str, rows: Iterable[tuple[object, ...]]) -> str:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("frames", nargs="*", type=Path, default=_evaluation_frames())
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--choose", action="store_true", help="use the frames for tuning the weights")
     arguments = parser.parse_args()
-    root = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "rgbd"
     trials = []
-    for name in TUNING_FRAMES if arguments.choose else EVALUATION_FRAMES:
-        folder = root / f"nyufilled_{name}"
-        ground_truth = load_frame(folder / "rgb.jpg", folder / "gt.png", depth_units=1000, name=folder.name)
+    for folder in arguments.frames:
+        ground_truth = load_frame(next(folder.glob("rgb.*")), folder / "gt.png", depth_units=1000, name=folder.name)
         trials.append(try_frame(ground_truth, FAULTS, arguments.seed))
     first = first_of_all(trials)
     print(
@@ -117,9 +101,6 @@ def main() -> None:
     )
     print(table(f"fault | made | in the first {FAULTS} of its frame | in the first {TOP} | at all", by_kind(trials)))
     print(table("fault | found | with a remedy | mended | worse | IoU before | after", by_remedy(trials)))
-    head = f"frame | made | real of the first {FAULTS} | of the first {TOP} | there before, of the first {TOP} | places"
-    print(table(head, by_frame(trials)))
-    print(table(f"place | in the first {TOP} of the frames | about a fault | there before", by_place(trials)))
 
 
 if __name__ == "__main__":

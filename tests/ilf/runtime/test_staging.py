@@ -168,6 +168,14 @@ def test_only_files_of_the_set_come_back(tmp_path):
     assert contents(folder / "before") == {"other": b"of no set"}, "and nothing is lost"
 
 
+def test_a_list_that_names_a_file_twice_restores_nothing(tmp_path):
+    folder = left_behind(tmp_path)
+    (folder / ".names").write_text("a\nseal\nseal")
+    restore_interrupted(tmp_path)
+    assert names_in(tmp_path) == set()
+    assert names_in(folder / "before") == {"a", "seal"}, "and nothing is lost"
+
+
 @pytest.mark.parametrize("link", ["", "before"])
 def test_links_of_a_left_folder_are_not_followed(tmp_path, link):
     """Who may write into a shared folder could have files of other folders moved into it."""

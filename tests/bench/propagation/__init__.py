@@ -1,1 +1,0 @@
-"""Accuracy of the propagation of blocks from frame to frame."""

@@ -1,0 +1,44 @@
+"""The bundled sample in any size, as a frame without cached results or as a folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+import ilf
+from ilf._runtime.installation import asset_path
+
+Size = tuple[int, int]
+
+
+def size_of(text: str) -> Size:
+    """Return width and height of "640x480"."""
+    width, height = map(int, text.split("x"))
+    return width, height
+
+
+def scaled(size: Size, folder: str | Path | None = None) -> ilf.RGBDFrame:
+    """Return a frame, by default the bundled sample, in another size."""
+    frame = ilf.load_frame(folder or asset_path("samples/room"))
+    width, height = size
+    rgb = cv2.resize(frame.rgb, size, interpolation=cv2.INTER_AREA)
+    depth = cv2.resize(np.nan_to_num(frame.depth), size, interpolation=cv2.INTER_NEAREST)
+    camera = ilf.CameraIntrinsics(0.8 * width, 0.8 * width, width / 2, height / 2)
+    return ilf.RGBDFrame(rgb, depth, camera)
+
+
+def write_sample(folder: Path, size: Size, number: int = 0) -> Path:
+    """Write the bundled sample in another size as a frame folder of PNGs; the number varies it slightly."""
+    frame = scaled(size)
+    rgb = frame.rgb.copy()
+    rgb[0, 0] = number % 256
+    folder.mkdir()
+    cv2.imwrite(str(folder / "rgb.png"), rgb[..., ::-1])
+    cv2.imwrite(str(folder / "depth.png"), np.rint(1000 * np.nan_to_num(frame.depth)).astype(np.uint16))
+    camera = frame.intrinsics
+    meta = {"depth_units_per_m": 1000, "K": [camera.fx, camera.fy, camera.cx, camera.cy]}
+    (folder / "meta.json").write_text(json.dumps(meta))
+    return folder

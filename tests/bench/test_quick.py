@@ -1,0 +1,71 @@
+"""Every bench in its quick form, so that none rots: `python -m pytest tests/bench`. No figure is claimed from it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.ilf.small_sequences import write_sequence
+
+from .samples import scaled, write_sample
+
+QUICK = (
+    ("cancel", "FRAME --size 160x120 --moments 1 --only extraction report", "report"),
+    ("closing", "--size 160x120 --moments 1 --only run", "run"),
+    ("correction_effect", "FRAME --seeds 1", "geometric mean: RMSE"),
+    ("faults", "--only preset --every 5", "preset"),
+    ("frame_split", "choosing FRAMES", "nyu_0433"),
+    ("fuzz", "--sound", "journal-log: 1 valid files are read"),
+    ("fuzz", "--cases 10 --format interrupted-set", "| interrupted-set | 10 |"),
+    ("kill", "--rounds 1", "1 kills"),
+    ("kill.writers", "--kills 4 --only preset blocks", "complete after kills"),
+    ("mirrored", "FRAME", "median"),
+    ("mutants", "--sample 1 --only ilf/data/camera.py --suites CAMERA_TESTS --jobs 1 --out OUT", "faults found"),
+    ("neighbours", "--data SEQUENCE --places 3", "odometry"),
+    ("pass_band", "--size 160x120 --iterations 10 --repeat 2", "paper"),
+    ("peaks", "--sizes 320x240 --only info --threads 1", "320x240"),
+    ("pipeline", "FRAME --sizes 160x120 --threads 1 --rounds 1", "all steps"),
+    ("quality_checks", "WHOLE", "| all |"),
+    ("sequences", "SEQUENCE --length 2 --threads 1", "stream, rate"),
+    ("shards", "--count 1000", "bytes a key"),
+    ("soak", "--frames 2 --limit 1000", "memory has grown"),
+    ("stream_soak", "--frames 100 --size 40x30 --limit 1000", "memory has grown"),
+)  # fmt: skip
+"""Module, its arguments, in which words in capitals are made data, and what its table contains."""
+
+EXTRAS = {"mutants": "cosmic_ray"}
+"""Benches whose packages are in an extra of their own."""
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> dict[str, str]:
+    """Small data of every kind."""
+    whole = tmp_path / "whole"
+    whole.mkdir()
+    frame = scaled((320, 240))
+    cv2.imwrite(str(whole / "rgb.png"), frame.rgb[..., ::-1])
+    cv2.imwrite(str(whole / "gt.png"), (1000 * np.nan_to_num(frame.depth, nan=5.0)).astype(np.uint16))
+    return {
+        "FRAME": str(write_sample(tmp_path / "frame", (160, 120))),
+        "FRAMES": str(tmp_path),
+        "SEQUENCE": str(write_sequence(tmp_path / "sequence")),
+        "WHOLE": str(whole),
+        "CAMERA_TESTS": "tests/ilf/data/test_camera.py",
+        "OUT": str(tmp_path / "out"),
+    }
+
+
+@pytest.mark.parametrize(("module", "arguments", "printed"), QUICK, ids=[module for module, *_ in QUICK])
+def test_it_runs_and_prints_its_table(module: str, arguments: str, printed: str, data: dict[str, str]) -> None:
+    if module in EXTRAS:
+        pytest.importorskip(EXTRAS[module])
+    words = [data.get(word, word) for word in arguments.split()]
+    command = [sys.executable, "-m", f"tests.bench.{module}", *words]
+    done = subprocess.run(command, cwd=Path(__file__).parents[2], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert printed in done.stdout

@@ -1,0 +1,75 @@
+"""The window in a real event loop, which leaves time to its threads, unlike `processEvents` or QTest's wait."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QEventLoop, QTimer
+
+from gui.app.main_window import MainWindow
+from gui.features.views import ErrorFeature
+from ilf.segmentation.editing.painting import brush_stroke, paint
+
+_LIMIT_S = 300
+
+
+def pause(milliseconds: int) -> None:
+    """Run the event loop for a while."""
+    loop = QEventLoop()
+    QTimer.singleShot(milliseconds, loop.quit)
+    loop.exec()
+
+
+def wait(reached: Callable[[], object], every_ms: int = 1) -> None:
+    """Run the event loop until a condition holds, even for a moment."""
+    deadline = time.perf_counter() + _LIMIT_S
+    loop, timer = QEventLoop(), QTimer(interval=every_ms)
+    holds = False
+
+    def look() -> None:
+        nonlocal holds
+        holds = bool(reached())
+        if holds or time.perf_counter() > deadline:
+            loop.quit()
+
+    timer.timeout.connect(look)
+    timer.start()
+    loop.exec()
+    timer.stop()
+    if not holds:
+        raise TimeoutError("the window did not reach the expected state")
+
+
+def new_window() -> MainWindow:
+    """Open a window that keeps no settings."""
+    window = MainWindow(persistent=False)
+    window.documents.discard_silently = True
+    window.resize(1440, 900)
+    window.show()
+    pause(300)
+    return window
+
+
+def open_frame(window: MainWindow, folder: Path) -> None:
+    """Open a frame, and wait for its blocks."""
+    window.documents.open_paths([folder])
+    wait(lambda: window.workspace.has_session and window.workspace.session.counts() and not window.loader.busy)
+
+
+def settled(window: MainWindow) -> bool:
+    """Return whether no run and no expected error is in progress."""
+    return window.runs.free and not window.runs.resolving and not window.feature(ErrorFeature).busy
+
+
+def paint_across(window: MainWindow, label: int) -> None:
+    """Paint a stroke of a block across the frame."""
+    blocks, session = window.workspace.blocks, window.workspace.session
+    height, width = session.frame.shape
+    line = np.array([[0.2 * width, 0.5 * height], [0.8 * width, 0.5 * height]])
+    stroke = brush_stroke((height, width), line, 5.0)
+    assert stroke is not None
+    blocks.stroke(paint(session.labels, stroke, label, session.locked))
+    blocks.end_stroke("Paint")
