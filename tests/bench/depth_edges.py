@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import BUNDLED
 from ilf.data.parameters import BlockParameters
+from ilf.evaluation.bench.frames import find_frames, load_bench_frame
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
-from ilf.lab.bench.frames import find_frames, load_bench_frame
 from ilf.lab.training.depth_edges.pictures import PictureFolder, read_picture, with_hidden_depth
 from ilf.lab.training.depth_edges.task import LineScore
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork, filled_log_depth

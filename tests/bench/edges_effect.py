@@ -21,8 +21,8 @@ from ilf.completion.interpolation import nearest
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import PAPER_BLOCKS, BlockParameters, Parameters
 from ilf.data.presets import preset
-from ilf.lab.bench.frames import BenchFrame, find_frames, load_bench_frame
-from ilf.lab.bench.patterns import make_task
+from ilf.evaluation.bench.frames import BenchFrame, find_frames, load_bench_frame
+from ilf.evaluation.bench.patterns import make_task
 from ilf.run.run import complete
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
 from ilf.segmentation.edges.frame_edges import FrameEdges, find_edges, joined, relief_of

@@ -18,10 +18,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ilf.evaluation.bench.frames import find_frames, load_bench_frame
+from ilf.evaluation.bench.patterns import make_task
+from ilf.evaluation.bench.runner import score
 from ilf.io.frame_additions import load_guide
-from ilf.lab.bench.frames import find_frames, load_bench_frame
-from ilf.lab.bench.patterns import make_task
-from ilf.lab.bench.runner import score
 from ilf.run.run import complete
 from ilf.segmentation.extraction import extract_blocks
 
@@ -117,14 +117,14 @@ def main() -> None:
         for number, folder in enumerate(folders):
             task = make_task(load_bench_frame(folder), "areas", base)
             blocks = extract_blocks(task.frame)
-            without = score(complete(task.frame, blocks).depth, task).errors
+            without = score(complete(task.frame, blocks).depth, task)
             line = f"{folder.name:26} seed {base}  {1000 * without.rmse:6.1f} {1000 * without.mae:6.1f} mm"
             other = load_bench_frame(folders[(number + len(folders) // 2) % len(folders)]).frame.depth
             found_guides = guides(task.ground_truth, other, 10 * base + number)
             if arguments.guides:
                 found_guides = real_guides(arguments.guides, folder.name)
             for name, guide in found_guides:
-                found = score(complete(task.frame, blocks, guide=guide).depth, task).errors
+                found = score(complete(task.frame, blocks, guide=guide).depth, task)
                 ratios[name].append((found.rmse / without.rmse, found.mae / without.mae))
                 line += f"  {name} {ratios[name][-1][0]:.3f} {ratios[name][-1][1]:.3f}"
             print(line, flush=True)

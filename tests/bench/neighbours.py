@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 import ilf
 from ilf.data.frame import RGBDFrame
+from ilf.evaluation.bench.denoising import StructuredLight
+from ilf.evaluation.bench.frames import as_measured
 from ilf.evaluation.hold_out import hidden_pixels
-from ilf.lab.bench.denoising import StructuredLight
-from ilf.lab.bench.frames import as_measured
 
 from .propagation.sequences import rendered
 

@@ -30,9 +30,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ilf
+from ilf.evaluation.bench.frames import as_measured
 from ilf.evaluation.flicker import flicker, moved
 from ilf.evaluation.hold_out import frame_without
-from ilf.lab.bench.frames import as_measured
 
 from .pipeline import hundred_dcts, timed
 from .propagation.sequences import PATHS, Moment, rendered

@@ -18,7 +18,7 @@ from skimage.measure import find_contours
 
 import ilf
 from ilf.data.pixel_grids import mark
-from ilf.lab.bench.frames import as_measured
+from ilf.evaluation.bench.frames import as_measured
 from ilf.segmentation.edges.relief import find_relief
 from ilf.segmentation.editing.snapping import Snapper
 

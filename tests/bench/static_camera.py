@@ -20,7 +20,7 @@ from ilf._runtime.installation import asset_path
 from ilf.batch.task import temporal_median
 from ilf.data.camera import CameraIntrinsics
 from ilf.data.frame import RGBDFrame
-from ilf.lab.bench.denoising import StructuredLight
+from ilf.evaluation.bench.denoising import StructuredLight
 
 Depth = NDArray[np.floating]
 

@@ -28,7 +28,7 @@ from PySide6.QtWidgets import QApplication
 
 import ilf
 from gui.state.session import Session
-from ilf.lab.bench.patterns import Task
+from ilf.evaluation.bench.patterns import Task
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between, redrawn
 

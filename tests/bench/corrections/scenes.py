@@ -9,8 +9,8 @@ from pathlib import Path
 from unittest.mock import patch
 
 from ilf._runtime.files import read_json
-from ilf.lab.bench.frames import GROUND_TRUTH_FILE, BenchFrame, as_measured
-from ilf.lab.bench.patterns import Task, make_task
+from ilf.evaluation.bench.frames import GROUND_TRUTH_FILE, BenchFrame, as_measured
+from ilf.evaluation.bench.patterns import Task, make_task
 from ilf.segmentation.edges.detectors import EdgeNetwork
 from ilf.sources.frames import META_NAME, load_frame
 

@@ -160,7 +160,7 @@ def turned_views(folder: Path, length: int = LENGTH, seed: int = 0) -> list[Mome
         Of the noise.
     """
     import ilf
-    from ilf.lab.bench.frames import as_measured
+    from ilf.evaluation.bench.frames import as_measured
 
     whole = as_measured(ilf.load_frame(folder))
     found = whole.intrinsics
