@@ -29,10 +29,14 @@ BLOCKS, DENOISE = "blocks", "denoise"
 _PATTERNS_USED = "random,areas"
 
 
-class Output(NamedTuple):
-    """What a benchmark has found: tables of title, columns and lines to print; lines for CSV; content for JSON."""
+Table = tuple[str, Sequence[Column], Sequence[Line]]
+"""Title, columns and lines of a table to print."""
 
-    tables: list[tuple[str, Sequence[Column], Sequence[Line]]]
+
+class Output(NamedTuple):
+    """What a benchmark has found: tables to print, lines for CSV, content for JSON."""
+
+    tables: list[Table]
     lines: list[Line]
     content: dict[str, Any]
 
@@ -152,7 +156,7 @@ def _completion(arguments: argparse.Namespace) -> Output:
     if not result.rows:
         raise InputError("No frame could be scored, so there is nothing to compare. Check the folders.")
     lines = summarise(result)
-    tables: list[tuple[str, Sequence[Column], Sequence[Line]]] = []
+    tables: list[Table] = []
     for pattern, members in groupby(lines, itemgetter("pattern")):
         own = list(members)
         title = f"{pattern}: {PATTERNS[pattern]} ({counted(own[0]['frames'], 'frame')}, seed {seed})"
@@ -223,7 +227,7 @@ def _denoise(arguments: argparse.Namespace) -> Output:
     with unit_bar(arguments, len(SCENES), "scenes") as bar:
         rows = run_denoise_bench(methods, seed, jobs=arguments.jobs, on_progress=partial(advance, bar))
     _warn_of_failures(rows, "{scene}", "the unfiltered depth")
-    tables: list[tuple[str, Sequence[Column], Sequence[Line]]] = []
+    tables: list[Table] = []
     for (scene, part), members in groupby(rows, itemgetter("scene", "part")):
         ordered = sorted(members, key=itemgetter("rmse"))
         tables.append((f"{scene}: {part} ({counted(ordered[0]['pixels'], 'pixel')})", _DENOISE_COLUMNS, ordered))

@@ -5,7 +5,6 @@ import itertools
 import json
 import shutil
 
-import cv2
 import numpy as np
 import pytest
 
@@ -164,14 +163,6 @@ def test_an_earlier_result_that_does_not_fit_is_refused(two_frames, earlier, cap
     assert message in capsys.readouterr().err
 
 
-def test_an_earlier_result_of_other_depth_is_refused(two_frames, earlier, capsys):
-    depth = cv2.imread(str(two_frames / "second" / "depth.png"), cv2.IMREAD_UNCHANGED)
-    cv2.imwrite(str(two_frames / "second" / "depth.png"), np.where(depth > 0, depth + 1, 0).astype(np.uint16))
-    rest = ["--pattern", "areas", "--methods", "nearest", "--seed", "1", "--peers-from", str(earlier)]
-    assert main(["bench", str(two_frames), *rest]) == 1
-    assert "does not fit second, pattern areas" in capsys.readouterr().err
-
-
 def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys):
     shutil.copytree(two_frames / "first", two_frames / "broken")
     (two_frames / "broken" / "depth.png").write_bytes(b"no image")
@@ -208,20 +199,12 @@ def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys
 def test_jobs_change_nothing_but_the_seconds(two_frames, tmp_path, capsys):
     found = []
     for jobs in ("1", "2"):
-        arguments = ["--methods", "nearest,linear,polynomial", "--jobs", jobs, "--progress"]
+        arguments = ["--methods", "nearest,polynomial", "--limit", "1", "--jobs", jobs, "--progress"]
         rows = run_command(two_frames, *arguments, json_file=tmp_path / f"{jobs}.json")["rows"]
         found.append([{key: value for key, value in row.items() if "seconds" not in key} for row in rows])
-    assert "4/4 frames and patterns" in capsys.readouterr().err
+    assert "2/2 frames and patterns" in capsys.readouterr().err
     assert found[0] == found[1]
-
-
-def test_limit_and_seed(two_frames, tmp_path):
-    found = []
-    for seed in ("0", "1"):
-        arguments = ["--limit", "1", "--seed", seed, "--methods", "laplace", "--pattern", "areas"]
-        found += run_command(two_frames, *arguments, json_file=tmp_path / f"{seed}.json")["rows"]
-    assert [row["frame"] for row in found] == ["first", "first"]
-    assert found[0]["rmse"] != found[1]["rmse"]
+    assert {row["frame"] for row in found[0]} == {"first"}
 
 
 @pytest.mark.parametrize(
