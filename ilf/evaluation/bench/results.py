@@ -51,12 +51,12 @@ class Score:
     rel: float
     delta_1: float
     coverage: float
-    within: float | None
-    within_twice: float | None
-    sparsification: float | None
+    within: float | None = None
+    within_twice: float | None = None
+    sparsification: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row(Score):
     """One method on one frame under one pattern.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -36,14 +36,19 @@ def score(depth: NDArray[np.floating], task: Task, error_model: str = DEFAULT_MO
     """
     covered = np.isfinite(depth) & (depth > 0)
     dense = np.where(covered, depth, nearest(task.frame))
-    errors, filled = measure_errors(dense, task.ground_truth, task.scored), task.scored & covered
-    of_expected: tuple[float | None, ...] = (None, None, None)
-    if filled.any():
-        error, expected = depth[filled] - task.ground_truth[filled], depth_error(task.frame, depth, error_model)[filled]
-        within, within_twice = share_within(error, expected), share_within(error, expected, 2)
-        of_expected = within, within_twice, sparsification_error(error, expected)
-    size = (errors.pixels, errors.rmse, errors.mae, errors.median, errors.rel, errors.delta[0])
-    return Score(*size, fill_rate(depth, task.scored), *of_expected)
+    errors, coverage = measure_errors(dense, task.ground_truth, task.scored), fill_rate(depth, task.scored)
+    found = Score(errors.pixels, errors.rmse, errors.mae, errors.median, errors.rel, errors.delta[0], coverage)
+    filled = task.scored & covered
+    if not filled.any():
+        return found
+    error = depth[filled] - task.ground_truth[filled]
+    expected = depth_error(task.frame, depth, error_model)[filled]
+    return replace(
+        found,
+        within=share_within(error, expected),
+        within_twice=share_within(error, expected, 2),
+        sparsification=sparsification_error(error, expected),
+    )
 
 
 T = TypeVar("T")
