@@ -231,7 +231,7 @@ def _report(
         seeds = counted(len(test.seeds), "hold-out")
         lines = [f"{frame.name}, {seeds} ({HOLD_OUT_PATTERNS[test.pattern]}), over {counted(pixels, 'pixel')}:"]
     whole = [line for line in _lines(names, results) if line.block is None]
-    lines += comparison_table(_COLUMNS, whole, heading)
+    lines += comparison_table(_COLUMNS, names, whole, heading)
     if not pixels:
         lines.append("No pixel is filled by all of them.")
     else:

@@ -155,10 +155,12 @@ class Column:
     best: Callable[[Sequence[float]], float] | None = min
 
 
-def comparison_table(columns: Sequence[Column], lines: Sequence[Any], heading: str = "method") -> list[str]:
-    """Format a table of summaries, each with a `method` in the first column; * marks the best of a column."""
+def comparison_table(
+    columns: Sequence[Column], names: Sequence[str], lines: Sequence[Any], heading: str = "method"
+) -> list[str]:
+    """Format a table of lines, with their names in the first column; * marks the best of a column."""
     cells = [_cells(column, lines) for column in columns]
-    rows = [(line.method, *texts) for line, *texts in zip(lines, *cells, strict=True)]
+    rows = list(zip(names, *cells, strict=True))
     return table((heading, *(f"{column.heading} " for column in columns)), rows)
 
 

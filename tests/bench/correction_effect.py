@@ -15,9 +15,9 @@ import numpy as np
 
 from ilf.completion.correction import UNCORRECTED
 from ilf.completion.correction_network import CorrectionNetwork
-from ilf.lab.bench.frames import find_frames, load_bench_frame
-from ilf.lab.bench.patterns import make_task
-from ilf.lab.bench.runner import score
+from ilf.evaluation.bench.frames import find_frames, load_bench_frame
+from ilf.evaluation.bench.patterns import make_task
+from ilf.evaluation.bench.runner import score
 from ilf.run.run import complete
 from ilf.segmentation.extraction import extract_blocks
 
@@ -39,14 +39,14 @@ def main() -> None:
             for seed in arguments.seeds:
                 task = make_task(source, arguments.pattern, seed)
                 blocks = extract_blocks(task.frame)
-                found = score(complete(task.frame, blocks).depth, task).errors
+                found = score(complete(task.frame, blocks).depth, task)
                 if arguments.second:
                     # in a frame of its own, which has no correction in its cache
                     same = make_task(source, arguments.pattern, seed).frame
                     with patch("ilf.completion.correction.SPARSE", 0.0):
-                        without = score(complete(same, blocks).depth, task).errors
+                        without = score(complete(same, blocks).depth, task)
                 else:
-                    without = score(complete(task.frame, blocks, UNCORRECTED).depth, task).errors
+                    without = score(complete(task.frame, blocks, UNCORRECTED).depth, task)
                 ratios.append((found.rmse / without.rmse, found.mae / without.mae))
                 print(
                     f"{folder.name:26} seed {seed}  {1000 * without.rmse:6.1f} {1000 * without.mae:6.1f} mm  "

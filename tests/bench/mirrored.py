@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ilf import RGBDFrame
 from ilf.data.pixel_grids import sides
-from ilf.lab.bench.frames import find_frames, load_bench_frame
+from ilf.evaluation.bench.frames import find_frames, load_bench_frame
 from ilf.run.run import complete
 from ilf.segmentation.extraction import extract_blocks
 

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 import ilf
 from ilf.data.frame import RGBDFrame
+from ilf.evaluation.bench.frames import as_measured
 from ilf.evaluation.hold_out import hidden_pixels
-from ilf.lab.bench.frames import as_measured
 
 STEP, COUNT = 3, 2
 """Frames of the list between neighbours, and neighbours on either side."""

@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ilf
+from ilf.evaluation.bench.frames import as_measured
 from ilf.evaluation.flicker import flicker, moved
 from ilf.evaluation.hold_out import frame_without
-from ilf.lab.bench.frames import as_measured
 
 from .timing import hundred_dcts, timed
 

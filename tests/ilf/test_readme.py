@@ -17,8 +17,8 @@ import pytest
 
 from ilf.cli import main
 from ilf.data.parameters import PRESETS
-from ilf.lab.bench.frames import load_bench_frame
-from ilf.lab.bench.methods import METHODS
+from ilf.evaluation.bench.frames import load_bench_frame
+from ilf.evaluation.bench.methods import METHODS
 from ilf.lab.experiments import convergence, cylinder
 from ilf.lab.experiments.sources import _subsampled
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ilf.lab.bench.denoising import StructuredLight
+from ilf.evaluation.bench.denoising import StructuredLight
 
 from .light import OFF_SURFACE
 from .room import BACK, DOOR, SPOT, SPOT_RADIUS, Room

@@ -23,12 +23,12 @@ from ...completion.confidence.fitted import MODELS
 from ...completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, gap_weight, unusual
 from ...data.frame import RGBDFrame
 from ...errors import IlfError, InputError
+from ...evaluation.bench.frames import find_frames, load_bench_frame, parse_names
+from ...evaluation.bench.methods import METHODS
+from ...evaluation.bench.patterns import PATTERNS, Task, make_task
+from ...evaluation.bench.results import CALIBRATED
 from ...evaluation.metrics import share_within, sparsification_error
 from ...segmentation.extraction import extract_blocks
-from .frames import find_frames, load_bench_frame, parse_names
-from .methods import METHODS
-from .patterns import PATTERNS, Task, make_task
-from .results import CALIBRATED
 
 # Fit a model of the expected error to known errors.
 

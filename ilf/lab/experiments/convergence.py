@@ -17,8 +17,8 @@ from ...data.frame import RGBDFrame
 from ...data.parameters import PAPER_BLOCKS, PRESETS, Parameters
 from ...data.results import IterationRecord, PassBandRecord
 from ...errors import InputError
+from ...evaluation.bench.frames import load_bench_frame
 from ...segmentation.extraction import extract_blocks
-from ..bench.frames import load_bench_frame
 from .experiment import (
     METHOD_PRESETS,
     PAPER_PRESETS,

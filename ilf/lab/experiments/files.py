@@ -15,8 +15,8 @@ import msgspec
 from ..._runtime.files import read_json, write_bytes
 from ..._runtime.schema import converted
 from ...errors import FormatError, InputError
+from ...evaluation.bench.results import write_content
 from ...io.tables import write_csv
-from ..bench.results import write_content
 from .experiment import Drawing, Experiment, Result, Row
 
 PNG_DPI = 110

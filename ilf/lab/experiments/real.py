@@ -20,11 +20,11 @@ from ...data.parameters import PAPER_BLOCKS, PRESETS
 from ...data.points import point_cloud
 from ...drawing.clouds import Look, OrbitCamera, splat
 from ...errors import FormatError, IlfError, InputError
+from ...evaluation.bench.methods import METHODS
 from ...evaluation.metrics import measure_errors
 from ...run.run import complete
 from ...segmentation.extraction import extract_blocks
 from ...sources.frames import META_NAME
-from ..bench.methods import METHODS
 from .experiment import (
     METHOD_PRESETS,
     Comparison,

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from ..._runtime.installation import optional
 from ...errors import ParameterError
-from ..bench.frames import parse_names
+from ...evaluation.bench.frames import parse_names
 from .convergence import compare_convergence, draw_convergence, run_convergence
 from .cylinder import CYLINDER, CYLINDER_NOISE
 from .experiment import Experiment, Progress, Result, Settings

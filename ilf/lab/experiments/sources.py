@@ -11,9 +11,9 @@ from ..._runtime.installation import asset_path
 from ...data.camera import CameraIntrinsics
 from ...data.frame import RGBDFrame
 from ...errors import InputError
+from ...evaluation.bench.frames import HOLE_FILE, BenchFrame, as_measured, find_frames, load_bench_frame
 from ...sources.frames import META_NAME
 from ...sources.nyu import MAT_SUFFIX, SPLIT_FILE, NyuLabelled, frame_name, read_split
-from ..bench.frames import HOLE_FILE, BenchFrame, as_measured, find_frames, load_bench_frame
 from .experiment import Settings
 
 SAMPLE = "samples/room"

@@ -15,9 +15,9 @@ from ...completion.interpolation import nearest
 from ...data.frame import RGBDFrame
 from ...data.parameters import PRESETS
 from ...errors import IlfError
+from ...evaluation.bench.methods import METHODS
 from ...evaluation.metrics import measure_errors
 from ...run.run import complete
-from ..bench.methods import METHODS
 from .experiment import OnProgress, Row, run_counted
 
 _LIGHT = np.array([-0.4, -0.5, -0.77])

@@ -13,10 +13,10 @@ from ...completion.completion import prepare
 from ...completion.interpolation import nearest
 from ...data.parameters import PAPER_BLOCKS, PRESETS
 from ...errors import IlfError, InputError
+from ...evaluation.bench.methods import GROUPS, METHODS
+from ...evaluation.bench.patterns import PATTERNS, make_task
 from ...evaluation.hold_out import RANDOM_KEPT
 from ...segmentation.extraction import extract_blocks
-from ..bench.methods import GROUPS, METHODS
-from ..bench.patterns import DENSE_PATTERNS, make_task
 from .experiment import (
     METHOD_PRESETS,
     PAPER_PRESETS,
@@ -31,6 +31,9 @@ from .experiment import (
 )
 from .plots import colour_of, compared_with_paper, counted, legend, lowest, millimetres, panels, percent
 from .sources import FrameSource, find_sources, load_source
+
+DENSE_PATTERNS = {name: PATTERNS[name] for name in ("random", "areas", "ground-truth")}
+"""Name -> description of the patterns that leave dense depth."""
 
 EXCLUDED_PEERS = frozenset({"soft-thin-plate"})
 """Peers that are left out because they need gigabytes of memory on large frames."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bench.frames import load_bench_frame
+from ...evaluation.bench.frames import load_bench_frame
 
 
 @dataclass(frozen=True, eq=False)

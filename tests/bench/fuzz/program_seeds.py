@@ -17,7 +17,7 @@ from ilf.batch.settings import BatchSettings, sha256_of, write_settings
 from ilf.batch.task import Task, complete_frame
 from ilf.data.guide import Guide
 from ilf.data.presets import presets_folder
-from ilf.lab.bench.results import Row, TaskFacts
+from ilf.evaluation.bench.results import Row, TaskFacts
 from ilf.project.file import open_project
 from ilf.project.journal import Journal
 from ilf.run.options import ExportOptions
@@ -76,9 +76,10 @@ def batch(file: str) -> Seeds:
 
 def earlier(folder: Path) -> list[bytes]:
     """The result of a bench."""
-    row = Row("random", "room", "nearest", 9, 0.1, 0.1, 0.1, 0.1, 0.9, 1.0, None, None, None, 0.1, None, "")
+    names = {"pattern": "random", "frame": "room", "method": "nearest"}
+    row = Row(9, 0.1, 0.1, 0.1, 0.1, 0.9, 1.0, **names, seconds=0.1, extraction_seconds=None)
     facts = {field.name: "room" for field in dataclasses.fields(TaskFacts)} | {"pattern": "random"}
-    return [json.dumps({"rows": [dataclasses.asdict(row)], "tasks": [facts]}).encode()]
+    return [json.dumps({"rows": [dataclasses.asdict(row)], "tasks": [facts], "skipped": []}).encode()]
 
 
 def interrupted(folder: Path) -> list[bytes]:

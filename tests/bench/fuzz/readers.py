@@ -23,12 +23,12 @@ from ilf.cli.info import record_facts
 from ilf.data.points import point_cloud
 from ilf.data.presets import list_presets
 from ilf.errors import IlfError, InputError
+from ilf.evaluation.bench.frames import load_bench_frame
+from ilf.evaluation.bench.methods import METHODS
+from ilf.evaluation.bench.runner import read_earlier_result
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import intrinsics_from
 from ilf.io.frame_additions import load_guide, low_confidence, read_confidence
-from ilf.lab.bench.frames import load_bench_frame
-from ilf.lab.bench.methods import METHODS
-from ilf.lab.bench.runner import read_earlier_result
 from ilf.project.file import open_project, save_project
 from ilf.project.recovery import copy_frames, find_recoverable_work
 from ilf.run.data_sets import write_data_set

@@ -21,9 +21,9 @@ from ilf.completion.confidence.fitted import MODELS
 from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, gap_weight
 from ilf.data.parameters import Parameters
 from ilf.errors import InputError, ParameterError
+from ilf.evaluation.bench.methods import METHODS
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
 from ilf.lab.bench.calibration import Sample, calibrate, fit, main
-from ilf.lab.bench.methods import METHODS
 from ilf.run.run import complete
 
 from ..small_frames import QUICK, write_small_frame

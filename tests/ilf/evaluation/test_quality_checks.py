@@ -10,9 +10,9 @@ from ilf._runtime.installation import asset_path
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
+from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.evaluation.quality.places import KINDS
 from ilf.evaluation.quality.ranking import find_places
-from ilf.lab.bench.frames import load_bench_frame
 from tests.bench.quality_checks.faults import make_faults
 
 HEIGHT, WIDTH = 90, 120

@@ -10,10 +10,10 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import DepthWarning
+from ilf.evaluation.bench.frames import load_bench_frame
+from ilf.evaluation.bench.patterns import PATTERNS, make_task
 from ilf.evaluation.edit_summary import summarise_edit
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
-from ilf.lab.bench.frames import load_bench_frame
-from ilf.lab.bench.patterns import PATTERNS, make_task
 from ilf.lab.training.real_frames import read_real_frame
 from ilf.segmentation.editing.patches import patch_between
 

@@ -14,8 +14,8 @@ import ilf
 from ilf.data.frame import InputFile
 from ilf.data.parameters import PRESETS
 from ilf.errors import ExportError, InputError, ParameterError
+from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.io.frame_additions import load_ground_truth, with_ground_truth_file
-from ilf.lab.bench.frames import load_bench_frame
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
 from ilf.run.replaying import replay

@@ -20,9 +20,9 @@ from ....completion.filter import edges_for
 from ....completion.sparse_correction import middles_of_cells, sparse_features
 from ....data.frame import RGBDFrame
 from ....errors import InputError
+from ....evaluation.bench.frames import load_bench_frame
 from ....run.run import complete
 from ....segmentation.extraction import extract_blocks
-from ...bench.frames import load_bench_frame
 
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]

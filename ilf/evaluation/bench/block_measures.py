@@ -1,12 +1,13 @@
 """Quality measures of block maps, from the frame's own known depth.
 
-All measures but `BlockScore.frame_coverage` use only the pixels inside the margins that the extraction finds
+All measures but `frame_coverage` use only the pixels inside the margins that the extraction finds
 (`Evidence.window`). These are the same for all methods.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,12 @@ from scipy.ndimage import distance_transform_edt
 from ...completion.block import required_known_pixels
 from ...data.blocks import Box
 from ...data.frame import RGBDFrame
-from ...data.parameters import Parameters
 from ...data.pixel_grids import Pairs, both, connected_regions, different_labels, mark
 from ...data.presets import preset
 from ...segmentation.edges.relief import JUMP_LENGTH, find_relief
 from ...segmentation.extraction import find_margins
 
-# Evidence for boundaries in the frame's own depth: jumps, and smooth surfaces.
+Labels = NDArray[np.int32]
 
 JUMP, JUMP_SHARE = 0.04, 0.04
 """Between neighbours that differ by more than the larger of the two [m, share of the nearer depth] lies a jump."""
@@ -83,71 +83,30 @@ def widened(mask: NDArray[np.bool_], radius: int) -> NDArray[np.bool_]:
     return distance_transform_edt(~mask) <= radius
 
 
-Labels = NDArray[np.int32]
-
 PERIMETER_SHARE = 0.01
 """A jump inside a block counts if it is longer than this share of the block's perimeter, and than `JUMP_LENGTH`."""
 
 
-@dataclass(frozen=True)
-class BoundaryScore:
-    """Boundaries against depth jumps; None where there is nothing to compare. See `boundary_score`."""
+def score_blocks(labels: Labels, evidence: Evidence) -> dict[str, Any]:
+    """All measures of a block map of the whole frame, int32 (H, W), 0 = no block.
 
-    recall: float | None
-    precision: float | None
-    f: float | None
-
-
-@dataclass(frozen=True)
-class BlockScore:
-    """All measures of one block map; each is defined at the function of its name. Shares are 0-1.
-
-    Attributes
-    ----------
-    blocks : int
-        Number of blocks.
-    coverage, frame_coverage : float
-        `coverage` inside the margins, and of the whole frame.
-    recoverable : float or None
-        `recoverable_share`.
-    leaks : int
-        `count_leaks`.
-    purity : float or None
-        `purity`.
-    cut_rate : float or None
-        `cut_rate`.
-    recall, precision, f : float or None
-        `boundary_score`.
+    Each is defined at the function of its name; `coverage` is inside the margins, `frame_coverage` of the whole frame.
+    Shares are 0-1; None where there is nothing to compare.
     """
-
-    blocks: int
-    coverage: float
-    frame_coverage: float
-    recoverable: float | None
-    leaks: int
-    purity: float | None
-    cut_rate: float | None
-    recall: float | None
-    precision: float | None
-    f: float | None
-
-
-def score_blocks(labels: Labels, evidence: Evidence) -> BlockScore:
-    """All measures of a block map of the whole frame, int32 (H, W), 0 = no block."""
     inside = labels[evidence.window]
-    boundary = boundary_score(inside, evidence)
-    return BlockScore(
-        blocks=int(np.count_nonzero(np.unique(inside))),
-        coverage=coverage(inside),
-        frame_coverage=coverage(labels),
-        recoverable=recoverable_share(inside, evidence.known),
-        leaks=count_leaks(inside),
-        purity=purity(inside, evidence),
-        cut_rate=cut_rate(inside, evidence),
-        recall=boundary.recall,
-        precision=boundary.precision,
-        f=boundary.f,
-    )
+    recall, precision, f = boundary_score(inside, evidence)
+    return {
+        "blocks": int(np.count_nonzero(np.unique(inside))),
+        "coverage": coverage(inside),
+        "frame_coverage": coverage(labels),
+        "recoverable": recoverable_share(inside, evidence.known),
+        "leaks": count_leaks(inside),
+        "purity": purity(inside, evidence),
+        "cut_rate": cut_rate(inside, evidence),
+        "recall": recall,
+        "precision": precision,
+        "f": f,
+    }
 
 
 def coverage(labels: Labels) -> float:
@@ -155,19 +114,18 @@ def coverage(labels: Labels) -> float:
     return float(np.mean(labels > 0))
 
 
-def recoverable_share(labels: Labels, known: NDArray[np.bool_], parameters: Parameters | None = None) -> float | None:
+def recoverable_share(labels: Labels, known: NDArray[np.bool_]) -> float | None:
     """Share of the missing pixels that lie in blocks with enough known depth to be completed; None if none is missing.
 
-    Enough is what `ilf.complete` requires: the known share and the known pixels of `parameters`, by default those of
-    the default preset. Missing pixels that lie in no block count as not recoverable.
+    Enough is what `ilf.complete` requires with the default preset. Missing pixels that lie in no block count as not
+    recoverable.
     """
     missing = ~known
     if not missing.any():
         return None
-    chosen = parameters or preset()
     pixels = np.bincount(labels.ravel())
     with_depth = np.bincount(labels[known], minlength=pixels.size)
-    enough = with_depth >= required_known_pixels(pixels, chosen)
+    enough = with_depth >= required_known_pixels(pixels, preset())
     enough[0] = False
     return float(np.mean(enough[labels[missing]]))
 
@@ -212,18 +170,13 @@ def cut_rate(labels: Labels, evidence: Evidence) -> float | None:
 
     The depth gives no evidence for a boundary between these pixels.
     """
-    pairs = sum(np.count_nonzero(smooth) for smooth in evidence.smooth)
-    if pairs == 0:
-        return None
-    cut = sum(
-        np.count_nonzero(smooth & parted)
-        for smooth, parted in zip(evidence.smooth, different_labels(labels), strict=True)
-    )
-    return cut / pairs
+    smooth = np.concatenate([pairs.ravel() for pairs in evidence.smooth])
+    parted = np.concatenate([pairs.ravel() for pairs in different_labels(labels)])
+    return float(parted[smooth].mean()) if smooth.any() else None
 
 
-def boundary_score(labels: Labels, evidence: Evidence) -> BoundaryScore:
-    """Boundaries against depth jumps, both as lines 1 px wide, with a tolerance of 2 px.
+def boundary_score(labels: Labels, evidence: Evidence) -> tuple[float | None, float | None, float | None]:
+    """Recall, precision and F of boundaries against depth jumps, both as lines 1 px wide, with a tolerance of 2 px.
 
     Recall is the share of the jumps' pixels with a boundary within 2 px; precision the share of the boundaries'
     pixels with a jump within 2 px, of those within 3 px of known depth, where a jump can be detected; F their harmonic
@@ -232,16 +185,16 @@ def boundary_score(labels: Labels, evidence: Evidence) -> BoundaryScore:
     """
     jumps = mark(evidence.jumps)
     if not jumps.any():
-        return BoundaryScore(None, None, None)
+        return None, None, None
     parted, seen = different_labels(labels), both(evidence.near_known)
     boundaries = mark(parted)
     evaluated = mark((parted[0] & seen[0], parted[1] & seen[1]))
     recall = float(np.mean(widened(boundaries, TOLERANCE)[jumps]))
     if not evaluated.any():
-        return BoundaryScore(recall, None, 0.0)
+        return recall, None, 0.0
     precision = float(np.mean(widened(jumps, TOLERANCE)[evaluated]))
     total = recall + precision
-    return BoundaryScore(recall, precision, 2 * recall * precision / total if total > 0 else 0.0)
+    return recall, precision, 2 * recall * precision / total if total > 0 else 0.0
 
 
 def _perimeters(labels: Labels) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""The bench of denoising: its scenes, its peers, and its command."""
+"""`ilf bench denoise`: its scenes, its peers, and the command."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from ilf.cli import main
-from ilf.lab.bench import denoising as denoise_runner
-from ilf.lab.bench.denoising import DENOISERS, SCENES, StructuredLight
+from ilf.evaluation.bench.denoisers import DENOISERS
+from ilf.evaluation.bench.denoising import SCENES, StructuredLight
 
 
 @pytest.mark.parametrize("name", ["cylinder, 6.5 mm", "steps and slopes, Kinect", "things, 0.4 %"])
@@ -42,7 +42,8 @@ def test_structured_light_measures_in_steps_whose_size_grows_with_depth() -> Non
 def test_the_command_compares_and_writes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(denoise_runner, "SCENES", {"cylinder, 6.5 mm": SCENES["cylinder, 6.5 mm"]})
+    for name in set(SCENES) - {"cylinder, 6.5 mm"}:
+        monkeypatch.delitem(SCENES, name)
     assert main(["bench", "denoise", "--methods", "input,best,median", "--csv", str(tmp_path / "rows.csv")]) == 0
     shown = capsys.readouterr().out
     assert "cylinder, 6.5 mm: all (230,400 pixels)" in shown

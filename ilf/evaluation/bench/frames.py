@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ..._runtime.files import read_json
 from ...data.frame import RGBDFrame
 from ...errors import InputError, ParameterError, warn_of_reading
-from ...evaluation.hold_out import untrusted_note
 from ...io.frame_additions import is_ground_truth
 from ...io.images import read_image
 from ...sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, load_frame
+from ..hold_out import untrusted_note
 
 GROUND_TRUTH_FILE, HOLE_FILE = "gt.png", "mask.png"
 
@@ -82,12 +82,7 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
     root = Path(folder)
     meta = read_json(root / META_NAME)
     if _image(root, "depth", DEPTH_FILE_SUFFIXES) is None:
-        masked = isinstance(meta, dict) and is_ground_truth(meta.get("gt")) and (root / GROUND_TRUTH_FILE).is_file()
-        if not (masked and (root / HOLE_FILE).is_file()):
-            raise InputError(
-                f"{root} has neither raw depth nor a measured or exact {GROUND_TRUTH_FILE} with a {HOLE_FILE}."
-            )
-        return _masked_ground_truth(root, meta)
+        return _masked_ground_truth(root, meta if isinstance(meta, dict) else {"gt": ""})
     frame = load_frame(root)
     # methods use no ground truth, and runs that have one spend time on computing the error; no method gets a guide
     alone = as_measured(frame).with_ground_truth(None).with_guide(None)
@@ -105,15 +100,20 @@ def as_measured(frame: RGBDFrame) -> RGBDFrame:
 
 
 def _masked_ground_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
+    """A frame whose depth is its ground truth outside mask.png."""
+    ground_truth, hole_file = root / GROUND_TRUTH_FILE, root / HOLE_FILE
+    if not (is_ground_truth(meta.get("gt")) and ground_truth.is_file() and hole_file.is_file()):
+        raise InputError(
+            f"{root} has neither raw depth nor a measured or exact {GROUND_TRUTH_FILE} with a {HOLE_FILE}."
+        )
     colour = _image(root, "rgb", COLOUR_SUFFIXES)
     if colour is None:
         raise InputError(f"{root} has no colour image (rgb.png).")
     name = str(meta.get("name") or root.name)
-    units = meta.get("gt_units_per_m")
-    whole = as_measured(load_frame(colour, root / GROUND_TRUTH_FILE, depth_units=units, name=name))
-    mask = read_image(root / HOLE_FILE)
+    whole = as_measured(load_frame(colour, ground_truth, depth_units=meta.get("gt_units_per_m"), name=name))
+    mask = read_image(hole_file)
     if mask.shape[:2] != whole.shape:
-        raise InputError(f"{root / HOLE_FILE} has shape {mask.shape[:2]}, but the frame has {whole.shape}.")
+        raise InputError(f"{hole_file} has shape {mask.shape[:2]}, but the frame has {whole.shape}.")
     hole = mask.reshape(*whole.shape, -1).any(axis=2)
     frame = RGBDFrame(whole.rgb, np.where(hole, np.nan, whole.depth), whole.intrinsics, whole.name)
     return BenchFrame(frame, whole.depth, _sensor(meta, frame.name))
@@ -125,9 +125,6 @@ def _sensor(meta: dict[str, Any], name: str) -> str:
 
 def _image(root: Path, stem: str, suffixes: Iterable[str]) -> Path | None:
     return next((root / (stem + suffix) for suffix in suffixes if (root / (stem + suffix)).is_file()), None)
-
-
-# Comma-separated lists of names.
 
 
 def parse_names(
@@ -151,11 +148,12 @@ def parse_names(
         For an unknown name, or if there is none.
     """
     groups = groups or {}
+    allowed = ", ".join([*groups, *known])
     chosen: dict[str, None] = {}
     for name in filter(None, (name.strip() for name in names.split(","))):
         if name not in groups and name not in known:
-            raise ParameterError(f"There is no {what} {name!r}. Known: {', '.join([*groups, *known])}.")
+            raise ParameterError(f"There is no {what} {name!r}. Known: {allowed}.")
         chosen.update(dict.fromkeys(groups.get(name, (name,))))
     if not chosen:
-        raise ParameterError(f"The list has no {what}. Known: {', '.join([*groups, *known])}.")
+        raise ParameterError(f"The list has no {what}. Known: {allowed}.")
     return list(chosen)

@@ -10,18 +10,14 @@ from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
 from ...errors import InputError
-from ...evaluation.hold_out import HOLD_OUT_PATTERNS, frame_without, generator, hidden_pixels
+from ..hold_out import HOLD_OUT_PATTERNS, frame_without, generator, hidden_pixels
 from .frames import BenchFrame
 
 POINTS, LINES = 500, 16
 """Number of known pixels that the pattern "points" keeps, and of rows that the pattern "lines" keeps."""
 
-DENSE_PATTERNS = HOLD_OUT_PATTERNS | {
+PATTERNS = HOLD_OUT_PATTERNS | {
     "ground-truth": "the frame's own holes, where a measured or exact ground truth exists",
-}
-"""Name -> description of the patterns that leave dense depth."""
-
-PATTERNS = DENSE_PATTERNS | {
     "points": f"{POINTS} of the known pixels kept",
     "lines": f"{LINES} rows of the frame kept, at equal distances, as of a lidar",
 }
@@ -72,21 +68,25 @@ def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:
         If the pattern leaves no pixel to score or no known depth, or does not exist.
     """
     frame = source.frame
+    if pattern not in PATTERNS:
+        raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(PATTERNS)}.")
     if pattern == "ground-truth":
         if source.ground_truth is None:
             raise InputError("There is no measured or exact ground truth.")
-        return _checked(Task(frame, source.ground_truth, ~frame.known & np.isfinite(source.ground_truth)))
-    if pattern not in PATTERNS:
-        raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(PATTERNS)}.")
-    if pattern in HOLD_OUT_PATTERNS:
+        task = Task(frame, source.ground_truth, ~frame.known & np.isfinite(source.ground_truth))
+    elif pattern in HOLD_OUT_PATTERNS:
         hidden = hidden_pixels(frame, pattern, seed)
-        return _checked(Task(frame_without(frame, pattern, seed), frame.depth, hidden & frame.known))
-    kept = _points(frame, seed) if pattern == "points" else _lines(frame.known)
-    if not kept.any():
-        raise InputError(f"The pattern {pattern!r} leaves no known depth.")
-    depth = np.where(kept, frame.depth, np.float32(np.nan))
-    left = RGBDFrame(frame.rgb, depth, frame.intrinsics, frame.name, outside_view=frame.outside_view)
-    return _checked(Task(left, frame.depth, frame.known & ~kept))
+        task = Task(frame_without(frame, pattern, seed), frame.depth, hidden & frame.known)
+    else:
+        kept = _points(frame, seed) if pattern == "points" else _lines(frame.known)
+        if not kept.any():
+            raise InputError(f"The pattern {pattern!r} leaves no known depth.")
+        depth = np.where(kept, frame.depth, np.float32(np.nan))
+        left = RGBDFrame(frame.rgb, depth, frame.intrinsics, frame.name, outside_view=frame.outside_view)
+        task = Task(left, frame.depth, frame.known & ~kept)
+    if not task.scored.any():
+        raise InputError("There is no held-out pixel to score.")
+    return task
 
 
 def _points(frame: RGBDFrame, seed: int) -> NDArray[np.bool_]:
@@ -101,9 +101,3 @@ def _lines(known: NDArray[np.bool_]) -> NDArray[np.bool_]:
     kept = np.zeros_like(known)
     kept[rows] = known[rows]
     return kept
-
-
-def _checked(task: Task) -> Task:
-    if not task.scored.any():
-        raise InputError("There is no held-out pixel to score.")
-    return task

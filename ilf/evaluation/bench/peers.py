@@ -14,8 +14,6 @@ from ...completion.plain_surfaces import bending, first_differences, minimise_en
 from ...data.blocks import find_blocks
 from ...data.frame import RGBDFrame
 
-# Morphology on inverted depth.
-
 _DIAMOND = np.array([[0, 0, 1, 0, 0], [0, 1, 1, 1, 0], [1, 1, 1, 1, 1], [0, 1, 1, 1, 0], [0, 0, 1, 0, 0]], np.uint8)
 _CLOSING, _SMALL_HOLES, _LARGE_HOLES = (np.ones((side, side), np.uint8) for side in (5, 7, 31))
 _BLUR = (5, 5)
@@ -42,11 +40,8 @@ def morphology(frame: RGBDFrame) -> NDArray[np.float32]:
     return np.where(filled > 0, beyond - blurred, np.float32(np.nan))
 
 
-# OpenCV's inpainting, on depth in whole millimetres, because it needs 16-bit images.
-
 _RADIUS = 3.0
-_UNITS = 1000.0
-_DEEPEST = 65_535
+_UNITS, _DEEPEST = 1000.0, 65_535
 
 
 def navier_stokes(frame: RGBDFrame) -> NDArray[np.float32]:
@@ -60,13 +55,11 @@ def telea(frame: RGBDFrame) -> NDArray[np.float32]:
 
 
 def _inpainted(frame: RGBDFrame, method: int) -> NDArray[np.float32]:
+    """Depth inpainted in whole millimetres, because OpenCV needs 16-bit images."""
     millimetres = np.nan_to_num(frame.depth.astype(np.float64)) * _UNITS
     image = np.clip(np.rint(millimetres), 0, _DEEPEST).astype(np.uint16)
     filled = cv2.inpaint(image, (~frame.known).astype(np.uint8), _RADIUS, method)
     return np.where(filled > 0, filled / np.float32(_UNITS), np.float32(np.nan))
-
-
-# A second-order polynomial in every block.
 
 
 def polynomial(frame: RGBDFrame, labels: NDArray[np.int32]) -> NDArray[np.float64]:
@@ -95,8 +88,6 @@ def polynomial(frame: RGBDFrame, labels: NDArray[np.int32]) -> NDArray[np.float6
     return depth
 
 
-# Penalised least squares by cosine transforms.
-
 _STRENGTHS = np.logspace(3, -6, 100)
 _OVER_RELAXATION = 2.0
 
@@ -112,21 +103,19 @@ def dct_smoothing(frame: RGBDFrame) -> NDArray[np.float64]:
     known = frame.known
     surface = nearest(frame).astype(np.float64)
     data = surface[known]
-    roughness = _roughness(frame.shape)
+    stiffness = roughness(frame.shape)
     for strength in _STRENGTHS:
-        smooth = idctn(dctn(surface, norm="ortho") / (1 + strength * roughness), norm="ortho")
+        smooth = idctn(dctn(surface, norm="ortho") / (1 + strength * stiffness), norm="ortho")
         surface += _OVER_RELAXATION * (smooth - surface)
         surface[known] = data
     return np.where(surface > 0, surface, np.nan)
 
 
-def _roughness(shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Squared eigenvalues of the Laplacian, of the shape of the transform."""
+def roughness(shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Squared eigenvalues of the Laplacian, of the shape of the cosine transform."""
     rows, columns = (2 - 2 * np.cos(np.pi * np.arange(size) / size) for size in shape)
     return (rows[:, None] + columns[None, :]) ** 2
 
-
-# Sparse linear systems of pixels.
 
 # of 0, 0.1, 1, 10 and 100 this had the smallest error in large areas of eight frames; for dense samples 0 is better
 _STIFFNESS = 10.0

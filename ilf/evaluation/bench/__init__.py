@@ -1,0 +1,1 @@
+"""`ilf bench`: completion, blocks and denoising compared with other methods, over many frames."""

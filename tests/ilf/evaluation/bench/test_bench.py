@@ -1,0 +1,234 @@
+"""`ilf bench`: how completion is scored, summarised over frames, and compared with peers of an earlier result."""
+
+import csv
+import itertools
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from ilf import RGBDFrame, preset
+from ilf.cli import main
+from ilf.completion.confidence.expected_error import depth_error
+from ilf.data.parameters import PRESETS
+from ilf.errors import FormatError, InputError
+from ilf.evaluation.bench.frames import BenchFrame, find_frames
+from ilf.evaluation.bench.methods import METHODS, Method
+from ilf.evaluation.bench.patterns import make_task
+from ilf.evaluation.bench.results import against_peers, summarise
+from ilf.evaluation.bench.runner import read_earlier_result, run_bench, score
+from ilf.run.run import complete
+from tests.bench import frame_split
+
+
+@pytest.fixture(autouse=True)
+def quick_presets(monkeypatch):
+    """Presets as they are, but of few iterations."""
+    for name in PRESETS:
+        quick = preset(name, max_iterations=30)
+        run = lambda frame, labels, quick=quick: complete(frame, labels, quick).depth  # noqa: E731
+        monkeypatch.setitem(METHODS, name, Method(run, True))
+
+
+def run_command(folder, *arguments, json_file):
+    assert main(["bench", str(folder), *arguments, "--json", str(json_file)]) == 0
+    return json.loads(json_file.read_text())
+
+
+def test_what_a_method_leaves_open_counts_with_the_nearest_known_depth():
+    rows, columns = np.mgrid[:40, :60].astype(np.float64)
+    plane = 1.5 + 0.004 * rows + 0.006 * columns
+    frame = RGBDFrame(np.zeros((40, 60, 3), np.uint8), plane, name="plane")
+    task = make_task(BenchFrame(frame, None), "areas")
+    left_open, nearest = score(task.frame.depth, task), score(METHODS["nearest"].run(task.frame, None), task)
+    assert (left_open.coverage, left_open.within) == (0.0, None)
+    assert left_open.rmse == nearest.rmse > 0
+    perfect = score(plane, task)
+    assert (perfect.coverage, perfect.within, perfect.rmse) == (1.0, 1.0, pytest.approx(0, abs=1e-6))
+    left = task.scored & (columns < 30)
+    off = np.where(columns < 30, plane + 0.01, np.nan)
+    found = score(off, task)
+    assert found.coverage == pytest.approx(left.sum() / task.scored.sum())
+    assert found.within == pytest.approx(np.mean(depth_error(task.frame, off)[left] >= 0.01), abs=1e-6)
+    assert 0 < found.within < 1
+
+
+def test_a_method_that_fails_counts_as_nothing_filled(two_frames, monkeypatch):
+    def too_large(frame, labels):
+        raise InputError("too large")
+
+    monkeypatch.setitem(METHODS, "linear", Method(too_large, False))
+    result = run_bench([two_frames / "first"], ["areas"], ["linear", "nearest"])
+    failed, nearest = result.rows
+    assert (failed.failure, failed.coverage, failed.rmse) == ("too large", 0.0, nearest.rmse)
+    assert {line["method"]: line["failures"] for line in summarise(result)} == {"linear": 1, "nearest": 0}
+
+
+def test_frames_are_compared_one_by_one_with_the_best_peer_of_each(two_frames):
+    (two_frames / "first" / "meta.json").write_text('{"name": "first", "depth_units_per_m": 1000, "sensor": "one"}')
+    result = run_bench(find_frames([two_frames]), ["areas"], ["best", "paper", "nearest", "laplace", "polynomial"])
+    assert [task.sensor for task in result.tasks] == ["one", "second"]
+    lines = {line["method"]: line for line in summarise(result)}
+    for measure in ("rmse", "mae"):
+        errors = {
+            name: np.array([getattr(row, measure) for row in result.rows if row.method == name]) for name in lines
+        }
+        best_peer = np.min([errors[name] for name in lines if name not in PRESETS], axis=0)
+        for name, line in lines.items():
+            ratios = errors[name] / best_peer
+            assert line[f"{measure}_mm"] == pytest.approx(1000 * errors[name].mean())
+            assert line[f"{measure}_geometric_mm"] == pytest.approx(1000 * np.sqrt(errors[name].prod()))
+            assert line[f"{measure}_ratio"] == pytest.approx(np.sqrt(ratios.prod()))
+            assert line[f"{measure}_wins"] == (ratios <= 1).sum()
+            # of two sensors, both are drawn half of the time, and either of them twice a quarter of it
+            assert line[f"{measure}_low_95"] == pytest.approx(ratios.min())
+            assert line[f"{measure}_high_68"] == pytest.approx(ratios.max())
+    shares = [row.within for row in result.rows if row.method == "best"]
+    assert lines["best"]["calibrated"] == np.mean([0.55 <= share <= 0.80 for share in shares])
+    assert lines["laplace"]["extraction_seconds"] is None
+    assert lines["polynomial"]["extraction_seconds"] > 0
+
+
+def test_without_peers_nothing_is_compared_with_them(two_frames):
+    (line,) = summarise(run_bench([two_frames / "first"], ["areas"], ["best"]))
+    assert line["rmse_ratio"] is line["mae_wins"] is line["rmse_low_68"] is None
+    assert line["rmse_geometric_mm"] == pytest.approx(line["rmse_mm"])
+
+
+def test_intervals_are_of_whole_sensors():
+    errors, best, sensors = [0.1, 0.2, 0.4, 1.0, 0.0], [0.1, 0.1, 0.1, 0.5, 1e-6], ("a", "a", "a", "b", "c")
+    found = against_peers(errors, best, sensors)
+    assert found == against_peers(errors, best, sensors)
+    assert (found["ratio"], found["wins"]) == (pytest.approx(16 ** (1 / 5)), 2)
+    logarithms = np.log([1, 2, 4, 2, 1])
+    every = [
+        np.exp(np.concatenate([logarithms[np.array(sensors) == name] for name in drawn]).mean())
+        for drawn in itertools.product("abc", repeat=3)
+    ]
+    assert (found["low_95"], found["high_95"]) == (pytest.approx(min(every)), pytest.approx(max(every)))
+    assert found["low_95"] <= found["low_68"] < found["ratio"] < found["high_68"] <= found["high_95"]
+    assert against_peers([0.1, 0.2], [0.1, 0.1], ("a", "a"))["low_68"] is None
+
+
+def test_no_frame_both_chooses_and_judges(capsys):
+    halves = []
+    for half in ("choosing", "judging"):
+        assert frame_split.main([half, "frames"]) == 0
+        halves.append(capsys.readouterr().out.split())
+    assert all(path.startswith("frames/") for path in halves[0])
+    assert not set(halves[0]) & set(halves[1])
+
+
+@pytest.fixture
+def earlier(two_frames, tmp_path):
+    """A result of both frames, seed 1."""
+    arguments = ["--methods", "nearest,linear,polynomial", "--pattern", "areas", "--seed", "1"]
+    run_command(two_frames, *arguments, json_file=tmp_path / "earlier.json")
+    return tmp_path / "earlier.json"
+
+
+@pytest.mark.parametrize("value", [[], {}, None, 10**400, float("nan"), True])
+def test_an_earlier_result_that_is_damaged_is_refused(earlier, value):
+    content = json.loads(earlier.read_text())
+    content["rows"][0]["frame" if isinstance(value, list) else "rmse"] = value
+    earlier.write_text(json.dumps(content))
+    with pytest.raises(FormatError, match="is not a result of"):
+        read_earlier_result(earlier, list(METHODS))
+
+
+def test_peers_of_an_earlier_result_are_not_run_again(two_frames, earlier, tmp_path, monkeypatch):
+    for name in ("nearest", "linear"):
+        monkeypatch.setitem(METHODS, name, Method(lambda frame, labels: pytest.fail("it was run again"), False))
+    # a polynomial is fitted to each block, and blocks may be others by now
+    arguments = ["--methods", "best,nearest,linear,polynomial", "--pattern", "areas", "--seed", "1"]
+    new = run_command(two_frames, *arguments, "--peers-from", str(earlier), json_file=tmp_path / "new.json")
+    old = json.loads(earlier.read_text())
+    assert [row["method"] for row in new["rows"]] == 2 * ["best", "nearest", "linear", "polynomial"]
+    before, after = ([row for row in rows["rows"] if row["method"] in ("nearest", "linear")] for rows in (old, new))
+    assert before == after
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--seed", "2"], "earlier.json does not fit first, pattern areas: its methods had other colour or depth"),
+        (["--seed", "1", "--pattern", "random"], "earlier.json has no rows of first, pattern random"),
+        (["--seed", "1", "--methods", "telea,polynomial"], "earlier.json has no rows of the peers to compare"),
+    ],
+)
+def test_an_earlier_result_that_does_not_fit_is_refused(two_frames, earlier, capsys, arguments, message):
+    rest = ["--pattern", "areas", "--methods", "nearest", *arguments, "--peers-from", str(earlier)]
+    assert main(["bench", str(two_frames), *rest]) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys):
+    shutil.copytree(two_frames / "first", two_frames / "broken")
+    (two_frames / "broken" / "depth.png").write_bytes(b"no image")
+    arguments = ["--pattern", "random,ground-truth", "--methods", "all", "--csv", str(tmp_path / "a.csv")]
+    content = run_command(two_frames, *arguments, json_file=tmp_path / "a.json")
+    captured = capsys.readouterr()
+    broken, without_truth = captured.err.splitlines()
+    assert broken.startswith("ilf: warning: skipped: broken. ")
+    assert without_truth.startswith("ilf: warning: skipped for pattern ground-truth: first. ")
+    tables = [part.splitlines() for part in captured.out.split("\n\n")]
+    assert [lines[0].split(":")[0] for lines in tables] == [
+        pattern + what
+        for pattern in ("random", "ground-truth")
+        for what in ("", ", frame by frame", ", expected error")
+    ]
+    for lines in tables[::3]:
+        errors = [float(line.split()[1].rstrip("*")) for line in lines[2:]]
+        assert len(errors) == len(METHODS)
+        assert errors == sorted(errors)
+        assert lines[2].split()[1].endswith("*")
+    assert set(content["presets"]) == set(PRESETS)
+    assert len(content["rows"]) == len(METHODS) * 3
+    assert [item["frame"] for item in content["skipped"]] == ["broken", "first"]
+    assert [(task["pattern"], task["frame"], task["sensor"]) for task in content["tasks"]] == [
+        *(("random", frame, frame) for frame in ("first", "second")),
+        ("ground-truth", "second", "second"),
+    ]
+    with open(tmp_path / "a.csv", newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    assert [line["method"] for line in lines] == [line["method"] for line in content["table"]]
+    assert float(lines[0]["rmse_mm"]) == content["table"][0]["rmse_mm"]
+
+
+def test_jobs_change_nothing_but_the_seconds(two_frames, tmp_path, capsys):
+    found = []
+    for jobs in ("1", "2"):
+        arguments = ["--methods", "nearest,polynomial", "--limit", "1", "--jobs", jobs, "--progress"]
+        rows = run_command(two_frames, *arguments, json_file=tmp_path / f"{jobs}.json")["rows"]
+        found.append([{key: value for key, value in row.items() if "seconds" not in key} for row in rows])
+    assert "2/2 frames and patterns" in capsys.readouterr().err
+    assert found[0] == found[1]
+    assert {row["frame"] for row in found[0]} == {"first"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (["missing"], 1, "missing is not a folder"),
+        (["empty"], 1, "none of its folders has one"),
+        (["frames", "--pattern", "stripes"], 1, "no pattern 'stripes'. Known: random, areas, ground-truth, points"),
+        (["frames", "--pattern", ","], 1, "The list has no pattern"),
+        (["frames", "--methods", "cubic"], 1, "no method 'cubic'. Known: all, presets, peers"),
+        (["frames", "--limit", "0"], 2, "'0' is not an integer of at least 1"),
+        (["frames", "--seed", "-1"], 2, "--seed"),
+        (["frames/first", "--pattern", "ground-truth"], 1, "No frame could be scored"),
+        (["frames", "--methods", "nearest", "--csv", "no/such.csv"], 1, "Could not write no/such.csv"),
+        (["frames", "--peers-from", "old.json"], 1, "is not a result of `ilf bench --json` of this version"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(two_frames, tmp_path, monkeypatch, capsys, arguments, status, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "old.json").write_text('{"rows": [{"frame": "first"}]}')
+    try:
+        found = main(["bench", *arguments])
+    except SystemExit as stopped:
+        found = stopped.code
+    assert found == status
+    assert message in capsys.readouterr().err.splitlines()[-1]
