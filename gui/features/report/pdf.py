@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from itertools import pairwise
 
 from PySide6.QtCore import QBuffer, QEventLoop, QIODevice, QMarginsF, QRectF, QSizeF, Qt
 from PySide6.QtGui import (
@@ -82,12 +81,12 @@ def _keep_together(document: QTextDocument) -> None:
     parts: list[QTextFrame | QTextBlock] = []
     place = document.rootFrame().begin()
     while not place.atEnd():
-        parts.append(place.currentFrame() or place.currentBlock())
+        frame = place.currentFrame()
+        parts.append(place.currentBlock() if frame is None else frame)
         place += 1
-    for part, after in pairwise([*parts, None]):
+    for part, after in zip(parts, [*parts[1:], parts[-1]], strict=True):
         top, bottom = _extent(document, part)
-        is_heading = isinstance(part, QTextBlock) and part.blockFormat().headingLevel()
-        if is_heading and after is not None:
+        if isinstance(part, QTextBlock) and part.blockFormat().headingLevel():
             bottom = _extent(document, after)[1]
         if top // height != (bottom - 1) // height:
             if isinstance(part, QTextBlock):
