@@ -18,8 +18,8 @@ from ..evaluation.evaluation import Step, run_to_end
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, completion_steps
 from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
-from ..report.content import Subject, Unreadable
 from ..report.report import ReportOptions, report_steps, write_report
+from ..report.subject import Subject, Unreadable
 from ..run.options import RECORD_FILE, as_file_name
 from ..run.replaying import replay
 from ..run.run import Run
@@ -211,7 +211,7 @@ def run(arguments: argparse.Namespace) -> None:
     warn(notes)
     if path is None:
         path = Path(f"{as_file_name(content.title)}-report.html")
-    write_report(path, content, made)
+    write_report(path, content)
     print(f"Written to {path}, {path.stat().st_size / 1000:.0f} kB.")
 
 

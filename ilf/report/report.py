@@ -8,15 +8,28 @@ from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from .._runtime.files import write_bytes
+from ..completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ..errors import InputError
 from ..evaluation.evaluation import Step, run_to_end, scaled_progress
 from ..evaluation.hold_out import HoldOutResult, HoldOutTest, hold_out_steps
-from .chapters import Entry, frame_chapter, index_chapter, index_entry, unreadable_chapter
-from .content import Chapter, Report, Subject, Unreadable
-from .frame_statistics import FrameStatistics
-from .page import page
+from .frame_page import FramePage
+from .subject import Subject, Unreadable
+from .templates import render
 
 _MAX_PIXELS, _MAX_PIXELS_WITH_INDEX = 1024, 640
+
+_INDEX = {
+    "size [px]": "",
+    "missing in": "Share of the pixels without depth, in the depth camera's view",
+    "missing out": "The same after completion",
+    "blocks": "",
+    "with result": "Number of blocks that were run",
+    f"{RMS_NAME} [mm]": RMS_MEANING,
+    "ground truth [mm]": "Root mean square error of filled pixels against ground truth",
+    "hold-out [mm]": "Root mean square error on hold-out",
+    "note": "",
+}
+"""Headings of the index, and what they mean."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +52,25 @@ class ReportOptions:
     hidden: HoldOutTest | None = None
     made: datetime.datetime = field(default_factory=datetime.datetime.now)
     threads: int | None = None
+
+
+@dataclass(frozen=True)
+class Report:
+    """The content of a report as HTML, without the head of the page.
+
+    Attributes
+    ----------
+    title : str
+    parts : tuple of str
+        The index, if there are several frames, and the frames.
+    """
+
+    title: str
+    parts: tuple[str, ...] = field(repr=False)
+
+    def html(self) -> str:
+        """Return the page; it needs no other file, no network and no script."""
+        return render("page.html", title=self.title, parts=self.parts)
 
 
 def report(subjects: Iterable[Subject | Unreadable], options: ReportOptions | None = None) -> str:
@@ -67,24 +99,13 @@ def report(subjects: Iterable[Subject | Unreadable], options: ReportOptions | No
     >>> text.startswith("<!doctype html>"), "<h1>plain</h1>" in text
     (True, True)
     """
-    chosen = options or ReportOptions()
-    return html_of(run_to_end(report_steps(list(subjects), chosen)), chosen)
+    return run_to_end(report_steps(list(subjects), options or ReportOptions())).html()
 
 
-def html_of(content: Report, options: ReportOptions) -> str:
-    """Return the HTML page of a report."""
-    return page(content, date_text(options))
-
-
-def date_text(options: ReportOptions) -> str:
-    """Return the date of a report as text."""
-    return f"{options.made:%d %B %Y, %H:%M}"
-
-
-def write_report(path: str | os.PathLike[str], content: Report, options: ReportOptions) -> None:
+def write_report(path: str | os.PathLike[str], content: Report) -> None:
     """Write a report's page; raises ExportError if that fails, and then leaves an existing file unchanged."""
     # file names may contain bytes that cannot be encoded
-    write_bytes(path, html_of(content, options).encode(errors="replace"))
+    write_bytes(path, content.html().encode(errors="replace"))
 
 
 def report_steps(
@@ -115,26 +136,28 @@ def report_steps(
     """
     total = count if count is not None else len(subjects) if isinstance(subjects, Sequence) else 1
     most = _MAX_PIXELS if total == 1 else _MAX_PIXELS_WITH_INDEX
-    chapters: list[Chapter] = []
-    entries: list[Entry] = []
+    parts: list[str] = []
+    rows: list[dict[str, str]] = []
     for number, subject in enumerate(subjects):
         id, done = f"frame-{number + 1}", min(number / total, 1.0)
         if isinstance(subject, Unreadable):
-            chapters.append(unreadable_chapter(id, subject))
-            entries.append(Entry(id, subject.name, None, note=subject.why))
+            parts.append(render("unreadable.html", id=id, frame=subject))
+            rows.append({"id": id, "name": subject.name, "image": "", "note": subject.why})
             continue
         name = subject.run.frame.name
         yield Step(done, name)
         hidden = yield from scaled_progress(_hold_out_result(subject, options), done, 1 / total, f"{name}, hold-out: ")
-        figures = FrameStatistics(subject, hidden)
-        chapters.append(frame_chapter(id, figures, most))
-        if total > 1:
-            entries.append(index_entry(id, figures))
-    if not chapters:
+        page = FramePage(subject, hidden)
+        parts.append(page.html(id, most))
+        rows.append(page.index_row(id))
+    if not parts:
         raise InputError("There is no frame to report on. Give at least one.")
+    title = options.title if total > 1 else rows[0]["name"]
     if total > 1:
-        return Report(options.title, (index_chapter(options.title, entries), *chapters))
-    return Report(chapters[0].title, tuple(chapters))
+        columns = {heading: about for heading, about in _INDEX.items() if any(row.get(heading) for row in rows)}
+        parts.insert(0, render("index.html", title=title, columns=columns, rows=rows))
+    parts[-1] += render("foot.html", made=f"{options.made:%d %B %Y, %H:%M}")
+    return Report(title, tuple(parts))
 
 
 def _hold_out_result(subject: Subject, options: ReportOptions) -> Generator[Step, None, HoldOutResult | None]:

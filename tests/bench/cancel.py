@@ -33,8 +33,8 @@ from ilf.completion.confidence.expected_error import expected_error
 from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.results import compose
 from ilf.evaluation.quality.ranking import find_places
-from ilf.report.content import Subject
 from ilf.report.report import ReportOptions
+from ilf.report.subject import Subject
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
 from ilf.segmentation.propagation.propagate import follow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable
 from pathlib import Path
 from typing import cast
@@ -20,7 +21,7 @@ from ilf.errors import InputError
 from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary
-from ilf.report.content import Subject, Unreadable
+from ilf.report.subject import Subject, Unreadable
 from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS
@@ -100,7 +101,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
         dialog.write_button.click()
     content = pdf.read_bytes()
     assert content.startswith(b"%PDF")
-    assert content.count(b"/Type /Page\n") >= 3
+    assert content.count(b"/Type /Page\n") >= 2
     assert content.count(b"/Subtype /Image") >= 8
     assert shown == [str(pdf)]
 
@@ -113,11 +114,23 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
     assert page.read_text(encoding="utf-8") == text
     assert {path.name for path in tmp_path.iterdir() if path.suffix in (".html", ".pdf")} == {"page.html", "paper.pdf"}
 
-    # what cannot be written is said, and the dialog stays for another try
+    # what cannot be written is said, what was there stays, and so does the dialog for another try
     opened.actions_["report"].trigger()
-    choose(tmp_path / "nowhere" / "page.html")
     monkeypatch.setattr("gui.widgets.notices.warn", lambda *_: None)
-    with qtbot.waitSignal(part.worker.failed, timeout=WAIT_MS):
-        dialog.write_button.click()
-    assert "folder does not exist" in dialog.state.text().replace("\u200b", "")
-    assert dialog.write_button.isEnabled()
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    for path, words in (
+        (tmp_path / "nowhere" / "page.html", "folder does not exist"),
+        (pdf, "disk is full"),
+        (page, "disk is full"),
+    ):
+        choose(path)
+        with qtbot.waitSignal(part.worker.failed, timeout=WAIT_MS):
+            dialog.write_button.click()
+        assert words in dialog.state.text().replace("\u200b", "")
+        assert dialog.write_button.isEnabled()
+    assert pdf.read_bytes() == content
+    assert page.read_text(encoding="utf-8") == text

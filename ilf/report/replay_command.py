@@ -1,0 +1,53 @@
+"""The command that reproduces a run."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+
+from ..data.declarations import ParameterSet, Value
+from ..data.parameters import BlockParameters, nearest_preset
+from ..run.run import Run
+
+
+def replay_text(run: Run) -> tuple[str, str]:
+    """Return a sentence and the command that reproduces the run; the command is empty if there is none.
+
+    Parameters
+    ----------
+    run : Run
+    """
+    inputs, frame = run.frame.inputs, run.frame
+    if inputs is None:
+        return "The frame was not read from files, so no command reproduces the run.", ""
+    by_hand = run.edited or run.own or any(one is not None for one in (frame.invalid_mask, run.drawn, run.by_hand))
+    if by_hand or run.extraction is None or (frame.guide is not None and frame.guide.path is None):
+        return (
+            "Blocks, parameters or depth were edited by hand. Export the frame and replay its run.json.",
+            "ilf complete --replay run.json",
+        )
+    nearest = nearest_preset(run.parameters)
+    encoding = f"{inputs.depth_units:.9g}" if inputs.encoding is None else inputs.encoding
+    files = [inputs.rgb.path, inputs.depth.path] if inputs.frame is None else [inputs.rgb.path, "--frame", inputs.frame]
+    words = ["ilf", "complete", *files, "--depth-encoding", encoding]
+    if inputs.invalid is not None:
+        words += ["--invalid", f"{inputs.invalid:.9g}"]
+    if inputs.intrinsics is not None:
+        words += ["--intrinsics", ",".join(f"{number:.9g}" for number in inputs.intrinsics)]
+    if frame.guide is not None and frame.guide.path is not None:
+        words += ["--guide", frame.guide.path]
+    words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]
+    words += _flags(run.extraction, run.extraction.differences_from(BlockParameters()), "blocks-")
+    words += ["--extrapolate"] * run.extrapolate
+    return "This command reproduces the run; its run.json contains all hashes.", shlex.join(words)
+
+
+def _flags(values: ParameterSet, differing: Mapping[str, Value], prefix: str = "") -> list[str]:
+    flags = []
+    for name in filter(values.has_effect, differing):
+        flag, value = f"{prefix}{name.replace('_', '-')}", differing[name]
+        if isinstance(value, bool):
+            flags.append(f"--{flag}" if value else f"--no-{flag}")
+        else:
+            flags += [f"--{flag}", str(value)]
+    return flags
