@@ -277,7 +277,7 @@ def run_denoise_bench(
         If the package of the methods total-variation and nonlocal-means is missing.
     """
     if not {"total-variation", "nonlocal-means"}.isdisjoint(methods):
-        optional("skimage", "ilf-studio[plot]", "A comparison with total-variation or nonlocal-means")  # before the work
+        optional("skimage", "ilf-studio[plot]", "A comparison with total-variation or nonlocal-means")  # first
     names = list(SCENES)
     units = [(name, methods, seed) for name in names]
     parts = run_units(_run_scene, units, jobs=jobs, on_done=lambda number: on_progress(names[number]))
