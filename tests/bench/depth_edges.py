@@ -12,6 +12,7 @@ nearest known pixel and of filling from the surroundings. Needs no PyTorch.
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,11 +25,13 @@ from ilf._runtime.networks.models import BUNDLED
 from ilf.data.parameters import BlockParameters
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
 from ilf.lab.bench.frames import find_frames, load_bench_frame
-from ilf.lab.training.depth_edges.pictures import PictureFolder, read_picture, with_hidden_depth
-from ilf.lab.training.depth_edges.task import LineScore
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork, filled_log_depth
 from ilf.segmentation.edges.detectors import load_model
 from ilf.segmentation.edges.relief import filled_depth, find_relief
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "assets" / "models"))
+from recipes.lines import LineScore
+from recipes.pictures import PictureFolder, read_picture, with_hidden_depth
 
 TOLERANCES = (1, 2, 4)
 """Tolerances of lines [px]; colour and depth of real frames are often some pixels apart."""

@@ -29,7 +29,7 @@ from ilf.segmentation.selection import prepare_selection
 
 from .corrections.scenes import frames_folder
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "assets" / "samples"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "assets" / "models"))
 
 from make_scenes import record  # type: ignore[import-not-found]
 
