@@ -19,7 +19,7 @@ from ilf.drawing.blocks import block_overlay
 from ilf.drawing.colours import depth_colours, robust_depth_levels, to_indices
 from ilf.evaluation.evaluation import evaluate_completion
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "samples"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "models"))
 import make_scenes
 
 PICTURE = Path(__file__).parent / "images" / "before-after.jpg"

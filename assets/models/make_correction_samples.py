@@ -3,7 +3,7 @@
     python assets/models/make_correction_samples.py --data PICTURES --frames FRAME... --out FOLDER
 
 Of every real frame (rgb.jpg, depth.png, meta.json) some measured depth is hidden, in several ways. PICTURES is what
-assets/samples/make_scenes.py has made. Of every third picture one sample is made as it is; all others are enlarged to
+assets/models/make_scenes.py has made. Of every third picture one sample is made as it is; all others are enlarged to
 twice their size, completed, and two details are cut out, so that the network sees what frames of 640 x 480 look like.
 Each sample is one NUMBER-K.npz: rgb uint8 (H, W, 3); known and completed depth float32 (H, W) [m], NaN = missing;
 contours uint8 (H, W), strength times 255; exact float32 (H, W) [m]; lines uint8 (H, W, 2), jumps and creases, 255 = not
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import zlib
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -24,14 +25,16 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from recipes.contour_samples import SIDES
+from recipes.correction_samples import UNKNOWN_LINES
+from recipes.hiding import hide
+from recipes.pictures import random_colour, read_picture, with_hidden_depth
 
 from ilf.completion.correction import UNCORRECTED
 from ilf.completion.filter import edges_for
 from ilf.data.frame import RGBDFrame
-from ilf.lab.training.contours.samples import SIDES
-from ilf.lab.training.correction.samples import UNKNOWN_LINES
-from ilf.lab.training.depth_edges.pictures import hide, random_colour, read_picture, with_hidden_depth
-from ilf.lab.training.real_frames import read_real_frame
+from ilf.errors import IlfError
+from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.run.run import complete
 from ilf.segmentation.extraction import extract_blocks
 
@@ -74,7 +77,7 @@ def make(number: int, path: Path, out: Path) -> None:
 def make_real(number: int, folder: Path, out: Path) -> None:
     """Samples of a real frame, with some of its measured depth hidden."""
     rng = np.random.default_rng((SEED, number))
-    real = read_real_frame(folder)
+    real = load_bench_frame(folder).frame
     rgb, depth = real.rgb, real.depth
     if rng.random() < 0.5:
         rgb, depth = np.ascontiguousarray(rgb[:, ::-1]), np.ascontiguousarray(depth[:, ::-1])
@@ -134,8 +137,8 @@ def write(
         unfinished.replace(path)
 
 
-def main() -> None:
-    """Make samples of all pictures of a folder."""
+def main() -> int:
+    """Make samples of all pictures of a folder, and of real frames; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True, help="folder of generated pictures, <number>.npz")
     parser.add_argument("--out", type=Path, required=True, help="folder of the samples")
@@ -148,11 +151,16 @@ def main() -> None:
     missing = [(number, path) for number, path in numbered if not (arguments.out / f"{number:06d}-0.npz").exists()]
     # in an order of their numbers' hashes, so that those of all kinds are made from the beginning
     missing.sort(key=lambda one: zlib.crc32(str(one[0]).encode()))
-    with ProcessPoolExecutor(arguments.jobs) as pool:
-        for done, _ in enumerate(pool.map(partial(make_one, out=arguments.out), missing, chunksize=4), 1):
-            print(f"\r{done} of {len(missing)} pictures", end="", flush=True)
+    try:
+        with ProcessPoolExecutor(arguments.jobs) as pool:
+            for done, _ in enumerate(pool.map(partial(make_one, out=arguments.out), missing, chunksize=4), 1):
+                print(f"\r{done} of {len(missing)} pictures", end="", flush=True)
+    except IlfError as error:
+        print(f"\nmake_correction_samples: error: {error}", file=sys.stderr)
+        return 1
     print()
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import dataclass, field, replace
+from typing import Any
 
-import libusb_package
 import numpy as np
+
+from ilf.data.open3d_images import load_open3d
 
 from .meshes import Mesh, corner_normals
 from .textures import Texture
 
-# open3d loads libusb-1.0 on import; bare machines have only the copy in this package.
-ctypes.CDLL(str(libusb_package.get_library_path()), ctypes.RTLD_GLOBAL)
-import open3d  # noqa: E402
+open3d = load_open3d("Casting rays")
 
 
 @dataclass(frozen=True)
@@ -128,7 +127,7 @@ class Scene:
         return np.array([getattr(m, name) for m in self.materials])[hits.material]
 
 
-def _caster(corners: np.ndarray) -> open3d.t.geometry.RaycastingScene:
+def _caster(corners: np.ndarray) -> Any:
     """Triangles, (N, 3, 3), for ray casting."""
     rays = open3d.t.geometry.RaycastingScene()
     numbers = np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3)
@@ -145,5 +144,5 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("ni,ni->n", a, b)
 
 
-def _rays(origins: np.ndarray, directions: np.ndarray) -> open3d.core.Tensor:
+def _rays(origins: np.ndarray, directions: np.ndarray) -> Any:
     return open3d.core.Tensor(np.concatenate([origins, directions], axis=1).astype(np.float32))

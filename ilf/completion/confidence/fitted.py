@@ -1,4 +1,4 @@
-"""Models of the expected error, written by `python -m ilf.lab.bench.calibration --fit ... --write`."""
+"""Models of the expected error, written by assets/models/fit_expected_error.py."""
 
 from .model import Curve, ErrorModel
 

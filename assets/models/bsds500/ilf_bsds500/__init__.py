@@ -1,1 +1,1 @@
-"""A contour network trained on BSDS500, for non-commercial use: `bsds500.onnx`, and its training."""
+"""A contour network trained on BSDS500, for non-commercial use: `bsds500.onnx`."""

@@ -1,1 +1,0 @@
-"""Endless scenes made at random, with exact depth: pictures to train the depth-edge network on."""

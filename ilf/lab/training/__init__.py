@@ -1,1 +1,0 @@
-"""Training of the networks, one command each. Only training needs PyTorch."""

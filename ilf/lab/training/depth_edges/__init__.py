@@ -1,1 +1,0 @@
-"""Training of the depth-edge network on generated scenes: `python -m ilf.lab.training.depth_edges`."""

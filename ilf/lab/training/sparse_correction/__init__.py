@@ -1,1 +1,0 @@
-"""Training of the correction network for sparse depth on real frames."""
