@@ -1,1 +1,1 @@
-"""Benches, the paper's experiments and training: nothing that completing a frame needs."""
+"""Benches and training: nothing that completing a frame needs."""

@@ -72,7 +72,7 @@ def import_all() -> None:
     import ilf
 
     for module in pkgutil.walk_packages(ilf.__path__, "ilf."):
-        if not {"lab", "training", "bench", "experiments", "__main__"} & set(module.name.split(".")):
+        if not {"lab", "training", "bench", "__main__"} & set(module.name.split(".")):
             importlib.import_module(module.name)
 
 

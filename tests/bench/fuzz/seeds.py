@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import json
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
 import h5py
 import numpy as np
 from PIL import Image
-from scipy.io import savemat
 
 import ilf
 from ilf.data.presets import UserPreset, write_preset
 from ilf.io.block_files import write_blocks
-from ilf.lab.experiments.files import StoredFigure, StoredResult
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
@@ -302,15 +299,6 @@ def record(folder: Path) -> list[bytes]:
     return [(folder / "out" / "run.json").read_bytes()]
 
 
-def experiment(folder: Path) -> list[bytes]:
-    """The stored result of an experiment."""
-    result = StoredResult(
-        "sphere", "A sphere", "the paper", "what it is about", {"detector": "canny"}, 0, True, 1.5, ["a note"],
-        [StoredFigure("sphere-1", "a caption", False)], [{"a": 1.0, "b": "x"}, {"a": None, "b": "y"}],
-    )  # fmt: skip
-    return [json.dumps(dataclasses.asdict(result)).encode()]
-
-
 def time_lists(folder: Path) -> list[bytes]:
     """Lists of colour and depth by time, as rgb.txt; depth.txt and the images are valid."""
     for kind, image in (("rgb", _colour()), ("depth", depth_values())):
@@ -390,17 +378,6 @@ def keras(folder: Path) -> list[bytes]:
     return [write_keras(folder / "w", hed_weights(False)).read_bytes()]
 
 
-def split(folder: Path) -> list[bytes]:
-    """splits.mat of NYU Depth V2's toolbox."""
-    contents = []
-    for packed in (False, True):
-        stream = io.BytesIO()
-        numbers: Mapping[str, object] = {"testNdxs": np.array([[2], [5]]), "trainNdxs": np.array([[1], [3]])}
-        savemat(stream, numbers, do_compression=packed)
-        contents.append(stream.getvalue())
-    return contents
-
-
 def nyu_labelled(folder: Path) -> list[bytes]:
     """Two frames, uncompressed and in compressed chunks."""
     contents = []
@@ -412,11 +389,6 @@ def nyu_labelled(folder: Path) -> list[bytes]:
                 file.create_dataset(name, data=np.repeat(array, 2, axis=0), **options)
         contents.append(path.read_bytes())
     return contents
-
-
-def split_list(folder: Path) -> list[bytes]:
-    """Numbers of frames, one per line."""
-    return [b"1\n2\n77\n", b"5"]
 
 
 def mask_list(folder: Path) -> list[bytes]:

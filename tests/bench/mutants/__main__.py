@@ -60,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
         "--only",
         nargs="+",
         metavar="PATH",
-        help="files or folders (default: the whole program, without bench, experiments and training)",
+        help="files or folders (default: the whole program, without bench and training)",
     )
     parser.add_argument("--suites", nargs="+", default=SUITES, metavar="PATH", help="tests (default: all suites)")
     parser.add_argument(

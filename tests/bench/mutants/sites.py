@@ -18,7 +18,7 @@ from cosmic_ray.plugins import get_operator
 
 from .trees import PACKAGES, python_files
 
-_APART = {"bench", "experiments", "training"}
+_APART = {"bench", "training"}
 """Folders with faults only on request, because they measure and do not complete frames."""
 
 _BINARY = {

@@ -17,7 +17,8 @@ from ilf.data.parameters import PRESETS
 from ilf.lab.bench.frames import load_bench_frame
 from ilf.lab.bench.patterns import Task, make_task
 from ilf.lab.bench.runner import score
-from ilf.lab.experiments.surfaces import Surface, continuous_defect, sensed
+
+from ..exact_surfaces import sensed, surface
 
 MEASURED = {
     # scene, preset: RMSE [mm], MAE [mm], coverage, within
@@ -51,17 +52,17 @@ def sample() -> Task:
 
 def sphere() -> Task:
     """A sphere with noise, a round hole near its middle, and every fifth other pixel missing."""
-    surface = Surface("sphere", SHAPE, (0.9, 1.2), 1.5, 1.0)
     rows, columns = np.indices(SHAPE)
     hole = np.hypot(rows - 50, columns - 90) < 26
     hole |= np.random.default_rng(1).random(SHAPE) < 0.2
-    return _task(surface, hole)
+    return _task("sphere", (0.9, 1.2), 1.0, hole)
 
 
 def cylinder() -> Task:
     """A cylinder with noise that lacks the middle 40 % of its rows."""
-    surface = Surface("upright cylinder", SHAPE, (0.6, 0.8), 1.5, 0.5)
-    return _task(surface, continuous_defect(SHAPE, 0.4, "y"))
+    hole = np.zeros(SHAPE, bool)
+    hole[36:84] = True
+    return _task("upright cylinder", (0.6, 0.8), 0.5, hole)
 
 
 def step() -> Task:
@@ -77,8 +78,9 @@ def step() -> Task:
     )
 
 
-def _task(surface: Surface, hole: np.ndarray) -> Task:
-    return Task(sensed(surface, NOISE, hole, seed=0), surface.depth.astype(np.float32), hole)
+def _task(kind: str, size: tuple[float, float], radius: float, hole: np.ndarray) -> Task:
+    depth = surface(kind, SHAPE, size, 1.5, radius)
+    return Task(sensed(depth, size, NOISE, hole, kind), depth.astype(np.float32), hole)
 
 
 SCENES = {scene.__name__: scene for scene in (sample, sphere, cylinder, step)}
