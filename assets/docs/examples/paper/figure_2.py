@@ -19,6 +19,7 @@ from ilf.cli import main
 
 main(["sample", "room"])
 room = ilf.load_frame("room")
+assert room.ground_truth is not None
 blocks = ilf.extract_blocks(room, detector="hed")  # contours of the colour image, as in the paper
 sofa = int(blocks[350, 560])
 rows, columns = np.nonzero(blocks == sofa)

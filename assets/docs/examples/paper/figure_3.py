@@ -17,6 +17,7 @@ from ilf.cli import main
 
 main(["sample", "room"])
 room = ilf.load_frame("room")
+assert room.ground_truth is not None
 blocks = ilf.extract_blocks(room, detector="hed")
 sofa = int(blocks[350, 560])
 rows, columns = np.nonzero(blocks == sofa)
@@ -61,8 +62,8 @@ grey = ilf.RGBDFrame(rgb=np.full_like(room.rgb, 128), depth=depth, name=room.nam
 _, axis = plt.subplots(figsize=(6, 3.4), layout="constrained")
 for number, name in enumerate(("paper", "released-code", "best")):
     for colour, line in ((True, "-"), (False, "--")):
-        changes = {} if colour or name == "best" else {"rgb_iterations": 0}
-        stepper = ilf.iterate(frame if colour else grey, blocks, sofa, name, **changes)
+        parameters = ilf.preset(name) if colour or name == "best" else ilf.preset(name, rgb_iterations=0)
+        stepper = ilf.iterate(frame if colour else grey, blocks, sofa, parameters)
         sigma = [1000 * record.sigma_i for record in stepper]
         error = 1000 * np.abs(stepper.surface - truth)[missing].mean()
         text = f"{name}, {'with' if colour else 'without'} colour: {error:.1f} mm"

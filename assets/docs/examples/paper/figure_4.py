@@ -30,7 +30,7 @@ noise = 0.0015 / every
 presets = {name: ilf.preset(name).replace(mode="fill+denoise") for name in ("paper", "released-code", "best")}
 for name in ("paper", "released-code"):
     presets[name] = presets[name].replace(shortest_wavelength=15 / every)
-rates = (0.0, 0.2, 0.4688, 0.6, 0.7, PAPER_RATE, 0.9)
+rates: tuple[float, ...] = (0.0, 0.2, 0.4688, 0.6, 0.7, PAPER_RATE, 0.9)
 if full:
     rates = (0.0, 0.1, 0.2, 0.3, 0.4, 0.4688, 0.55, 0.6, 0.65, 0.7, 0.75, PAPER_RATE, 0.85, 0.9, 0.95)
 
@@ -51,7 +51,8 @@ def picture(depth: NDArray[np.float64], size: tuple[float, float]) -> NDArray[np
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     light = np.array([-0.4, -0.5, -0.77])
     brightness = 0.25 + 0.75 * np.clip(normals @ (light / np.linalg.norm(light)), 0, 1)
-    return np.round(brightness[..., None] * [205, 190, 170]).astype(np.uint8)
+    colours: NDArray[np.uint8] = np.round(brightness[..., None] * [205, 190, 170]).astype(np.uint8)
+    return colours
 
 
 def errors(name: str, depth: NDArray[np.float64], size: tuple[float, float], rate: float) -> list[float]:

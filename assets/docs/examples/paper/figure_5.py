@@ -86,7 +86,7 @@ def completed(method: str, depth: NDArray[np.float32]) -> NDArray[np.floating]:
 # The error of the whole block against the defect rate.
 
 presets, orders = ("paper", "released-code", "best"), ("order 1", "order 2", "order 3", "order 4")
-_, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
+figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
 for axis, noise in zip(axes, (0.0, 0.065), strict=True):
     rmse = {method: [1000 * float(np.sqrt(np.mean((completed(method, measured(rate, noise)) - truth) ** 2)))
                      for rate in rates] for method in (*presets, *orders)}  # fmt: skip
@@ -101,12 +101,12 @@ for axis, noise in zip(axes, (0.0, 0.065), strict=True):
         won = sum(rmse[name][k] < min(rmse[order][k] for order in orders) for k in range(rates.index(CLAIM) + 1))
         print(f"    {name} is below all polynomials at {won} of {rates.index(CLAIM) + 1} defect rates up to there")
 axes[0].set_ylabel("RMSE of the block [mm]")
-axes[0].legend(fontsize="small", ncols=2)
+figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7)
 
 # %%
-# ``paper`` beats a plane (order 1), which fits no sphere, but not the higher orders. With ``--closest`` it is below
-# orders 1 to 3 at 42.77 %: a sphere of 1.44 m, seen nearly to its rim, the mean taken off, and a start at 1 / shortest
-# length. Below: the middle row with 51 % of the depth missing and 65 mm of noise.
+# At 42.77 %, ``paper`` is below a plane (order 1), which fits no sphere, but not below the higher orders. With
+# ``--closest`` it is below orders 1 to 3: a sphere of 1.44 m, seen nearly to its rim, the mean taken off, and a start
+# at 1 / shortest length. Next: the middle row with 51 % of the depth missing and 65 mm of noise.
 
 depth = measured(SECTION, 0.065)
 _, axes = plt.subplots(1, 3, figsize=(11, 3.2), sharey=True, layout="constrained")

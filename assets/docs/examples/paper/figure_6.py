@@ -25,7 +25,7 @@ every = 1 if options.full else 5
 noise = 0.0065 / every
 height, width = (540 // every, 960 // every) if options.closest else (480 // every, 480 // every)
 radius, size = (0.12, 0.24) if options.closest else (0.5, 0.6)
-rates = (0.0, 0.2, 0.4, CLAIM, 0.6, 0.8022)
+rates: tuple[float, ...] = (0.0, 0.2, 0.4, CLAIM, 0.6, 0.8022)
 if options.full:
     rates = (0.0, 0.1, 0.2, 0.3, 0.4, CLAIM, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8022, 0.85, 0.9, 0.95)
 
@@ -88,7 +88,7 @@ def rmse(method: str, axis: str, rate: float) -> float:
 # The error of the whole block against the defect rate.
 
 presets, orders = ("paper", "released-code", "best"), ("order 1", "order 2", "order 3", "order 4")
-_, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
+figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
 for axis, direction in zip(axes, ("upright", "lying"), strict=True):
     found = {method: [rmse(method, direction, rate) for rate in rates] for method in (*presets, *orders)}
     for method, values in found.items():
@@ -103,7 +103,7 @@ for axis, direction in zip(axes, ("upright", "lying"), strict=True):
         won = sum(found[name][k] < min(found[order][k] for order in orders) for k in claimed)
         print(f"    {name} is below all polynomials at {won} of {len(claimed)} defect rates up to {CLAIM:.2%}")
 axes[0].set_ylabel("RMSE of the block [mm]")
-axes[0].legend(fontsize="small", ncols=2)
+figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7)
 
 # %%
 # Near its middle a cylinder is nearly a quadric, and polynomials from order 2 on are better than ``paper``. Seen to its

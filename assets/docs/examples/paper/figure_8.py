@@ -86,6 +86,7 @@ for place in sorted({round(place) for place in np.linspace(0, len(source) - 1, c
         frame = ilf.RGBDFrame(rgb=seen, depth=np.where(hole, np.nan, depth), name=whole.name)
         blocks = ilf.extract_blocks(frame, detector="hed")
         for name in methods:
+            filled: NDArray[np.floating]
             if name in ilf.PRESETS:
                 filled = ilf.complete(frame, blocks, name).depth[hole]
             else:
@@ -105,8 +106,8 @@ axes[0].set(xticks=[], yticks=[], title=f"{pictures[0][0]}, with glare")
 for glare, marker in ((False, "o"), (True, "x")):
     places = np.repeat(np.arange(len(methods)), len(pictures)) + (0.12 if glare else -0.12)
     values = np.ravel([errors[name, glare] for name in methods])
-    axes[1].semilogx(values, places, marker, label="with glare" if glare else "colour as it is")
+    axes[1].plot(values, places, marker, label="with glare" if glare else "colour as it is")
 axes[1].set_yticks(range(len(methods)), methods)
-axes[1].set(xlabel="RMSE in the spot [mm]")
+axes[1].set(xlabel="RMSE in the spot [mm]", xlim=(0, None))
 axes[1].legend()
 plt.show()

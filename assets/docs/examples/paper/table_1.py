@@ -35,7 +35,8 @@ Depth = NDArray[np.floating]
 def nearest(frame: ilf.RGBDFrame) -> Depth:
     """Return the depth of the nearest known pixel."""
     places = distance_transform_edt(~frame.known, return_distances=False, return_indices=True)
-    return frame.depth[tuple(places)]
+    depth: Depth = frame.depth[tuple(places)]
+    return depth
 
 
 def linear(frame: ilf.RGBDFrame) -> Depth:
@@ -73,7 +74,7 @@ for place in sorted({round(place) for place in np.linspace(0, len(source) - 1, c
         sums = [
             np.bincount(labels, values) for values in (np.ones_like(error), error**2, abs(error), abs(error) / truth)
         ]
-        scores[name].append(np.transpose(sums)[np.unique(labels)])
+        scores[name].append(np.array(sums, np.float64).T[np.unique(labels)])
     print(f"{frame.name}: {len(np.unique(labels))} blocks")
 
 # %%
