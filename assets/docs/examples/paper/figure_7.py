@@ -46,7 +46,7 @@ completed = []
 figure, axes = plt.subplots(
     len(frames),
     5,
-    figsize=(13, 2.3 * len(frames)),
+    figsize=(13, 0.5 + 1.7 * len(frames)),
     squeeze=False,
     layout="compressed",
     subplot_kw={"facecolor": "black"},
