@@ -35,7 +35,11 @@ PAGES = {
     HERE / "decisions": HERE / "decisions" / "index.md",
     HERE / "measurements": HERE / "measurements" / "README.md",
     HERE / "examples": HERE / "gallery" / "index.rst",
-    **{script: HERE / "gallery" / f"{script.stem}.rst" for script in (HERE / "examples").glob("*.py")},
+    HERE / "examples" / "paper": HERE / "gallery" / "paper" / "index.rst",
+    **{
+        script: HERE / "gallery" / script.relative_to(HERE / "examples").with_suffix(".rst")
+        for script in (HERE / "examples").rglob("*.py")
+    },
 }
 """What documents link to -> the page that has its content."""
 

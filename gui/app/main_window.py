@@ -20,7 +20,6 @@ from ..features.context import Context, Feature, Reasons
 from ..features.curves import CurvesFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
-from ..features.experiments.menu import ExperimentsFeature
 from ..features.export_all import ExportAllFeature
 from ..features.extraction.feature import ExtractionFeature
 from ..features.filter.feature import FilterFeature
@@ -84,7 +83,6 @@ _STANDARD: tuple[type[Feature], ...] = (
     ToolsFeature,
     StatusFeature,
     HistoryFeature,
-    ExperimentsFeature,
     FramesFeature,
 )
 _FURTHER: tuple[type[Feature], ...] = (
@@ -198,8 +196,7 @@ class MainWindow(QMainWindow):
         self.tool_bar = ToolBar(self.actions_, self.feature(ToolsFeature).options, self)
         self.addToolBar(self.tool_bar)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
-        experiments = self.feature(ExperimentsFeature).menu
-        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), experiments)
+        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles())
 
     def _refresh_commands(self) -> None:
         """Enable commands at once when the state changes: the next one may come before the next turn."""
@@ -253,8 +250,7 @@ class MainWindow(QMainWindow):
         super().closeEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Restore the last layout, or use the default one; start deferred loading."""
+        """Restore the last layout, or use the default one."""
         super().showEvent(event)
         self.panels.arrange()
         self.refresh.mark("error", "cloud", "stages")  # drawn only while visible
-        self.feature(ExperimentsFeature).menu.load_soon()

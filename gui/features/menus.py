@@ -73,9 +73,7 @@ class ToolBar(QToolBar):
         self._options.setVisible(on)
 
 
-def fill_menu_bar(
-    bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction], experiments: QMenu
-) -> None:
+def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction]) -> None:
     """Create all menus; `toggles` show and hide the docks."""
     for title, names in _MENUS.items():
         _fill(bar.addMenu(title), entries(actions, names))
@@ -105,7 +103,6 @@ def fill_menu_bar(
     view.addMenu(_depth_map_menu(views, view))
     _fill(view, entries(actions, "show_range fit_range lock_range"))
     view.addMenu(_theme_menu(view))
-    bar.addMenu(experiments)
     _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
 
 

@@ -30,7 +30,6 @@ COMMANDS = {
     "stream": "complete a recording frame after frame, as a robot would, into one MCAP file or a folder",
     "rosbag": "write completed depth as a ROS 2 recording",
     "bench": "compare presets and other methods on hold-out depth, or methods of making blocks",
-    "experiments": "repeat the paper's experiments and compare the results with the paper",
     "sample": "write the bundled sample frame into a folder",
     "models": "list, import and remove edge networks",
     "presets": "list the built-in presets and your own",

@@ -13,12 +13,9 @@ from numpy.typing import NDArray
 from .._runtime.closing import Closeable
 from .._runtime.files import existing_file, read_file
 from .._runtime.formatting import counted
-from .._runtime.sandbox import run_in_sandbox
 from ..data.camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
-from ..data.frame import RGBDFrame
 from ..errors import FormatError, InputError, cause
 from ..io.depth import read_depth_values
-from ..io.depth_reading import marker_doubt
 from ..io.hdf5 import dataset, open_hdf5, rows
 from ..io.images import check_pixel_count, read_colour
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
@@ -27,17 +24,14 @@ from .times import MAX_TIME_GAP_S, associated, gap_text
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
 #
-# MATLAB stores arrays in column-major order, so their axes are reversed in HDF5: images (N, 3, W, H), depths and
-# rawDepths (N, W, H).
+# MATLAB stores arrays in column-major order, so their axes are reversed in HDF5: images (N, 3, W, H) and rawDepths
+# (N, W, H).
 
 MAT_SUFFIX = ".mat"
-SPLIT_FILE, TEST_FRAMES = "splits.mat", "testNdxs"
-
-_MAX_FRAMES = 1_000_000
 CAMERA = "nyu-kinect-v1"
 """Preset of its intrinsics."""
 
-_IMAGES, _FILLED, _RAW = "images", "depths", "rawDepths"
+_IMAGES, _RAW = "images", "rawDepths"
 
 
 class NyuLabelled(Closeable):
@@ -52,7 +46,7 @@ class NyuLabelled(Closeable):
     InputError
         If there is no such file, or the package that reads it is missing.
     FormatError
-        If it is not a MATLAB v7.3 file, or lacks images, depths or rawDepths of the right form.
+        If it is not a MATLAB v7.3 file, or lacks images or rawDepths of the right form.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -67,9 +61,9 @@ class NyuLabelled(Closeable):
             raise
 
     def _checked(self) -> dict[str, Any]:
-        """Images, depths and rawDepths, checked for type and shape."""
+        """Images and rawDepths, checked for type and shape."""
         found = {}
-        for name, dimensions, kind in ((_IMAGES, 4, "u"), (_FILLED, 3, "f"), (_RAW, 3, "f")):
+        for name, dimensions, kind in ((_IMAGES, 4, "u"), (_RAW, 3, "f")):
             found[name] = dataset(self._file, name, kind, dimensions, str(self.path))
             if found[name] is None:
                 raise FormatError(
@@ -78,10 +72,10 @@ class NyuLabelled(Closeable):
                 )
         shapes = {name: data.shape for name, data in found.items()}
         count, channels, *size = shapes[_IMAGES]
-        if channels != 3 or shapes[_FILLED] != (count, *size) or shapes[_RAW] != (count, *size):
+        if channels != 3 or shapes[_RAW] != (count, *size):
             raise FormatError(
-                f"{self.path}: images {shapes[_IMAGES]}, depths {shapes[_FILLED]} and rawDepths {shapes[_RAW]} do not "
-                "fit each other; they should be (N, 3, W, H), (N, W, H) and (N, W, H)."
+                f"{self.path}: images {shapes[_IMAGES]} and rawDepths {shapes[_RAW]} do not fit each other; they "
+                "should be (N, 3, W, H) and (N, W, H)."
             )
         check_pixel_count(self.path, *size)
         return found
@@ -99,22 +93,6 @@ class NyuLabelled(Closeable):
         """Close the file."""
         self._file.close()
 
-    def frame(self, index: int) -> RGBDFrame:
-        """Read colour and raw depth of a frame, by its index from 0. 0 m is missing.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame, or it has no depth.
-        FormatError
-            If the file is damaged there.
-        """
-        camera = INTRINSICS[CAMERA] if IMAGE_SIZES[CAMERA] == self.size else None
-        depth = self.measured(index)
-        doubt = marker_doubt(depth, np.where(depth > 0, depth, np.float32(np.nan)))
-        marker = None if doubt is None else doubt.invalid_depth
-        return RGBDFrame(self.colour(index), depth, camera, frame_name(index), invalid_marker=marker)
-
     def colour(self, index: int) -> NDArray[np.uint8]:
         """Colour of a frame, uint8 (H, W, 3)."""
         return np.ascontiguousarray(self._read(_IMAGES, index).transpose(2, 1, 0))
@@ -123,73 +101,10 @@ class NyuLabelled(Closeable):
         """Measured depth of a frame, registered to colour [m], shape (H, W), 0 = missing."""
         return np.ascontiguousarray(self._read(_RAW, index).T, np.float32)
 
-    def filled(self, index: int) -> NDArray[np.float32]:
-        """Depth of a frame with holes inpainted by the toolbox [m], shape (H, W), NaN = unknown.
-
-        Outside the holes it is the measured depth; in the holes it is the result of the toolbox's colourisation.
-        """
-        depth = self._read(_FILLED, index).T.astype(np.float32)
-        depth[~(np.isfinite(depth) & (depth > 0))] = np.nan
-        return depth
-
     def _read(self, name: str, index: int) -> NDArray[Any]:
         if not 0 <= index < len(self):
             raise InputError(f"{self.path} has no frame {index + 1}; it has 1 to {len(self)}.")
         return rows(self._data[name], index, str(self.path))
-
-
-def frame_name(index: int) -> str:
-    """Name of a frame: its number from 1, as in MATLAB and the split."""
-    return f"nyu_{index + 1:04d}"
-
-
-def read_split(path: str | os.PathLike[str]) -> list[int]:
-    """Indices from 0 of the frames that a split lists.
-
-    Parameters
-    ----------
-    path : path-like
-        splits.mat of the toolbox, of which the test frames are used; or a text file with one number from 1 per line.
-
-    Raises
-    ------
-    InputError
-        If there is no such file.
-    FormatError
-        If it contains no list of whole numbers from 1.
-    """
-    found = existing_file(path)
-    is_matlab = found.suffix.lower() == MAT_SUFFIX
-    numbers = run_in_sandbox(_matlab_split, found, file=str(found)) if is_matlab else _listed(found)
-    if not numbers or min(numbers) < 1 or max(numbers) > _MAX_FRAMES:
-        raise FormatError(f"{found} lists no frames. A split lists whole numbers from 1.")
-    return [number - 1 for number in dict.fromkeys(numbers)]
-
-
-def _matlab_split(path: Path) -> list[int]:
-    """The numbers in a MATLAB v5 file; damaged files can crash its reader."""
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        content = loadmat(path, variable_names=[TEST_FRAMES])
-    except (MatReadError, ValueError, TypeError, NotImplementedError, OSError) as error:
-        raise FormatError(
-            f"{path} is not a MATLAB v5 file that can be read. Give the toolbox's {SPLIT_FILE}, or a text file with "
-            "one number per line."
-        ) from error
-    numbers = np.asarray(content.get(TEST_FRAMES, []))
-    whole = numbers.dtype.kind in "iuf" and bool((np.isfinite(numbers) & (numbers == np.floor(numbers))).all())
-    if not whole or numbers.size > _MAX_FRAMES:
-        raise FormatError(f"{path}: {TEST_FRAMES} must contain whole numbers.")
-    return [int(number) for number in numbers.ravel()]
-
-
-def _listed(path: Path) -> list[int]:
-    try:
-        return [int(word) for word in read_file(path).data.tobytes().decode("utf-8").split()]
-    except ValueError as error:
-        raise FormatError(f"{path} must contain one whole number per line: frame numbers from 1.") from error
 
 
 class NyuLabelledFrames(Recording):

@@ -18,6 +18,8 @@ from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.evaluation.bench.patterns import Task, make_task
 from ilf.evaluation.bench.runner import score
 
+from ..exact_surfaces import sensed, surface
+
 MEASURED = {
     # scene, preset: RMSE [mm], MAE [mm], coverage, within
     ("sample", "best"): (243.404, 131.962, 1.0000, 0.5528),
@@ -41,7 +43,6 @@ SLACK = 0.02
 
 SHAPE = (120, 160)
 NOISE = 0.002
-LIGHT, COLOUR, AMBIENT = np.array([-0.4, -0.5, -0.77]), np.array([205.0, 190.0, 170.0]), 0.25
 
 
 def sample() -> Task:
@@ -51,21 +52,17 @@ def sample() -> Task:
 
 def sphere() -> Task:
     """A sphere with noise, a round hole near its middle, and every fifth other pixel missing."""
-    size, radius = (0.9, 1.2), 1.0
-    y, x = positions(size)
     rows, columns = np.indices(SHAPE)
     hole = np.hypot(rows - 50, columns - 90) < 26
     hole |= np.random.default_rng(1).random(SHAPE) < 0.2
-    return sensed(1.5 + radius - np.sqrt(radius**2 - (x**2 + y**2)), size, hole)
+    return _task("sphere", (0.9, 1.2), 1.0, hole)
 
 
 def cylinder() -> Task:
     """A cylinder with noise that lacks the middle 40 % of its rows."""
-    size, radius = (0.6, 0.8), 0.5
-    _, x = positions(size)
     hole = np.zeros(SHAPE, bool)
     hole[36:84] = True
-    return sensed(1.5 + radius - np.sqrt(radius**2 - x**2), size, hole)
+    return _task("upright cylinder", (0.6, 0.8), 0.5, hole)
 
 
 def step() -> Task:
@@ -81,20 +78,9 @@ def step() -> Task:
     )
 
 
-def positions(size: tuple[float, float]) -> list[np.ndarray]:
-    """Rows and columns in metres, in an area of this height and width."""
-    return np.meshgrid(*(np.linspace(-0.5, 0.5, n) * s for n, s in zip(SHAPE, size, strict=True)), indexing="ij")
-
-
-def sensed(depth: np.ndarray, size: tuple[float, float], hole: np.ndarray) -> Task:
-    """A matt surface under one light, in parallel projection, with noise and a hole."""
-    slope_y, slope_x = np.gradient(depth, *(s / (n - 1) for s, n in zip(size, SHAPE, strict=True)))
-    normals = np.stack([slope_x, slope_y, -np.ones(SHAPE)], axis=-1)
-    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-    light = np.clip(normals @ (LIGHT / np.linalg.norm(LIGHT)), 0, 1)
-    rgb = np.round((AMBIENT + (1 - AMBIENT) * light)[..., None] * COLOUR).astype(np.uint8)
-    noise = NOISE * np.random.default_rng([0, round(1e6 * NOISE)]).standard_normal(SHAPE)
-    return Task(RGBDFrame(rgb, np.where(hole, np.nan, depth + noise), name="surface"), depth.astype(np.float32), hole)
+def _task(kind: str, size: tuple[float, float], radius: float, hole: np.ndarray) -> Task:
+    depth = surface(kind, SHAPE, size, 1.5, radius)
+    return Task(sensed(depth, size, NOISE, hole, kind), depth.astype(np.float32), hole)
 
 
 SCENES = {scene.__name__: scene for scene in (sample, sphere, cylinder, step)}

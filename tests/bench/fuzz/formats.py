@@ -13,7 +13,6 @@ from ilf.io.frame_additions import load_ground_truth
 from ilf.io.images import read_colour
 from ilf.io.labels import read_labels, read_mask
 from ilf.run.record_file import read_record
-from ilf.sources.nyu import read_split
 
 from . import program_seeds, readers, recording_seeds, seeds
 from .mutations import Mutation, of_bytes, of_json, of_png, of_sql, of_text, of_zip
@@ -78,7 +77,6 @@ _ALL = (
     Format("onnx", "net.onnx", seeds.onnx, of_bytes, readers.network),
     Format("caffemodel", "hed.caffemodel", seeds.caffemodel, of_bytes, readers.weights),
     Format("keras-hdf5", "hed.h5", seeds.keras, of_bytes, readers.weights),
-    Format("split-mat", "splits.mat", seeds.split, of_bytes, read_split),
     Format("nyu-labelled", "nyu.mat", seeds.nyu_labelled, of_bytes, readers.labelled),
     Format("nyu-labelled-frames", "nyu.mat", seeds.nyu_labelled, of_bytes, readers.recording),
     Format("depth-exr", "depth.exr", recording_seeds.depth_exr, of_bytes, readers.depth),
@@ -142,7 +140,6 @@ _ALL = (
     Format("confidence-npy", "sure.npy", seeds.confidence_npy, of_bytes, readers.confidence),
     Format("mask-list", "masks/metadata.csv", seeds.mask_list, of_text, readers.masks),
     Format("mask-folder", "masks/1.png", seeds.mask_picture, of_png, readers.masks),
-    Format("split-list", "split.txt", seeds.split_list, of_text, read_split),
     Format("preset-folder", "PRESETS/own.json", program_seeds.presets, of_json, readers.presets),
     Format("replay", "out/run.json", program_seeds.replay, of_json, readers.replayed),
     Format("result-record", "out/run.json", program_seeds.result("run.json"), of_json, readers.result),

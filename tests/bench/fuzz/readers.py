@@ -125,8 +125,8 @@ def weights(path: Path) -> None:
 def labelled(path: Path) -> None:
     with NyuLabelled(path) as file:
         for index in range(min(len(file), 2)):
-            file.frame(index)
-            file.filled(index)
+            file.colour(index)
+            file.measured(index)
 
 
 def recording(path: Path) -> None:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import io
 import json
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
 import h5py
 import numpy as np
 from PIL import Image
-from scipy.io import savemat
 
 import ilf
 from ilf.data.presets import UserPreset, write_preset
@@ -377,17 +376,6 @@ def keras(folder: Path) -> list[bytes]:
     return [write_keras(folder / "w", hed_weights(False)).read_bytes()]
 
 
-def split(folder: Path) -> list[bytes]:
-    """splits.mat of NYU Depth V2's toolbox."""
-    contents = []
-    for packed in (False, True):
-        stream = io.BytesIO()
-        numbers: Mapping[str, object] = {"testNdxs": np.array([[2], [5]]), "trainNdxs": np.array([[1], [3]])}
-        savemat(stream, numbers, do_compression=packed)
-        contents.append(stream.getvalue())
-    return contents
-
-
 def nyu_labelled(folder: Path) -> list[bytes]:
     """Two frames, uncompressed and in compressed chunks."""
     contents = []
@@ -399,11 +387,6 @@ def nyu_labelled(folder: Path) -> list[bytes]:
                 file.create_dataset(name, data=np.repeat(array, 2, axis=0), **options)
         contents.append(path.read_bytes())
     return contents
-
-
-def split_list(folder: Path) -> list[bytes]:
-    """Numbers of frames, one per line."""
-    return [b"1\n2\n77\n", b"5"]
 
 
 def mask_list(folder: Path) -> list[bytes]:

@@ -14,7 +14,6 @@ from gui.widgets.basics import PlainLabel, literal_text
 RICH = {
     "features/about.py",
     "features/edit_summary.py",
-    "features/experiments/window.py",
     "features/extraction/panel.py",
     "features/inspect/profile_panel.py",
     "features/status.py",

@@ -752,7 +752,7 @@ def test_the_library_imports_nothing_that_only_some_of_the_work_needs():
     assert not set(ended.stdout.decode().split()) & heavy
 
 
-def test_a_bare_installation_completes_a_frame_and_names_what_lacks_for_experiments(files, tmp_path):
+def test_a_bare_installation_completes_a_frame_and_names_what_lacks_for_others(files, tmp_path):
     program = """
 import sys
 for name in ("PySide6", "pyqtgraph", "qtawesome", "open3d", "libusb_package", "matplotlib", "h5py", "onnx", "torch"):
@@ -767,10 +767,12 @@ sys.exit(main(sys.argv[1:]))
     assert {"depth.npy", "depth.png", "blocks.png", "curves.csv", "cloud.pcd", "mesh.glb", "run.json"} <= {
         path.name for path in written.iterdir()
     }
-    ended = _child("-c", program, "experiments", "run", "convergence", "--quick", "--out", str(tmp_path / "e"))
+    labelled = tmp_path / "nyu_depth_v2_labeled.mat"
+    labelled.write_bytes(b"\x89HDF\r\n\x1a\n")
+    ended = _child("-c", program, "info", str(labelled))
     assert ended.returncode == 1
-    assert b"matplotlib" in ended.stderr
-    assert b'pip install "ilf-studio[plot]"' in ended.stderr
+    assert b"h5py" in ended.stderr
+    assert b'pip install "ilf-studio[sensors]"' in ended.stderr
     assert ended.stderr.count(b"\n") == 1
 
 

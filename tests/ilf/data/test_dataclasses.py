@@ -13,7 +13,7 @@ from ilf.data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
 from ilf.io.cameras import intrinsics_from
 from ilf.sources.reading_options import ReadingOptions
 
-BUILT_UP = {"ilf.batch.shards.ShardCounts", "ilf.lab.experiments.real._Part"}
+BUILT_UP = {"ilf.batch.shards.ShardCounts"}
 """Those that are filled step by step, and seen by nobody else meanwhile."""
 
 OWNED = {"ilf.project.frame_state.BlockNotes", "ilf.project.run_history.StoredRun"}

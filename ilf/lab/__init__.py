@@ -1,1 +1,0 @@
-"""Benches, the paper's experiments and training: nothing that completing a frame needs."""

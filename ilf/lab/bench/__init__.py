@@ -1,1 +1,0 @@
-"""The benches: completion, blocks and denoising, scored where depth is known."""

@@ -1,1 +1,0 @@
-"""The paper's experiments: run, drawn, written, and reported beside the paper's results."""
