@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import pkgutil
 import threading
 import time
 from collections import deque
@@ -12,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QCoreApplication, QEvent, QMimeData, QPoint, QPointF, QSettings, Qt, QTimer, QUrl
+from PySide6.QtCore import QCoreApplication, QEvent, QAbstractListModel, QMimeData, QPoint, QPointF, QSettings, Qt, QTimer, QUrl
 from PySide6.QtGui import QAction, QColor, QDragEnterEvent, QDropEvent, QKeySequence, QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -23,6 +25,7 @@ from PySide6.QtWidgets import (
     QApplication,
     QColorDialog,
     QComboBox,
+    QDialog,
     QDockWidget,
     QFileDialog,
     QInputDialog,
@@ -34,6 +37,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+import gui
 import ilf
 from gui.app.main_window import MainWindow
 
@@ -303,7 +307,9 @@ class Hand:
         control = found[0]
         if isinstance(control, QComboBox) and not control.isEditable():
             texts = [plain(control.itemText(number)) for number in range(control.count())]
-            (number,) = [number for number, text in enumerate(texts) if text.startswith(str(value))][:1]
+            fitting = [number for number, text in enumerate(texts) if text.startswith(str(value))]
+            assert fitting, f"{name} has no {value}, but {texts}"
+            number = fitting[0]
             control.setCurrentIndex(number)
             control.activated.emit(number)
         elif isinstance(control, QAbstractButton):
@@ -316,8 +322,8 @@ class Hand:
             line.setFocus()
             line.selectAll()
             QTest.keyClicks(line, str(value))
-            if isinstance(control, QAbstractSpinBox):
-                QTest.keyClick(line, Qt.Key.Key_Return)
+            if isinstance(control, QAbstractSpinBox):  # Enter would press a dialog's first button, too
+                QTest.keyClick(line, Qt.Key.Key_Return if control.window() is self.window else Qt.Key.Key_Tab)
         self.settle()
 
     def _has(self, name: str, within: QWidget | None, kind: type[Any]) -> bool:
@@ -327,7 +333,7 @@ class Hand:
         """The texts of a list or table."""
         model = self.control(name, within, QAbstractItemView).model()
         return [
-            [str(model.index(row, column).data() or "") for column in range(model.columnCount())]
+            [str(model.index(row, column).data() or "") for column in range(_columns(model))]
             for row in range(model.rowCount())
         ]
 
@@ -339,9 +345,9 @@ class Hand:
         model, roles = view.model(), (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
         heads = [
             [str(model.headerData(place, Qt.Orientation.Horizontal, role) or "") for role in roles]
-            for place in range(model.columnCount())
+            for place in range(_columns(model))
         ]
-        index = model.index(row, next(place for place, head in enumerate(heads) if any(t.startswith(column) for t in head)))
+        index = model.index(row, next(place for place, head in enumerate(heads) if _begins(head, column)))
         view.scrollTo(index)
         at = view.visualRect(index).center()
         QTest.mouseClick(view.viewport(), _LEFT, _PLAIN, at)
@@ -349,6 +355,14 @@ class Hand:
             QTest.mouseDClick(view.viewport(), _LEFT, _PLAIN, at)
         view.setFocus()
         self.settle()
+
+    def answer(self, title: str, text: str) -> None:
+        """Type a text into a small dialog that asks for nothing else."""
+        dialog = self.dialog(title)
+        line: QLineEdit | None = dialog.findChild(QLineEdit)
+        assert line is not None, f"{title} asks for no text"
+        line.setText(text)
+        self.press("OK", dialog)
 
     def write(self, text: str) -> None:
         """Type a text and Enter where the focus is, for example in a cell of a table."""
@@ -365,6 +379,10 @@ class Hand:
         _ANSWERS.extend(str(answer) if isinstance(answer, Path) else answer for answer in answers)
         yield
         assert not _ANSWERS, f"nobody asked for {list(_ANSWERS)}"
+
+    def dismiss_messages(self) -> None:
+        """Remove the messages that disappear by themselves."""
+        self.window.toasts.clear()
 
     # Waiting.
 
@@ -443,6 +461,15 @@ class Hand:
         QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
+def _columns(model: Any) -> int:
+    """The columns of a model; those of a list are not public."""
+    return 1 if isinstance(model, QAbstractListModel) else int(model.columnCount())
+
+
+def _begins(texts: Sequence[str], start: str) -> bool:
+    return any(text.startswith(start) for text in texts)
+
+
 _FILLED = (QAbstractSpinBox, QComboBox, QLineEdit, QAbstractButton, QAbstractSlider)
 
 
@@ -463,7 +490,7 @@ def _names(widget: QWidget) -> set[str]:
 
 
 def project_content(path: Path) -> dict[str, object]:
-    """Everything that a project file says, by name of the frame; what is empty is left out."""
+    """Everything that a project file says, by number and name of the frame; what is empty is left out."""
     found: dict[str, object] = {}
     with ilf.open_project(path) as opened:
         project = opened.project
@@ -472,10 +499,10 @@ def project_content(path: Path) -> dict[str, object]:
         found["settings"] = [project.for_all, project.extraction.to_dict(), project.keeps_handmade]
         found["parameters"] = project.common.to_dict()
         found["problems"] = list(opened.problems)
-        for frame in project.frames:
+        for number, frame in enumerate(project.frames, 1):
             for part, value in _frame_content(opened.state(frame.id).state).items():
                 if not _is_empty(value):
-                    found[f"{frame.name}, {part}"] = value
+                    found[f"{number} {frame.name}, {part}"] = value
     return found
 
 
@@ -528,3 +555,56 @@ def _is_empty(value: object) -> bool:
     if isinstance(value, np.ndarray):
         return value.dtype == bool and not value.any()
     return value is None or (isinstance(value, list | dict) and not value)
+
+
+# All that a window has, to check that sessions leave nothing out.
+
+DIALOGS = {
+    "AboutDialog": "About ILF Studio",
+    "BatchDialog": "Batch",
+    "CloseDialog": "Save the work?",
+    "ExportDialog": "Export room",
+    "ExportProgress": "Export all",
+    "GroundTruthDialog": "Load Ground Truth for room",
+    "GuideDialog": "Load Guide for room",
+    "HoldOutDialog": "Hold-out Test of room",
+    "LiveWindow": "Play live",
+    "LoadBlocksDialog": "Load Blocks for room",
+    "MissingFilesDialog": "Missing Files of",
+    "NeighboursDialog": "Use Neighbours of",
+    "OpenFrameDialog": "Open Frame",
+    "ProblemBox": "Open",
+    "PropagateDialog": "Propagate Blocks of",
+    "RecoveryDialog": "Restore Unsaved Work",
+    "ReportDialog": "Report",
+    "SaveAsDialog": "Save Project As",
+    "SavePresetDialog": "Save Preset",
+    "ShortcutsDialog": "Keyboard shortcuts",
+    "SweepWindow": "Sweep",
+}
+"""Class of each dialog -> how its title begins in the sessions."""
+
+_NO_DIALOGS = {"PreviewDialog", "ExperimentsWindow"}
+"""A base class, and a window that is no part of the program's work on frames."""
+
+
+def commands(window: MainWindow) -> list[str]:
+    """The names of all commands, tools among them."""
+    return list(window.actions_.commands)
+
+
+def panels(window: MainWindow) -> list[str]:
+    """The titles of all panels."""
+    return [dock.windowTitle() for dock in window.findChildren(QDockWidget)]
+
+
+def dialog_classes() -> set[str]:
+    """The names of all classes of dialogs."""
+    for module in pkgutil.walk_packages(gui.__path__, "gui."):
+        importlib.import_module(module.name)
+    found, waiting = set(), [QDialog]
+    while waiting:
+        classes = waiting.pop().__subclasses__()
+        waiting += classes
+        found |= {one.__name__ for one in classes if one.__module__.startswith("gui.")}
+    return found - _NO_DIALOGS

@@ -128,13 +128,15 @@ def arrange_views(user: Hand) -> None:
     for name in ("full_screen", "toggle_panels", "film_strip"):
         user.do(name)
         user.do(name)
-    for name in ("inspect", "correct", "tune", "standard"):
-        user.do(f"layout_{name}")
-    for command, name in (("save_layout", "Mine"), ("rename_layout", "Ours")):
-        user.start(command)
-        dialog = user.dialog("")
-        user.settle()
-        user.write(name) if dialog is None else None
+    for name in ("layout_inspect", "layout_correct", "layout_tune", "layout_standard"):
+        user.do(name)
+    user.start("save_layout")
+    user.answer("Save layout as", "Mine")
+    user.start("rename_layout")
+    user.answer("Rename layout", "Ours")
+    user.do("reset_layout")
+    user.do("delete_layout")
+    user.do("restore_layout")
     user.do("show_before_edit")
     user.do("fit")
     user.do("one_to_one")
@@ -157,6 +159,7 @@ def find_a_command(user: Hand) -> None:
     dialog = user.dialog("Keyboard shortcuts")
     user.fill("Filter", "Merge", dialog)
     user.click_row("Commands and their keys", 0, within=dialog)
+    user.press("None", dialog)
     user.press("Reset all", dialog)
     dialog.close()
     user.start("about")

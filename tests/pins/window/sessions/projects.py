@@ -103,29 +103,29 @@ def leave_work_unsaved(user: Hand) -> None:
 
 
 def killed_after_edits(user: Hand) -> None:
-    """The program is killed once its edits are autosaved; the next one restores them."""
-    user.kept["killed"] = _killed(user.folder, "edits")
+    """The program is killed once its edits are autosaved; they are restored, and when they were left again, discarded."""
+    user.keep("killed", _killed(user.folder, "edits"))
+    left = shutil.copytree(user.folder / "autosave", user.folder / "left")
     user.restart(autosaves=True)
     user.press("Restore", user.dialog("Restore Unsaved Work"))
     _end(user)
+    user.restart()
+    shutil.copytree(left, user.folder / "autosave", dirs_exist_ok=True)
+    user.restart(autosaves=True)
+    user.press("Discard", user.dialog("Restore Unsaved Work"))
+    user.press("Discard", user.dialog("Discard"))
+    user.keep("discarded", [path.name for path in left.iterdir() if (user.folder / "autosave" / path.name).exists()])
 
 
 def killed_after_a_run_of_a_project(user: Hand) -> None:
-    """Killed after a run beyond the saved project; the results are restored with it."""
-    user.kept["killed"] = _killed(user.folder, "run")
+    """Killed after a run beyond the saved project; decided later, then the results are restored with it."""
+    user.keep("killed", _killed(user.folder, "run"))
+    user.restart(autosaves=True)
+    user.press("Decide later", user.dialog("Restore Unsaved Work"))
+    user.keep("later", user.title())
     user.restart(autosaves=True)
     user.press("Restore", user.dialog("Restore Unsaved Work"))
     _end(user)
-
-
-def work_that_was_left_is_discarded(user: Hand) -> None:
-    user.kept["killed"] = _killed(user.folder, "edits")
-    user.restart(autosaves=True)
-    dialog = user.dialog("Restore Unsaved Work")
-    user.press("Discard", dialog)
-    user.press("Discard", user.dialog("Discard"))
-    user.keep("frames", user.title())
-    user.restart(autosaves=True)
 
 
 def open_with_options(user: Hand) -> None:
@@ -146,11 +146,18 @@ def sample_and_recent_frames(user: Hand) -> None:
     user.do("open_sample")
     user.keep("sample", user.title())
     user.do("close_frame")
-    user.choose("File", "Open recent", "1  walk")
+    user.choose("File", "Open recent", "2  walk")
     user.keep("recent", user.title())
     user.choose("File", "Open recent", "Clear this list")
-    user.do("show_project") if user.action("show_project").isEnabled() else None
     _end(user)
+
+
+def quit(user: Hand) -> None:
+    """With nothing to save, it is over at once."""
+    user.open(room(user.folder))
+    user.start("quit")
+    user.wait(lambda: not user.window.isVisible())
+    user.keep("window is there", user.window.isVisible())
 
 
 def something_that_cannot_be_opened(user: Hand) -> None:
@@ -159,8 +166,6 @@ def something_that_cannot_be_opened(user: Hand) -> None:
     bad = user.folder / "run.json"
     bad.write_text(json.dumps({"program": "other"}))
     user.drop(bad)
-    box = user.dialog("")
-    user.keep("told", bool(box))
     user.press("OK", user.dialog("Open"))
     _end(user)
 

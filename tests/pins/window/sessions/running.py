@@ -279,7 +279,7 @@ def extract_by_other_parameters(user: Hand) -> None:
     user.tab("Extraction")
     user.fill("Granularity", 0.7)
     user.fill("Smallest block", 2)
-    user.fill("Edge detector", "Canny")
+    user.fill("Edge detector", "canny")
     user.do("extract")
     user.keep_project("kept")
     user.fill("Keep blocks made by hand", False)
@@ -287,8 +287,8 @@ def extract_by_other_parameters(user: Hand) -> None:
     user.fill("Granularity", 0.4)
     user.fill("Preview", False)
     user.do("extract")
-    for stage in ("strength", "binarised", "dilated", "contracted", "blocks"):
-        user.do(f"stage_{stage}")
+    for stage in ("stage_strength", "stage_binarised", "stage_dilated", "stage_contracted", "stage_blocks"):
+        user.do(stage)
     _end(user)
 
 

@@ -51,7 +51,6 @@ def propagate_blocks(user: Hand) -> None:
     user.drag([(20, 10), (60, 10), (60, 40), (20, 40), (20, 11)])
     user.do("propagate_next")
     user.keep_undo("next")
-    user.do("mark_checked") if user.action("mark_checked").isEnabled() else None
     user.do("propagate_copied")
     user.do("propagate_flow")
     user.do("propagate_auto")
@@ -103,8 +102,8 @@ def play_the_frames(user: Hand) -> None:
     _open(user)
     user.do("run_all")
     user.choose("View", "View set", "Four with flicker")
-    for speed in ("quarter", "half", "normal", "double", "fourfold", "fastest"):
-        user.do(f"speed_{speed}")
+    for speed in ("speed_quarter", "speed_half", "speed_normal", "speed_double", "speed_fourfold", "speed_fastest"):
+        user.do(speed)
     user.do("play_loop")
     user.do("play_loop")
     user.do("play_completed")
