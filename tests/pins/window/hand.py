@@ -10,11 +10,23 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QCoreApplication, QEvent, QAbstractListModel, QMimeData, QPoint, QPointF, QSettings, Qt, QTimer, QUrl
+from PySide6.QtCore import (
+    QAbstractListModel,
+    QCoreApplication,
+    QEvent,
+    QMimeData,
+    QPoint,
+    QPointF,
+    QSettings,
+    Qt,
+    QTimer,
+    QUrl,
+)
 from PySide6.QtGui import QAction, QColor, QDragEnterEvent, QDropEvent, QKeySequence, QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -193,7 +205,7 @@ class Hand:
         self.settle()
 
     def open(self, path: Path) -> None:
-        """Drop a frame, folder, recording or project on the window; views show a pixel of the frame as one of the screen."""
+        """Drop something that can be opened on the window; views then show a pixel of the frame as one of the screen."""
         self.drop(path)
         self.do("one_to_one")
 
@@ -225,11 +237,9 @@ class Hand:
     def drag(self, points: Sequence[Point], modifier: str = "", release: bool = True) -> None:
         """Press, move along a line, and let go."""
         self._mouse(QEvent.Type.MouseButtonPress, points[0], modifier, down=True)
-        for (x0, y0), (x1, y1) in zip(points, points[1:], strict=False):
+        for (x0, y0), (x1, y1) in pairwise(points):
             for step in (0.5, 1):
-                self._mouse(
-                    QEvent.Type.MouseMove, (x0 + step * (x1 - x0), y0 + step * (y1 - y0)), modifier, down=True
-                )
+                self._mouse(QEvent.Type.MouseMove, (x0 + step * (x1 - x0), y0 + step * (y1 - y0)), modifier, down=True)
         if release:
             self._mouse(QEvent.Type.MouseButtonRelease, points[-1], modifier, down=False)
         self.settle()
@@ -340,7 +350,7 @@ class Hand:
     def click_row(
         self, name: str, row: int, column: str = "", within: QWidget | None = None, twice: bool = False
     ) -> None:
-        """Click a row of a list or table, or double-click it; the column begins so in its header or the header's hint."""
+        """Click a row of a list or table, or double-click it; `column` begins its header or the header's hint."""
         view = self.control(name, within, QAbstractItemView)
         model, roles = view.model(), (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
         heads = [
@@ -601,7 +611,8 @@ def panels(window: MainWindow) -> list[str]:
 def dialog_classes() -> set[str]:
     """The names of all classes of dialogs."""
     for module in pkgutil.walk_packages(gui.__path__, "gui."):
-        importlib.import_module(module.name)
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
     found, waiting = set(), [QDialog]
     while waiting:
         classes = waiting.pop().__subclasses__()

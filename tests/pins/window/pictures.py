@@ -82,7 +82,7 @@ def _compared(user: Hand) -> None:
     user.do("run_all")
     user.click_row("Run history", 1, "Run", user.panel("Runs"))
     user.do("compare_runs")
-    user.panel("Blocks")  # the runs' seconds differ
+    user.panel("Parameters")  # in front of the runs, whose seconds differ
 
 
 def _checked(user: Hand) -> None:

@@ -103,7 +103,7 @@ def leave_work_unsaved(user: Hand) -> None:
 
 
 def killed_after_edits(user: Hand) -> None:
-    """The program is killed once its edits are autosaved; they are restored, and when they were left again, discarded."""
+    """The program is killed once its edits are autosaved; they are restored, and another time discarded."""
     user.keep("killed", _killed(user.folder, "edits"))
     left = shutil.copytree(user.folder / "autosave", user.folder / "left")
     user.restart(autosaves=True)

@@ -307,4 +307,3 @@ def save_and_load_blocks(user: Hand) -> None:
     user.fill("Blocks", user.folder / "blocks.png", dialog)
     user.press("Load", dialog)
     _end(user)
-
