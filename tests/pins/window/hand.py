@@ -205,7 +205,7 @@ class Hand:
         self.settle()
 
     def open(self, path: Path) -> None:
-        """Drop something that can be opened on the window; views then show a pixel of the frame as one of the screen."""
+        """Drop something that can be opened on the window, and show its pixels as pixels of the screen."""
         self.drop(path)
         self.do("one_to_one")
 

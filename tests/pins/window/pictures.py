@@ -18,7 +18,7 @@ from .hand import Hand, isolated
 SIZES = (1440, 900), (1100, 700)
 THEMES = "Light", "Dark"
 
-_NOTICEABLE = 24
+_NOTICEABLE = 10
 """Difference of a pixel's grey [0-255] that is more than another smoothing of an edge."""
 _CELL = 16
 """Side of the squares in which noticeable pixels are counted [px]."""
