@@ -48,7 +48,7 @@ def walk(folder: Path) -> Path:
     """Four frames with poses and intrinsics: a camera that moves past a wall."""
     target = write_sequence(folder / "walk", count=4)
     numbers = [[CAMERA.fx, 0, CAMERA.cx], [0, CAMERA.fy, CAMERA.cy], [0, 0, 1]]
-    np.savetxt(target / "camera-intrinsics.txt", numbers)
+    np.savetxt(target / "camera-intrinsics.txt", np.array(numbers))
     return target
 
 
