@@ -1,0 +1,309 @@
+"""Depth is completed, with parameters of all kinds; runs are kept, compared and exported."""
+
+from __future__ import annotations
+
+import csv
+
+from ..frames import guide, room, true_depth
+from ..hand import Hand
+
+
+def _open(user: Hand) -> None:
+    user.open(room(user.folder))
+
+
+def _end(user: Hand) -> None:
+    user.keep_undo()
+    user.keep_project()
+
+
+def _parameters(user: Hand, preset: str, iterations: int) -> None:
+    user.panel("Parameters")
+    user.tab("Filter")
+    user.fill("Preset", preset)
+    user.fill("Max. iterations", iterations)
+
+
+def export_everything(user: Hand) -> None:
+    """A run by the default preset, and all files that the dialog offers."""
+    _open(user)
+    user.do("run_all")
+    for cloud, mesh in (("PLY", "PLY"), ("PCD", "GLB")):
+        user.start("export")
+        dialog = user.dialog("Export room")
+        user.fill("Folder", user.folder / f"out-{cloud}", dialog)
+        for box in ("PNG, 16 bit", "TIFF, float32 metres", "NPY, float32 metres", "Write the point cloud", "Normals"):
+            user.fill(box, True, dialog)
+        user.fill("Expected error as well (expected_error.*)", True, dialog)
+        user.fill("Write a mesh, cut where depth jumps", True, dialog)
+        user.fill("Format of the point cloud", cloud, dialog)
+        user.fill("Format of the mesh", mesh, dialog)
+        user.press("Export", dialog)
+        user.keep(f"export {cloud}", user.folder / f"out-{cloud}")
+    _end(user)
+
+
+def run_selected_blocks_with_own_parameters(user: Hand) -> None:
+    """One block has own parameters, another takes them over, a third is set back."""
+    _open(user)
+    _parameters(user, "paper", 40)
+    user.tool("select")
+    user.click((40, 30))
+    user.fill("Parameters for", "Block 2")
+    user.fill("Padding", 3)
+    user.do("run_selected")
+    user.keep_project("own")
+    user.click((110, 90), "Shift")
+    user.do("copy_own")
+    user.do("run")
+    user.click((40, 30))
+    user.do("reset_own")
+    user.do("run")
+    _end(user)
+
+
+def presets_of_the_user(user: Hand) -> None:
+    """Saved with the extraction's parameters, renamed, written, deleted and read again."""
+    _open(user)
+    _parameters(user, "paper", 25)
+    user.start("save_preset")
+    dialog = user.dialog("Save Preset")
+    user.fill("Name", "Kitchen", dialog)
+    user.fill("Include the parameters of the tab Extraction", True, dialog)
+    user.press("Save", dialog)
+    with user.answering("Hall"):
+        user.do("rename_preset")
+    with user.answering(user.folder / "hall.json"):
+        user.do("export_preset")
+    user.keep("preset", user.folder / "hall.json")
+    with user.answering():
+        user.do("delete_preset")
+    with user.answering(user.folder / "hall.json"):
+        user.do("import_preset")
+    user.fill("Preset", "best")
+    user.fill("Preset", "hall")
+    _end(user)
+
+
+def step_pause_and_cancel(user: Hand) -> None:
+    """Two steps of a paused run, its end by cancelling; then a run to the end."""
+    _open(user)
+    _parameters(user, "paper", 30)
+    user.start("step")
+    user.wait(lambda: user.action("step").isEnabled())
+    user.start("step")
+    user.wait(lambda: user.action("cancel").isEnabled())
+    user.do("cancel")
+    user.keep_project("cancelled")
+    user.start("run_all")
+    user.start("pause")
+    user.wait(lambda: user.action("step").isEnabled())
+    user.do("pause")
+    _end(user)
+
+
+def live_follows_every_change(user: Hand) -> None:
+    """With results there, a parameter and a stroke solve their blocks anew; without Live they do not."""
+    _open(user)
+    _parameters(user, "paper", 40)
+    user.do("run_all")
+    user.tool("select")
+    user.click((40, 30))
+    user.fill("Padding", 3)
+    user.tool("mark_invalid")
+    user.fill("Brush", 5)
+    user.drag([(40, 30), (60, 36)])
+    user.keep_project("live")
+    user.do("live")
+    user.drag([(100, 90), (120, 92)])
+    _end(user)
+
+
+def extrapolate_the_rest(user: Hand) -> None:
+    _open(user)
+    _parameters(user, "paper", 30)
+    user.do("run_all")
+    user.do("extrapolate")
+    user.keep_project("extrapolated")
+    user.do("clear_results")
+    _end(user)
+
+
+def keep_and_compare_runs(user: Hand) -> None:
+    """Three runs: named, noted, ticked, accepted, their parameters restored, exported, deleted."""
+    _open(user)
+    for preset, iterations in (("paper", 20), ("best", 40), ("released-code", 12)):
+        _parameters(user, preset, iterations)
+        user.do("run_all")
+    runs = user.panel("Runs")
+    user.keep("runs", len(user.rows("Run history", runs)))
+    user.click_row("Run history", 0, "Run", runs)
+    user.start("rename_run")
+    user.write("of the text")
+    user.click_row("Run history", 0, "Run", runs)
+    user.start("note_run")
+    user.write("smooth walls")
+    user.do("compare_runs")
+    user.click_row("Run history", 1, "Run", runs)
+    user.do("accept_run")
+    user.click_row("Run history", 0, "Run", runs)
+    user.do("restore_run")
+    user.keep_project("restored")
+    with user.answering(user.folder / "runs.csv"):
+        user.do("export_runs")
+    with open(user.folder / "runs.csv", newline="") as table:
+        user.keep("table", [[row[name] for name in ("number", "name", "note")] for row in csv.DictReader(table)])
+    user.do("delete_runs")
+    user.keep_project("deleted")
+    user.do("clear_runs")
+    _end(user)
+
+
+def compare_two_depths(user: Hand) -> None:
+    """Side by side, swapped, swiped, and each side chosen."""
+    _open(user)
+    _parameters(user, "paper", 20)
+    user.do("run_all")
+    user.do("show_runs")
+    user.choose("View", "Compare two depths", "Side A", "Ground truth")
+    user.choose("View", "Compare two depths", "Side B", "Result")
+    user.do("compare_two")
+    user.do("swap_sides")
+    user.do("blink")
+    user.do("blink")
+    user.do("swipe")
+    _end(user)
+
+
+def look_at_convergence(user: Hand) -> None:
+    """The curves of a block, its iterations, and what the panel says of the first and the last."""
+    _open(user)
+    _parameters(user, "paper", 20)
+    user.do("run_all")
+    user.tool("select")
+    user.click((40, 30))
+    curves = user.panel("Convergence")
+    user.fill("Iteration shown", 3, curves)
+    user.press("Go to the last iteration", curves)
+    user.press("Curves over time", curves)
+    user.press("Curves over time", curves)
+    _end(user)
+
+
+def errors_against_ground_truth(user: Hand) -> None:
+    """The sample's truth, all pixels, none, and that of another file."""
+    _open(user)
+    _parameters(user, "paper", 30)
+    user.do("run_all")
+    accuracy = user.panel("Accuracy")
+    user.keep("errors", user.rows("Errors against ground truth", accuracy))
+    user.fill("Evaluate", "All pixels", accuracy)
+    user.keep("errors of all", user.rows("Errors against ground truth", accuracy))
+    user.do("remove_ground_truth")
+    user.keep_project("none")
+    user.start("load_ground_truth")
+    dialog = user.dialog("Load Ground Truth for room")
+    user.fill("The file with the true depth", true_depth(user.folder), dialog)
+    user.press("Load", dialog)
+    user.keep("errors again", user.rows("Errors against ground truth", accuracy))
+    _end(user)
+
+
+def errors_on_hidden_depth(user: Hand) -> None:
+    """A hold-out test of the current parameters and of a preset."""
+    _open(user)
+    _parameters(user, "paper", 20)
+    user.start("hold_out_test")
+    dialog = user.dialog("Hold-out Test of room")
+    user.fill("Seeds", 2, dialog)
+    user.press("Test", dialog)
+    accuracy = user.panel("Accuracy")
+    user.keep("errors", user.rows("Hold-out errors", accuracy))
+    _end(user)
+
+
+def sweep_a_parameter(user: Hand) -> None:
+    """Three values of one parameter, and the best of them taken."""
+    _open(user)
+    _parameters(user, "paper", 15)
+    user.start("sweep")
+    window = user.dialog("Sweep")
+    user.fill("Parameter: parameter", "Padding", window)
+    user.fill("Parameter: from", 1.5, window)
+    user.fill("Parameter: to", 3, window)
+    user.fill("Parameter: values", 3, window)
+    user.press("Sweep", window)
+    user.press("Apply best", window)
+    window.close()
+    _end(user)
+
+
+def follow_a_guide(user: Hand) -> None:
+    """Loaded by the dialog, followed by a run, seen, removed and brought back."""
+    _open(user)
+    user.start("load_guide")
+    dialog = user.dialog("Load Guide for room")
+    user.fill("Guide", guide(user.folder), dialog)
+    user.press("Load", dialog)
+    user.do("run_all")
+    user.keep_project("guided")
+    user.do("remove_guide")
+    user.do("undo")
+    _end(user)
+
+
+def replay_a_run(user: Hand) -> None:
+    """A run is exported, its record opened by the menu, and run again."""
+    _open(user)
+    _parameters(user, "paper", 20)
+    user.tool("mark_invalid")
+    user.drag([(40, 30), (60, 36)])
+    user.do("run_all")
+    user.start("export")
+    dialog = user.dialog("Export room")
+    user.fill("Folder", user.folder / "out", dialog)
+    user.press("Export", dialog)
+    with user.answering(user.folder / "out" / "run.json"):
+        user.do("open_run")
+    user.do("run_all")
+    _end(user)
+
+
+def extract_by_other_parameters(user: Hand) -> None:
+    """Canny without depth, coarser; a block made by hand stays, then goes, too; the stages are looked at."""
+    _open(user)
+    user.tool("outline")
+    user.fill("Snap", 0)
+    user.drag([(100, 70), (130, 70), (130, 95), (105, 100), (100, 71)])
+    user.panel("Parameters")
+    user.tab("Extraction")
+    user.fill("Granularity", 0.7)
+    user.fill("Smallest block", 2)
+    user.fill("Edge detector", "canny")
+    user.do("extract")
+    user.keep_project("kept")
+    user.fill("Keep blocks made by hand", False)
+    user.fill("Preview", True)
+    user.fill("Granularity", 0.4)
+    user.fill("Preview", False)
+    user.do("extract")
+    for stage in ("stage_strength", "stage_binarised", "stage_dilated", "stage_contracted", "stage_blocks"):
+        user.do(stage)
+    _end(user)
+
+
+def save_and_load_blocks(user: Hand) -> None:
+    """Written in every format, and read from one after all blocks were merged."""
+    _open(user)
+    for name in ("blocks.png", "blocks.coco.json", "blocks.labelme.json"):
+        with user.answering(user.folder / name):
+            user.do("save_blocks")
+        if name.endswith("png"):
+            user.keep(name, user.folder / name)
+    user.do("select_all")
+    user.do("merge_blocks")
+    user.start("load_blocks")
+    dialog = user.dialog("Load Blocks for room")
+    user.fill("Blocks", user.folder / "blocks.png", dialog)
+    user.press("Load", dialog)
+    _end(user)
