@@ -14,6 +14,14 @@ _HEIGHT_SHARE = 0.0375
 _HEIGHTS = 30, 60
 """Height of the strip: share of the window's height, minimum and maximum [px]."""
 _KEY = "frames/film_strip"
+_COMMAND = Command(
+    "film_strip",
+    "Film &strip",
+    "Show the frames under the images while there are several and their panel is closed; the bar has the colour of the "
+    "state",
+    icon="ph.film-strip",
+    checkable=True,
+)
 
 
 class FramesPlace(QObject):
@@ -31,21 +39,13 @@ class FramesPlace(QObject):
         super().__init__(context.window)
         self._context, self._panel = context, panel
         self.dock, self.bar = QWidget(), QWidget()
-        for holder in (self.dock, self.bar):
-            QVBoxLayout(holder).setContentsMargins(0, 0, 0, 0)
-        self.dock.setFocusProxy(panel)
-        self.bar.layout().addWidget(panel)
+        self._in_dock, self._in_bar = QVBoxLayout(self.dock), QVBoxLayout(self.bar)
+        for layout in (self._in_dock, self._in_bar):
+            layout.setContentsMargins(0, 0, 0, 0)
+        self._in_bar.addWidget(panel)
         self.bar.hide()
         context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
-        command = Command(
-            "film_strip",
-            "Film &strip",
-            "Show the frames under the images while there are several and their panel is closed; the bar has the "
-            "colour of the state",
-            icon="ph.film-strip",
-            checkable=True,
-        )
-        context.actions.add((command,))
+        context.actions.add((_COMMAND,))
         self._on = context.actions["film_strip"]
         stored = QSettings().value(_KEY, True, bool) if context.panels.persistent else True
         self._on.setChecked(stored is True)
@@ -58,9 +58,8 @@ class FramesPlace(QObject):
     def update(self) -> None:
         """Move the panel to where it belongs, and show or hide the strip."""
         docked = self.dock.isVisibleTo(self._context.window)
-        holder = self.dock if docked else self.bar
-        if self._panel.parentWidget() is not holder:
-            holder.layout().addWidget(self._panel)
+        if self._panel.parentWidget() is not (self.dock if docked else self.bar):
+            (self._in_dock if docked else self._in_bar).addWidget(self._panel)
             self._panel.show()  # at once: it may be given the focus
         least, most = _HEIGHTS
         height = min(max(round(_HEIGHT_SHARE * self._context.window.height()), least), most)
