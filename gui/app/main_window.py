@@ -24,7 +24,6 @@ from ..features.export_all import ExportAllFeature
 from ..features.extraction.feature import ExtractionFeature
 from ..features.filter.feature import FilterFeature
 from ..features.frame_list.feature import FramesFeature
-from ..features.frame_list.film_strip import FilmStripFeature
 from ..features.guide import GuideFeature
 from ..features.history import HistoryFeature
 from ..features.inspect.feature import InspectFeature
@@ -86,7 +85,6 @@ _STANDARD: tuple[type[Feature], ...] = (
     FramesFeature,
 )
 _FURTHER: tuple[type[Feature], ...] = (
-    FilmStripFeature,
     ProjectFeature,
     RunHistoryFeature,
     PropagationFeature,
@@ -186,7 +184,7 @@ class MainWindow(QMainWindow):
         parameters.addTab(feature(ExtractionFeature).panel, "Extraction")
         add = self.panels.add
         add("Blocks", feature(BlocksFeature).table, PanelGroup.WORK, "ph.stack", is_open=True)
-        add("Frames", feature(FramesFeature).panel, PanelGroup.WORK, "ph.image")
+        add("Frames", feature(FramesFeature).place.dock, PanelGroup.WORK, "ph.image")
         add("History", feature(HistoryFeature).panel, PanelGroup.WORK, "ph.clock-counter-clockwise")
         add("Log", self.log, PanelGroup.WORK, "ph.list-dashes")
         add("Parameters", parameters, PanelGroup.SETTINGS, "ph.sliders-horizontal", is_open=True)

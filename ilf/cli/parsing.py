@@ -199,13 +199,13 @@ def add_by_hand(parser: argparse.ArgumentParser) -> None:
 
 
 def add_look_in(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of further folders to search for the files of a project's frames."""
+    """Add the argument of folders in which the files of a project's frames are now."""
     parser.add_argument(
         "--look-in",
         action="append",
         default=[],
         metavar="DIR",
-        help="folder to search for files that have been moved; can be repeated",
+        help="folder where files that have been moved are now; can be repeated",
     )
 
 

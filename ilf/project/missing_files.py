@@ -1,4 +1,4 @@
-"""Missing and changed files of a project's frames, and the search for them in a folder."""
+"""Missing and changed files of a project's frames, and where they are now."""
 
 from __future__ import annotations
 
@@ -21,9 +21,6 @@ from .file import SUFFIX
 from .project import ProjectFrame
 from .sources import Places, source_part
 from .state_json import UNREADABLE, files_of
-
-MAX_HASHED_FILES = 20_000
-"""Maximum number of files of a folder that are compared by content."""
 
 
 @dataclass(frozen=True)
@@ -83,11 +80,20 @@ def _lost(
     for wanted in _wanted(frame, parts, names):
         if wanted.sha256 and source_part(wanted.sha256, wanted.path) in names:
             continue
-        found = [path for path in places.candidates(wanted) if _is_there(path, folder=not wanted.sha256)]
-        if not found and _is_allowed(places, wanted):
-            yield wanted, None
-        elif found and wanted.sha256 and not any(_is_same(path, wanted.sha256, since) for path in found):
-            yield wanted, found[0]
+        same, other = _located(wanted, places, since)
+        if same is None and (other is not None or _is_allowed(places, wanted)):
+            yield wanted, other
+
+
+def _located(wanted: InputFile, places: Places, since: float | None = None) -> tuple[Path | None, Path | None]:
+    """Return the file at its possible places, and the first one with another content; None for none."""
+    other: Path | None = None
+    for path in places.candidates(wanted):
+        if _is_there(path, folder=not wanted.sha256):
+            if not wanted.sha256 or _is_same(path, wanted.sha256, since):
+                return path, None
+            other = other or path
+    return None, other
 
 
 def _is_allowed(places: Places, wanted: InputFile) -> bool:
@@ -110,54 +116,31 @@ def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[I
     return [] if frame.source is None else [InputFile(path, "") for path in frame.source.paths]
 
 
-def find_in_folder(
-    folder: Path, wanted: Collection[InputFile], deep: bool = True
-) -> Generator[float, None, dict[InputFile, Path]]:
-    """Search a folder for files, with `deep` recursively: first files of the same name, then files of the same type.
-    Found files have the same content.
+def locate(wanted: Collection[InputFile], places: Places) -> Generator[float, None, dict[InputFile, Path]]:
+    """Look for files at their possible places.
 
     Parameters
     ----------
-    folder : Path
     wanted : collection of InputFile
-        Files without a SHA-256 are searched by name only.
+    places : Places
+        With the folders in which the files are now.
 
     Yields
     ------
     float
-        Share of the folder that has been searched, 0-1, per file; 0 while the folder is listed.
+        Share of the files that have been looked for, 0-1.
 
     Returns
     -------
     dict of InputFile to Path
-        The found files.
+        The found files. Their content is the recorded one; without a SHA-256 it is not checked.
     """
     found: dict[InputFile, Path] = {}
-    left = list(dict.fromkeys(wanted))
-    names = {_name(file.path) for file in left}
-    kinds = {Path(name).suffix.lower() for name in names}
-    there = [folder]
-    for path in _below(folder) if deep else sorted(folder.iterdir()):
-        if path.is_dir():
-            yield 0.0  # lets the caller cancel: there may be very many folders
-        there.append(path)
-    for file in [file for file in left if not file.sha256]:  # it may be a folder
-        same = [path for path in there if path.name == _name(file.path) and path.is_dir()]
-        if same:
-            found[file] = same[0]
-    left = [file for file in left if file not in found]
-    files = [path for path in there if path.suffix.lower() in kinds and path.is_file()]
-    files.sort(key=lambda path: path.name not in names)
-    for number, path in enumerate(files[:MAX_HASHED_FILES]):
-        if not left:
-            break
-        yield number / len(files)
-        fitting = [file for file in left if not file.sha256 and _name(file.path) == path.name]
-        if any(file.sha256 for file in left):
-            digest = _digest(path)
-            fitting += [file for file in left if file.sha256 == digest]
-        found |= dict.fromkeys(fitting, path)
-        left = [file for file in left if file not in found]
+    for number, file in enumerate(wanted):
+        yield number / len(wanted)
+        path, _ = _located(file, places)
+        if path is not None:
+            found[file] = path
     return found
 
 
@@ -182,18 +165,6 @@ def _relocated(path: str, found: Mapping[str, Path]) -> str:
     return path
 
 
-def _below(folder: Path) -> Iterator[Path]:
-    """Yield all files and folders below a folder."""
-    for root, folders, names in os.walk(folder):
-        folders.sort()
-        yield from (Path(root, name) for name in (*folders, *sorted(names)))
-
-
-def _name(path: str) -> str:
-    """Return the file name of a path of any operating system."""
-    return path.replace("\\", "/").rsplit("/", 1)[-1]
-
-
 def _is_there(path: Path, folder: bool) -> bool:
     try:
         return path.is_file() or (folder and path.is_dir())
@@ -205,17 +176,9 @@ def _is_same(path: Path, sha256: str, since: float | None) -> bool:
     try:
         if since is not None and path.stat().st_mtime < since:
             return True
-    except OSError:
+        return file_sha256(path) == sha256
+    except (InputError, OSError):
         return False
-    return _digest(path) == sha256
-
-
-def _digest(path: Path) -> str:
-    """Return the SHA-256 of a file; "" if it cannot be read."""
-    try:
-        return file_sha256(path)
-    except InputError:
-        return ""
 
 
 # Project files of frame folders, used until the user saves the work in a project file.

@@ -83,7 +83,7 @@ class Places:
     given : mapping of str to Path
         Path of a file as stored in the frames, or the SHA-256 of its content -> its present path.
     folders : tuple of Path
-        Folders to search for the file's name or the last parts of its path.
+        Folders in which the files are now, by their names or the last parts of their paths.
     stated_in : str or None
         The opened folder of the file that states these places and the frames' files, "" if it is not known; None if the
         user states them. See `FrameSource`.

@@ -17,7 +17,6 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.frame_list.film_strip import FilmStripFeature
 from gui.features.frame_list.model import ENTRY
 from gui.features.project.recent import RecentFeature, key_of
 from gui.state.entries import Entry
@@ -103,8 +102,9 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
 
 
 def test_the_film_strip_goes_from_frame_to_frame(listed: MainWindow, qtbot: QtBot) -> None:
-    strip, entries = listed.feature(FilmStripFeature).strip, listed.workspace.frames.entries
+    strip, entries = listed.feature(FramesFeature).panel.view, listed.workspace.frames.entries
     assert strip.isVisible()
+    assert strip.is_strip
     qtbot.waitUntil(lambda: strip.model().rowCount() == len(entries))
     second = strip.visualRect(strip.model().index(1, 0)).center()
     with qtbot.waitSignal(listed.loader.idle, timeout=WAIT_MS):
@@ -122,6 +122,16 @@ def test_the_film_strip_goes_from_frame_to_frame(listed: MainWindow, qtbot: QtBo
     qtbot.waitUntil(lambda: listed.views.height() > height)
     assert not strip.isVisible()
     listed.actions_["film_strip"].trigger()
+    listed.panels.reveal("Frames")
+    qtbot.waitUntil(lambda: strip.isVisible() and not strip.is_strip)
+    listed.panels.toggle_all()
+    qtbot.waitUntil(lambda: strip.isVisible() and strip.is_strip)
+    listed.activateWindow()
+    qtbot.waitUntil(listed.isActiveWindow, timeout=WAIT_MS)
+    listed.actions_["note_frame"].trigger()
+    qtbot.waitUntil(listed.feature(FramesFeature).panel.note.hasFocus, timeout=WAIT_MS)
+    qtbot.wait(50)
+    assert listed.feature(FramesFeature).panel.note.isVisible()
 
 
 def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot, monkeypatch) -> None:

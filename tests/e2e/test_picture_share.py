@@ -13,7 +13,7 @@ import ilf
 from gui.app.main_window import MainWindow
 from gui.base import theme
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.frame_list.film_strip import FilmStripFeature
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.layouts.layout import BUILT_IN, CORRECT, STANDARD
 from gui.state.session import Session
@@ -108,7 +108,7 @@ def themed(qapp: QApplication) -> Iterator[None]:
 @pytest.mark.usefixtures("themed")
 def test_the_picture_is_the_work(window: MainWindow, size: tuple[int, int]) -> None:
     show_frames(window, [made_frame(number) for number in range(2)], size)
-    assert window.feature(FilmStripFeature).strip.isVisible()
+    assert window.feature(FramesFeature).panel.view.isVisible()
     for layout, of_size in BARS:
         if of_size == size:
             show_layout(window, layout)

@@ -205,7 +205,7 @@ def test_missing_files_are_asked_for_and_checked(
     save(window, qtbot, path)
     (tmp_path / "away").mkdir()
     for folder in folders[:2]:
-        shutil.move(folder, tmp_path / "away" / f"other-{folder.name}")
+        shutil.move(folder, tmp_path / "away" / folder.name)
     (folders[2] / "depth.png").write_bytes((folders[2] / "rgb.png").read_bytes())
 
     second = another()
@@ -231,7 +231,7 @@ def test_missing_files_are_asked_for_and_checked(
     qtbot.waitUntil(searched, timeout=WAIT_MS)
     assert dialog.message.tone() == "error"
     assert len(second.project.missing.lost) == 5
-    second.project.missing.search_folder(tmp_path / "away")
+    second.project.missing.locate_folder(tmp_path / "away")
     qtbot.waitUntil(searched, timeout=WAIT_MS)
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
     assert [entry.summary.stage for entry in workspace.frames.entries] == [
@@ -244,7 +244,7 @@ def test_missing_files_are_asked_for_and_checked(
         show(second, qtbot, number)
         assert workspace.session.info(1).name == f"Wall {number}"
 
-    shutil.copy(tmp_path / "away" / "other-a" / "depth.png", folders[2] / "depth.png")
+    shutil.copy(tmp_path / "away" / "a" / "depth.png", folders[2] / "depth.png")
     (folders[2] / "rgb.png").write_bytes((folders[2] / "rgb.png").read_bytes() + b"!")
     second.project.missing.open_new(changed)
     show(second, qtbot, 3)

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature, block_rows
-from gui.features.frame_list.film_strip import FilmStripFeature
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.quality_check.feature import QualityCheckFeature
 from gui.features.quality_check.invalid_depth import InvalidDepthFeature
 from gui.features.status import StatusFeature
@@ -188,7 +188,7 @@ def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path,
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow, timeout=WAIT_MS)
     session, table = window.workspace.session, window.feature(BlocksFeature).table.view
-    strip = window.feature(FilmStripFeature).strip
+    strip = window.feature(FramesFeature).panel.view
     (strip if focus == "film strip" else table).setFocus()
     press(window, qtbot, "next_check")
     assert window.views.isAncestorOf(QApplication.focusWidget())

@@ -78,7 +78,7 @@ def test_a_project_brings_frames_of_a_recording_back(
     again = another()
     open_project(again, qtbot, tmp_path / "work.ilf")
     assert isinstance(again.project.missing.dialog, MissingFilesDialog)
-    again.project.missing.search_folder(tmp_path / "away")
+    again.project.missing.locate_folder(tmp_path / "away")
     qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy, timeout=WAIT_MS)
     session = show(again, qtbot, 0)
     assert np.array_equal(session.labels, labels)

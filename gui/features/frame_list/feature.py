@@ -28,6 +28,7 @@ from ..documents.feature import DocumentsFeature
 from ..documents.frame_files import recording_files
 from .model import counts
 from .panel import FramesPanel
+from .place import FramesPlace
 
 # How many frames stay open: the least recently shown ones are closed once their state is stored.
 
@@ -134,6 +135,7 @@ class FramesFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.panel = panel = FramesPanel()
+        self.place = FramesPlace(context, panel)
         store, loader = context.recorder.store, context.loader
         loader.stored = store
         panel.thumbnails.stored = partial(_stored_picture, store)
@@ -225,7 +227,7 @@ class FramesFeature(Feature):
         panel.filter_changed.connect(self.show)
         panel.noted.connect(context.workspace.frames.set_note)
         panel.view.opened.connect(self.open)
-        panel.view.note_requested.connect(panel.write_note)
+        panel.view.note_requested.connect(self._note)
         panel.view.removal_requested.connect(self.remove)
         panel.view.customContextMenuRequested.connect(self._show_menu)
         context.loader.listed.connect(self._tell_listed)
@@ -389,8 +391,12 @@ class FramesFeature(Feature):
         index = self.panel.view.currentIndex()
         entry = self.panel.model.entries[index.row()] if index.isValid() else self._present()
         if entry is not None:
-            self.context.panels.reveal("Frames")
-            self.panel.write_note(entry)
+            self._note(entry)
+
+    def _note(self, entry: Entry) -> None:
+        """Edit the note on a frame in the open panel."""
+        self.context.panels.reveal("Frames")
+        self.panel.write_note(entry)
 
     def remove(self, entries: Sequence[Entry]) -> None:
         """Remove frames from the list, and close those that are open."""
@@ -428,7 +434,7 @@ class FramesFeature(Feature):
         removal = f"&Remove {len(chosen)} frames from the list" if several else "&Remove from the list"
         of_one: list[tuple[str, str, Callable[[], object]]] = [
             ("ph.image", "&Open", lambda: self.open(first)),
-            ("ph.note-pencil", "&Note…", lambda: self.panel.write_note(first)),
+            ("ph.note-pencil", "&Note…", lambda: self._note(first)),
             ("ph.folder-open", "Show in &file manager", lambda: _show_files(first)),
         ]
         return [

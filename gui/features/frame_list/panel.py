@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QModelIndex, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QBoxLayout,
     QComboBox,
     QHBoxLayout,
-    QHeaderView,
     QLineEdit,
+    QListView,
     QMenu,
     QSizePolicy,
-    QTableView,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -24,16 +23,12 @@ from ...base import theme
 from ...state.entries import Entry
 from ...widgets.basics import Themed, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameFilter, FrameListModel
-from .row_painter import RowPainter, close_box, row_height
+from .painter import FramePainter, close_box
 from .thumbnails import Thumbnails
 
-# The view of the frame list.
 
-
-class FrameView(QTableView):
-    """View of the list; a click on the cross of a row only removes the frame.
-
-    A table with one column: unlike a list view, it does not query every row when rows are inserted or removed.
+class FrameView(QListView):
+    """View of the list, as rows or as a strip of thumbnails; a click on the cross of a row only removes the frame.
 
     Signals
     -------
@@ -54,56 +49,72 @@ class FrameView(QTableView):
         self.hint = ""
         """Text of an empty list."""
         self._closing = QModelIndex()
+        self._painter = FramePainter(self)
         self.setAccessibleName("Frames")
-        self.setItemDelegate(RowPainter(self))
+        self.setItemDelegate(self._painter)
+        self.setUniformItemSizes(True)
         self.setMouseTracking(True)
-        self.setFrameShape(QTableView.Shape.NoFrame)
-        self.setShowGrid(False)
-        self.setTabKeyNavigation(False)
-        self.horizontalHeader().setStretchLastSection(True)
-        self.horizontalHeader().hide()
-        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        self.verticalHeader().hide()
+        self.setFrameShape(QListView.Shape.NoFrame)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self._fit_rows()
         # a click and Enter both open a frame; a style may report one click as both
         self.clicked.connect(self._open)
         self.activated.connect(self._open)
 
+    @property
+    def is_strip(self) -> bool:
+        """Whether thumbnails are shown side by side, not rows."""
+        return self._painter.strip_height > 0
+
+    def set_strip(self, height: int) -> None:
+        """Show thumbnails of this height side by side [px]; rows for 0."""
+        if height == self._painter.strip_height:
+            return
+        self._painter.strip_height = height
+        self.setFlow(QListView.Flow.LeftToRight if height else QListView.Flow.TopToBottom)
+        off, as_needed = Qt.ScrollBarPolicy.ScrollBarAlwaysOff, Qt.ScrollBarPolicy.ScrollBarAsNeeded
+        self.setVerticalScrollBarPolicy(off if height else as_needed)
+        self.scheduleDelayedItemsLayout()
+        self.show_frame(self.currentIndex())
+
+    def strip_width(self) -> int:
+        """Return the width of all thumbnails of a strip [px]."""
+        return max(self.model().rowCount(), 1) * (4 * self._painter.strip_height // 3)
+
     def chosen(self) -> list[Entry]:
-        """Return the entries of the selected rows, from top to bottom."""
+        """Return the entries of the selected frames, in their order."""
         return [index.data(ENTRY) for index in sorted(self.selectedIndexes(), key=QModelIndex.row)]
 
-    def show_row(self, index: QModelIndex) -> None:
-        """Scroll to a row, also if rows have just been inserted or removed."""
-        self.executeDelayedItemsLayout()
-        self.updateGeometries()
-        self.scrollTo(index)
+    def show_frame(self, index: QModelIndex) -> None:
+        """Scroll to a frame, also if others have just been inserted or removed."""
+        if index.isValid():
+            self.executeDelayedItemsLayout()
+            centre, visible = QAbstractItemView.ScrollHint.PositionAtCenter, QAbstractItemView.ScrollHint.EnsureVisible
+            self.scrollTo(index, centre if self.is_strip else visible)
 
     def _open(self, index: QModelIndex) -> None:
         if len(self.selectedIndexes()) <= 1:  # a selection of several frames is for other commands
             self.opened.emit(index.data(ENTRY))
 
-    def moveCursor(self, action: QAbstractItemView.CursorAction, keys: Qt.KeyboardModifier) -> QModelIndex:
-        """Move to the ends of the list, not of the row, by Home and End."""
-        ends = {
-            QAbstractItemView.CursorAction.MoveHome: 0,
-            QAbstractItemView.CursorAction.MoveEnd: self.model().rowCount() - 1,
-        }
-        return self.model().index(ends[action], 0) if action in ends else super().moveCursor(action, keys)
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Scroll a strip sideways by the usual wheel."""
+        if not self.is_strip:
+            super().wheelEvent(event)
+            return
+        turn = event.angleDelta().y() or event.angleDelta().x()
+        bar = self.horizontalScrollBar()
+        bar.setValue(bar.value() - turn * 4 * self._painter.strip_height // 360)
+        event.accept()
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Fit the height of the rows to the font."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.FontChange:
-            self._fit_rows()
-
-    def _fit_rows(self) -> None:
-        self.verticalHeader().setDefaultSectionSize(row_height(self.fontMetrics()))
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the current frame of a strip visible."""
+        super().resizeEvent(event)
+        if self.is_strip and self.currentIndex().isValid():
+            self.scrollTo(self.currentIndex())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Remove the selected frames by Delete; edit the note by F2."""
@@ -131,7 +142,7 @@ class FrameView(QTableView):
         """Return the row whose cross is under the mouse at a left click; invalid for none."""
         at = event.position().toPoint()
         index = self.indexAt(at)
-        if not index.isValid() or event.button() != Qt.MouseButton.LeftButton:
+        if self.is_strip or not index.isValid() or event.button() != Qt.MouseButton.LeftButton:
             return QModelIndex()
         return index if close_box(self.visualRect(index)).adjusted(-3, -3, 3, 3).contains(at) else QModelIndex()
 
@@ -142,13 +153,19 @@ class FrameView(QTableView):
 
 
 _NOTHING_OPEN = "Open a frame, or drop files or a folder of frames here"
+_UNLIMITED = (1 << 24) - 1
+"""Qt's maximum size of a widget that is not limited [px]."""
+_STRIP_ASPECT = 3
+"""Width of the panel over its height from which it is a strip."""
+_SIDE_WIDTH = 300
+"""Maximum width of the filter and of the note beside a strip [px]."""
 _ROOMY = 240
 """Minimum height of the panel [px] for a permanent line for the note."""
 _NONE_SHOWN = "No frame matches the filter: press Esc in the line above to show all"
 
 
 class FramesPanel(QWidget):
-    """Panel that shows the list and emits requests; its owner sets the contents.
+    """Panel that shows the list, as rows or as a strip, and emits requests; its owner sets the contents.
 
     Signals
     -------
@@ -165,6 +182,8 @@ class FramesPanel(QWidget):
         super().__init__(parent)
         self.thumbnails = Thumbnails(self)
         self.model = FrameListModel(self.thumbnails.of, self)
+        self._bar = 0
+        self._several = False
         self._noting: Entry | None = None
         """The frame of the note in the line below."""
         self.text = QLineEdit(placeholderText="Name or note", clearButtonEnabled=True)
@@ -181,6 +200,8 @@ class FramesPanel(QWidget):
         self._lay_out()
         self.setFocusProxy(self.view)
         self.thumbnails.arrived.connect(self.view.viewport().update)
+        for changed in (self.model.rowsInserted, self.model.rowsRemoved, self.model.modelReset):
+            changed.connect(self._fit)
         self.text.textChanged.connect(lambda _: self.filter_changed.emit())
         self.state.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
         self.order.changed.connect(self.filter_changed)
@@ -197,12 +218,34 @@ class FramesPanel(QWidget):
         row.addWidget(self.text, 1)
         row.addWidget(self.state, 1)
         row.addWidget(self.order)
-        layout = QVBoxLayout(self)
+        self._parts = layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self.filter_row)
-        layout.addWidget(self.view, 1)
+        layout.addWidget(self.view, 2)
         layout.addWidget(self.note)
+
+    def set_bar(self, height: int) -> None:
+        """Show only a strip of this height [px], no wider than its thumbnails; 0 for the whole panel."""
+        self._bar = height
+        self.setMinimumHeight(height)
+        self.setMaximumHeight(height or _UNLIMITED)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Show a strip where the panel is wide and low, with filter and note at its sides; rows elsewhere."""
+        strip = self._bar > 0 or self.width() > _STRIP_ASPECT * self.height()
+        room = self.view.maximumViewportSize().height() - self.view.horizontalScrollBar().sizeHint().height()
+        self.view.set_strip((self._bar or min(max(room, 1), self.height())) if strip else 0)
+        needed, off = Qt.ScrollBarPolicy.ScrollBarAsNeeded, Qt.ScrollBarPolicy.ScrollBarAlwaysOff
+        self.view.setHorizontalScrollBarPolicy(needed if strip and not self._bar else off)
+        self.setMaximumWidth(self.view.strip_width() if self._bar else _UNLIMITED)
+        self._parts.setDirection(QBoxLayout.Direction.LeftToRight if strip else QBoxLayout.Direction.TopToBottom)
+        for place, part in ((0, self.filter_row), (2, self.note)):
+            self._parts.setStretch(place, int(strip))
+            part.setMaximumWidth(_SIDE_WIDTH if strip else _UNLIMITED)
+        self.filter_row.setVisible(self._several and not self._bar)
+        self._fit_note()
 
     @property
     def frame_filter(self) -> FrameFilter:
@@ -220,9 +263,9 @@ class FramesPanel(QWidget):
         """Show the number of frames in each state."""
         for row, (state, text) in enumerate(STATES.items()):
             self.state.setItemText(row, f"{text} ({counts.get(state, 0)})")
-        several = counts.get("all", 0) > 1
-        self.filter_row.setVisible(several)
-        self.view.hint = _NONE_SHOWN if several else _NOTHING_OPEN
+        self._several = counts.get("all", 0) > 1
+        self.filter_row.setVisible(self._several and not self._bar)
+        self.view.hint = _NONE_SHOWN if self._several else _NOTHING_OPEN
 
     def show_present(self, entry: Entry | None) -> None:
         """Mark the current frame and scroll to it."""
@@ -230,7 +273,7 @@ class FramesPanel(QWidget):
         index = self.model.index_of(entry)
         if index.isValid():
             self.view.setCurrentIndex(index)
-            self.view.show_row(index)
+            self.view.show_frame(index)
         self._switch_note()
 
     def scroll_to_present(self, entry: Entry | None) -> None:
@@ -239,7 +282,7 @@ class FramesPanel(QWidget):
         if index.isValid():
             if not self.view.currentIndex().isValid():
                 self.view.setCurrentIndex(index)
-            self.view.show_row(index)
+            self.view.show_frame(index)
 
     def show_note(self) -> None:
         """Show the note on the frame, unless it is being edited."""
@@ -267,12 +310,13 @@ class FramesPanel(QWidget):
 
     def _fit_note(self) -> None:
         """Show the line of the note if there is enough space, if it has text, or if it is being edited."""
-        entry, writing = self._noting, self.note.hasFocus()
-        self.note.setVisible(entry is not None and (writing or bool(entry.note) or self.height() > _ROOMY))
+        entry, roomy = self._noting, self.height() > _ROOMY and not self.view.is_strip
+        wanted = entry is not None and (self.note.hasFocus() or bool(entry.note) or roomy)
+        self.note.setVisible(wanted and not self._bar)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._fit_note()
+        self._fit()
 
     def _take_note(self) -> None:
         entry, text = self._noting, self.note.text().strip()

@@ -1,10 +1,10 @@
-"""Frames whose files are missing or have changed: detection, dialog and search."""
+"""Frames whose files are missing or have changed: detection, and the dialog that asks where they are."""
 
 from __future__ import annotations
 
 import datetime
 import uuid
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,8 +26,8 @@ from ilf._runtime.formatting import counted, grouped
 from ilf._runtime.named_places import note_opened
 from ilf.data.frame import InputFile
 from ilf.project.file import OpenedProject
-from ilf.project.missing_files import MissingFile, find_in_folder, missing_files, relocated
-from ilf.project.sources import ChangedSource, MissingSource
+from ilf.project.missing_files import MissingFile, locate, missing_files, relocated
+from ilf.project.sources import ChangedSource, MissingSource, Places
 
 from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
@@ -40,9 +40,9 @@ from ..context import Context
 
 _NUMBER = Qt.ItemDataRole.UserRole
 _ABOUT = (
-    "Some frames cannot be opened: their files have been moved or changed. Locate a file: its content is checked, and "
-    "other missing files are searched for in the same folder. The work on these frames stays in the project in any "
-    "case."
+    "Some frames cannot be opened: their files have been moved or changed. Locate the folder where they are now, or a "
+    "file that has another name: the other files are looked for beside it. Their content is checked. The work on these "
+    "frames stays in the project in any case."
 )
 
 
@@ -59,8 +59,8 @@ class MissingFilesDialog(QDialog):
 
     Signals
     -------
-    file_located(object, object), search_folder_chosen(object)
-        The user has located a MissingFile; or has chosen a folder to search for all of them.
+    file_located(object, object), folder_located(object)
+        The user has located a MissingFile; or the folder in which all of them are.
     new_frame_requested(object)
         Request to open the frame of a changed MissingFile as a new frame, without the work.
     cancelled()
@@ -68,7 +68,7 @@ class MissingFilesDialog(QDialog):
     """
 
     file_located = Signal(object, object)
-    search_folder_chosen = Signal(object)
+    folder_located = Signal(object)
     new_frame_requested = Signal(object)
     cancelled = Signal()
 
@@ -92,10 +92,11 @@ class MissingFilesDialog(QDialog):
         for column in (0, 2):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         self.file_button = QPushButton("Locate &file…", autoDefault=False)
-        self.file_button.setToolTip("Locate the selected file; the others are searched for in the same folder")
+        self.file_button.setToolTip("Locate the selected file; the others are looked for in the same folder")
         self.folder_button = QPushButton("Locate f&older…", autoDefault=False)
         self.folder_button.setToolTip(
-            "Choose a folder: all files are searched for in it and its subfolders, by content"
+            "Choose the folder where the files are now: they are looked for in it by their names and the last parts of "
+            "their paths"
         )
         self.new_button = QPushButton("Open as &new frame", autoDefault=False)
         self.new_button.setToolTip(
@@ -189,9 +190,9 @@ class MissingFilesDialog(QDialog):
     def _ask_folder(self) -> None:
         lost = self.chosen()
         start = _nearest(lost.wanted.path if lost is not None else "")
-        folder = QFileDialog.getExistingDirectory(self, "Locate Files in Folder", str(start))
+        folder = QFileDialog.getExistingDirectory(self, "Locate Folder of the Files", str(start))
         if folder:
-            self.search_folder_chosen.emit(Path(folder))
+            self.folder_located.emit(Path(folder))
 
     def _request_new_frame(self) -> None:
         lost = self.chosen()
@@ -222,7 +223,6 @@ def _nearest(path: str) -> Path:
     return next((one for one in (folder, *folder.parents) if one.is_dir()), Path.home())
 
 
-Search = Callable[[], Generator[float, None, dict[InputFile, Path]]]
 _MAX_CHECKED = 500
 """Maximum number of frames of a project whose files are all read to detect changes; in larger projects only files
 written after the project."""
@@ -279,12 +279,13 @@ class Missing(QObject):
             self.dialog.reject()
 
     def locate_file(self, lost: MissingFile, path: Path) -> None:
-        """Set the place of a file, and search for the others in the same folder."""
-        self._search(lambda: _find_given_file(lost.wanted, path, self._wanted()))
+        """Look for a file at this path, and for the others in its folder."""
+        places = self._context.recorder.store.places
+        self._look(replace(places, given={**places.given, lost.wanted.path: path}, folders=(path.parent,)))
 
-    def search_folder(self, folder: Path) -> None:
-        """Search for all lost files in a folder."""
-        self._search(lambda: find_in_folder(folder, self._wanted()))
+    def locate_folder(self, folder: Path) -> None:
+        """Look for all lost files in a folder, which may be one of them."""
+        self._look(replace(self._context.recorder.store.places, folders=(folder, folder.parent)))
 
     def open_new(self, lost: MissingFile) -> None:
         """Open the changed files as a new frame."""
@@ -337,7 +338,7 @@ class Missing(QObject):
             self.dialog = dialog = MissingFilesDialog(self._present.name, self._context.window)
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             dialog.file_located.connect(self.locate_file)
-            dialog.search_folder_chosen.connect(self.search_folder)
+            dialog.folder_located.connect(self.locate_folder)
             dialog.new_frame_requested.connect(self.open_new)
             dialog.cancelled.connect(self._searcher.cancel)
             dialog.finished.connect(self._leave_dialog)
@@ -361,12 +362,10 @@ class Missing(QObject):
 
     # search
 
-    def _wanted(self) -> list[InputFile]:
-        return [lost.wanted for lost in self._lost]
-
-    def _search(self, job: Search) -> None:
+    def _look(self, places: Places) -> None:
         if not self._searcher.busy:
-            self._searcher.start(job)
+            wanted = list(dict.fromkeys(lost.wanted for lost in self._lost))
+            self._searcher.start(lambda: locate(wanted, places))
             self._show_search([0.0])
 
     def _show_search(self, shares: Sequence[float]) -> None:
@@ -394,7 +393,7 @@ class Missing(QObject):
             left = len({lost.frame for lost in self._lost})
             if not found:
                 dialog.message.show_message(
-                    "No file with the original content was found. Choose another folder.", "error"
+                    "No file with the original content is there. Choose another folder.", "error"
                 )
             elif left:
                 miss = f"files of {counted(left, 'frame')} are still missing"
@@ -421,16 +420,6 @@ class Missing(QObject):
         if frame == self._requested or not workspace.has_session:
             self._requested = ""
             self._context.loader.open_entry(entry)
-
-
-def _find_given_file(
-    wanted: InputFile, path: Path, others: Sequence[InputFile]
-) -> Generator[float, None, dict[InputFile, Path]]:
-    """Return the file given by the user, if it is the right one, and the others found in the same folder."""
-    named = replace(wanted, path=path.name)  # it may have been renamed
-    found = yield from find_in_folder(path.parent, [named, *others], deep=False)
-    there = found.pop(named, None)
-    return {wanted: there, **found} if there is not None else found
 
 
 def _files_found(count: int) -> str:

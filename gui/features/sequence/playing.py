@@ -28,7 +28,6 @@ from ...work.jobs import Worker
 from ..batch.feature import BatchFeature
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature
-from ..frame_list.film_strip import FilmStripFeature
 from ..live import USUAL_RATE
 from ..status import StatusFeature
 from ..views import ViewsFeature
@@ -193,8 +192,7 @@ class PlayFeature(Feature):
         changed = workspace.frames.session_changed, workspace.frames.entries.removed, context.loader.busy_changed
         context.refresh.add("played", self._settle, changed)
         self.bar = _PlayBar(context.actions)
-        strip = context.feature(FilmStripFeature).strip
-        context.centre.add_before(strip, self.bar)
+        context.centre.add_before(self._frames.place.bar, self.bar)
         entries = workspace.frames.entries
         context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), (entries.added, entries.removed))
 

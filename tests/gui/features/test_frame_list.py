@@ -16,8 +16,8 @@ from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import FrameFilter, FrameListModel, counts, last_line, tooltip_text
+from gui.features.frame_list.painter import close_box
 from gui.features.frame_list.panel import FramesPanel
-from gui.features.frame_list.row_painter import close_box
 from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.entries import Entries, Entry
 from gui.state.workspace import Workspace
@@ -161,6 +161,25 @@ def test_click_opens_and_cross_takes_out(panel, qtbot):
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, shift, _row(panel, 3).center())
         qtbot.keyClick(panel.view, Qt.Key.Key_Delete)
     assert blocker.args == [entries[1:]]
+
+
+@pytest.mark.parametrize(("size", "strip"), [((900, 80), True), ((300, 400), False), ((380, 140), False)])
+def test_a_wide_and_low_panel_shows_the_same_frames_as_a_strip(panel, qtbot, size, strip):
+    panel.resize(*size)
+    view = panel.view
+    qtbot.waitUntil(lambda: view.is_strip == strip)
+    first, second = (_row(panel, row) for row in (0, 1))
+    assert (first.left() < second.left(), first.top() < second.top()) == (strip, not strip)
+    assert view.viewport().rect().contains(first)
+    assert panel.filter_row.isVisible()
+    with qtbot.waitSignal(view.opened) as blocker:
+        qtbot.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=second.center())
+    assert blocker.args == [panel.model.entries[1]]
+    at = second.topRight() + QPoint(-14, 14)
+    with qtbot.assertNotEmitted(view.removal_requested, wait=0) if strip else qtbot.waitSignal(view.removal_requested):
+        qtbot.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    qtbot.keyClick(view, Qt.Key.Key_End)
+    assert view.currentIndex().row() == len(panel.model.entries) - 1
 
 
 def test_a_click_beside_the_cross_is_one_on_it_equally_far_on_all_sides(panel, qtbot):

@@ -1,4 +1,4 @@
-"""Files of a project's frames that are gone are noticed, and found by their content."""
+"""Files of a project's frames that are gone are noticed, and found where they are now."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ilf.data.frame import InputFile
-from ilf.project.missing_files import MissingFile, find_in_folder, missing_files, relocated
+from ilf.project.missing_files import MissingFile, locate, missing_files, relocated
 from ilf.project.project import ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_source import FrameSource
@@ -40,18 +40,22 @@ def put(path: Path, content: bytes) -> InputFile:
     return InputFile(str(path), hashlib.sha256(content).hexdigest())
 
 
-def test_a_file_is_found_by_its_content_whatever_it_is_called(tmp_path: Path) -> None:
-    wanted = [InputFile(f"C:\\data\\{name}.png", hashlib.sha256(name.encode()).hexdigest()) for name in "abc"]
-    put(tmp_path / "x" / "a.png", b"b")
-    put(tmp_path / "x" / "deep" / "other.png", b"a")
-    put(tmp_path / "x" / "c.txt", b"c")
-    assert result(find_in_folder(tmp_path, wanted)) == {
-        wanted[0]: tmp_path / "x" / "deep" / "other.png",
-        wanted[1]: tmp_path / "x" / "a.png",
+def test_files_are_found_in_a_folder_by_name_and_taken_by_content(tmp_path: Path) -> None:
+    names = ("x/a.png", "x/b.png", "x/c.png")
+    wanted = [InputFile(f"C:\\data\\{name}", hashlib.sha256(name.encode()).hexdigest()) for name in names]
+    put(tmp_path / "x" / "a.png", b"x/a.png")
+    put(tmp_path / "b.png", b"another picture of this name")
+    put(tmp_path / "x" / "b.png", b"x/b.png")
+    put(tmp_path / "x" / "renamed.png", b"x/c.png")
+    folder, gone = InputFile("/gone/x", ""), InputFile("/gone/y", "")
+    places = Places(folders=(tmp_path,))
+    assert result(locate([*wanted, folder, gone], places)) == {
+        wanted[0]: tmp_path / "x" / "a.png",
+        wanted[1]: tmp_path / "x" / "b.png",
+        folder: tmp_path / "x",
     }
-    assert result(find_in_folder(tmp_path / "x", wanted, deep=False)) == {wanted[1]: tmp_path / "x" / "a.png"}
-    folder = InputFile("/gone/deep", "")
-    assert result(find_in_folder(tmp_path, [folder])) == {folder: tmp_path / "x" / "deep"}
+    given = {wanted[2].path: tmp_path / "x" / "renamed.png", wanted[1].path: tmp_path / "b.png"}
+    assert result(locate(wanted[1:], Places(given=given))) == {wanted[2]: given[wanted[2].path]}
 
 
 def test_a_frame_without_work_misses_what_it_is_opened_from(tmp_path: Path) -> None:

@@ -119,8 +119,11 @@ def test_replay_says_whether_the_stored_results_come_out(project, capsys):
     assert "1 of 2 frames differ" in told.err
 
 
-def test_frames_are_looked_for_where_it_is_said(project, tmp_path):
+def test_frames_are_looked_for_where_it_is_said(project, tmp_path, capsys):
     path, _ = project
     (tmp_path / "room").rename(tmp_path / "elsewhere")
     assert main(["project", "replay", str(path), "--frame", "a1"]) == 1
     assert main(["project", "replay", str(path), "--frame", "a1", "--look-in", "elsewhere"]) == 0
+    (tmp_path / "elsewhere" / "rgb.png").write_bytes(b"another picture")
+    assert main(["project", "replay", str(path), "--frame", "a1", "--look-in", "elsewhere"]) == 1
+    assert "changed" in capsys.readouterr().err
