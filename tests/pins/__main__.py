@@ -5,7 +5,8 @@
     python -m tests.pins before.json              # ... and compare with it later
 
 The table has a SHA-256 of everything that is made with some settings by the library and the command line (`library`),
-and in sessions of the window (`window`). What is done for it is the working tree's `tests/pins`, also for a commit.
+and in sessions of the window (`window`). With a commit, pictures of the window are compared as well (`pictures`), which
+may differ by what nobody sees. What is done is the working tree's `tests/pins`, also for a commit.
 """
 
 import argparse
@@ -15,7 +16,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -29,6 +30,8 @@ ROOT = PINS.parents[1]
 HALVES = {"library": "library.py", "window": "window/table.py"}
 """Half of the table -> the module whose `make` makes it."""
 
+PICTURES = "pictures"
+
 Table = dict[str, dict[str, Hashes]]
 """Half -> setting or session -> what -> SHA-256."""
 
@@ -39,9 +42,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     either = parser.add_mutually_exclusive_group(required=True)
     either.add_argument("before", nargs="?", metavar="COMMIT|FILE", help="compare with a commit, or a written table")
     either.add_argument("--write", type=Path, metavar="FILE", help="write the table of the working tree")
-    parser.add_argument("--only", choices=HALVES, help="only this half of the table")
+    parser.add_argument("--only", choices=[*HALVES, PICTURES], help="only this part")
     arguments = parser.parse_args(argv)
-    halves = [arguments.only] if arguments.only else [half for half, file in HALVES.items() if (PINS / file).is_file()]
+    halves = [arguments.only] if arguments.only in HALVES else [] if arguments.only else list(HALVES)
+    if arguments.only == PICTURES and (arguments.write or Path(arguments.before).is_file()):
+        parser.error("Pictures are compared with those of a commit.")
     if arguments.write:
         arguments.write.write_text(json.dumps(make(halves), indent=1))
         return 0
@@ -53,7 +58,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     elif _git("rev-parse", "--verify", "--quiet", f"{arguments.before}^{{commit}}").returncode:
         parser.error(f"{arguments.before} is neither a commit nor a table.")
     else:
+        status = 0 if arguments.only in HALVES else compare_pictures(arguments.before)
         before = make_of_commit(arguments.before, halves)
+        return compare(before, make(halves)) or status if halves else status
     return compare(before, make(list(before)))
 
 
@@ -65,19 +72,36 @@ def make(halves: Sequence[str]) -> Table:
 
 def make_of_commit(commit: str, halves: Sequence[str]) -> Table:
     """Make the table of a commit, in a process of its own for each half."""
-    table = {}
-    with TemporaryDirectory() as temporary, worktree(commit, Path(temporary).resolve() / "tree") as tree:
+    table: Table = {}
+    with TemporaryDirectory() as temporary, program_of(commit, Path(temporary).resolve()) as run:
+        for half in halves:
+            file = Path(temporary, f"{half}.json")
+            run("tests.pins", "--write", str(file), "--only", half)
+            table |= json.loads(file.read_text())
+    return table
+
+
+def compare_pictures(commit: str) -> int:
+    """Print what differs between the window's pictures of a commit and of the working tree; returns 1 if any does."""
+    with TemporaryDirectory() as temporary, program_of(commit, Path(temporary).resolve()) as run:
+        before, now = Path(temporary, "before"), Path(temporary, "now")
+        run("tests.pins.window.pictures", str(before))
+        subprocess.run([sys.executable, "-m", "tests.pins.window.pictures", str(now)], cwd=ROOT, check=True)
+        found = import_module(".window.pictures", __package__).differences(before, now)
+        print(*found, f"{len(list(now.iterdir()))} pictures, {len(found)} differ", sep="\n")
+    return int(bool(found))
+
+
+@contextmanager
+def program_of(commit: str, temporary: Path) -> Iterator[Callable[..., object]]:
+    """A function that runs a module with arguments, with the program of a commit and the present pins."""
+    with worktree(commit, temporary / "tree") as tree:
         shutil.rmtree(tree / "tests" / "pins", ignore_errors=True)
         shutil.copytree(PINS, tree / "tests" / "pins")
         packages = {"PYTHONPATH": os.pathsep.join([str(tree), str(tree / ".ci" / "editable")])}
         # of compiled loops: it has entries for the path of their source, which never comes again
-        cache = {"NUMBA_CACHE_DIR": f"{temporary}/numba"}
-        for half in halves:
-            file = Path(temporary, f"{half}.json")
-            command = [sys.executable, "-m", "tests.pins", "--write", str(file), "--only", half]
-            subprocess.run(command, cwd=tree, env=os.environ | packages | cache, check=True)
-            table |= json.loads(file.read_text())
-    return table
+        environment = os.environ | packages | {"NUMBA_CACHE_DIR": str(temporary / "numba")}
+        yield lambda *words: subprocess.run([sys.executable, "-m", *words], cwd=tree, env=environment, check=True)
 
 
 @contextmanager
