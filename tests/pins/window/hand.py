@@ -542,12 +542,18 @@ def _frame_content(state: Any) -> dict[str, object]:
         "compared": list(state.compared),
         "line": looked.line,
         "rectangle": None if looked.region is None else str(looked.region),
-        "measured": [*looked.chains, looked.reference] if looked.chains else None,
+        "measured": _measured(looked),
         "note": [state.note, state.done] if state.note or state.done else None,
         "to check": sorted(state.to_check),
         "ignored": [repr(place) for place in state.ignored],
         "selected": list(state.selected),
     }
+
+
+def _measured(looked: Any) -> object:
+    """Measurements; those of earlier versions are chains of points, of any length."""
+    lines = looked.measurements if hasattr(looked, "measurements") else looked.chains
+    return [list(map(list, line)) for line in lines] or None
 
 
 def _results(results: Mapping[int, Any]) -> dict[int, object]:
