@@ -62,11 +62,11 @@ def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Read
     if entry.session is not None:
         read = ReadState(state_of(entry.session))
         return lambda: read
-    id, source = entry.id, entry.source
+    id = entry.id
     if entry.has_state and stored is not None and stored.has(id):
 
         def decoded() -> ReadState:
-            found = stored.read(id, source)
+            found = stored.read(id)
             return ReadState(found.state, found.problems)
 
         return decoded
