@@ -18,7 +18,7 @@ from ..data.camera import CameraIntrinsics
 from ..data.frame import GroundTruthFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.neighbours import NeighbourDepth
-from ..data.parameters import BlockParameters, Parameters
+from ..data.parameters import Parameters
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
 from ..run.record_file import parsed_inputs
@@ -128,7 +128,7 @@ class _Decoding:
             frame=self._with_layers(stored),
             labels=self._array(stored.labels, labels_from_bytes),
             notes=self._notes(stored.notes),
-            common=Parameters.from_dict(stored.parameters),
+            common=stored.parameters,
             results=self._results(stored.results),
             extrapolation=self._extrapolation(stored.extrapolation),
             runs=tuple(self._stored_run(run) for run in stored.runs),
@@ -159,7 +159,7 @@ class _Decoding:
             frame = RGBDFrame(colour, depth, camera, stored.name)
             self.origins.append((frame.rgb, stored.rgb))
         if stored.pose is not None:
-            frame = dataclasses.replace(frame, pose=stored.pose)
+            frame = dataclasses.replace(frame, pose=np.array(stored.pose))
         if stored.outside_view is not None:
             outside = self._array(stored.outside_view, mask_from_bytes)
             frame = dataclasses.replace(frame, outside_view=outside)
@@ -197,8 +197,9 @@ class _Decoding:
             frame = self._with_ground_truth(stored.ground_truth)
             frame = frame.with_invalid_mask(self._array_or_none(stored.invalid_mask, mask_from_bytes))
             frame = frame.with_guide(self._guide(stored.guide)).with_neighbours(self._neighbours(stored.neighbours))
-            if frame.ground_truth is not None and "array" in (stored.ground_truth or {}):
-                self.origins.append((frame.ground_truth, stored.ground_truth["array"]))
+            truth = stored.ground_truth
+            if truth is not None and "array" in truth:
+                self.origins.append((frame.ground_truth, truth["array"]))
             if self.stored.frame.inputs is None and self.stored.frame.depth is not None:
                 self.origins.append((frame.measured, self.stored.frame.depth))
             return frame
@@ -223,11 +224,11 @@ class _Decoding:
             return None
 
         def make() -> Guide:
-            values, confidence = (self._array_or_none(name, _depth) for name in (stored.values, stored.confidence))
-            guide = Guide(values, confidence, stored.path)
-            for array, name in ((guide.values, stored.values), (guide.confidence, stored.confidence)):
-                if name is not None:
-                    self.origins.append((array, name))
+            confidence = self._array_or_none(stored.confidence, _depth)
+            guide = Guide(self._array(stored.values, _depth), confidence, stored.path)
+            self.origins.append((guide.values, stored.values))
+            if stored.confidence is not None:
+                self.origins.append((guide.confidence, stored.confidence))
             return guide
 
         return self._shared(("guide", stored.values, stored.confidence, stored.path), make)
@@ -263,7 +264,7 @@ class _Decoding:
             stored.infos,
             _own_values(stored.own),
             self._array_or_none(stored.drawn, mask_from_bytes),
-            _extraction(stored.extraction),
+            stored.extraction,
             stored.network,
             self._array_or_none(stored.extracted, labels_from_bytes),
             stored.kept,
@@ -327,7 +328,7 @@ class _Decoding:
         )
 
     def _run(self, stored: RunJson) -> Run:
-        parameters, only = Parameters.from_dict(stored.parameters), stored.only
+        parameters, only = stored.parameters, stored.only
         return Run(
             self._with_layers(stored),
             self._array(stored.blocks, labels_from_bytes),
@@ -335,7 +336,7 @@ class _Decoding:
             {label: parameters.replace(**values) for label, values in _own_values(stored.own).items()},
             only=only if only is None or stored.in_order else frozenset(only),
             extrapolate=stored.extrapolate,
-            extraction=_extraction(stored.extraction),
+            extraction=stored.extraction,
             edited=stored.edited,
             network=stored.network,
             notes=stored.notes,
@@ -352,10 +353,6 @@ def _own_values(own: dict[int, dict[str, Any]]) -> dict[int, OwnValues]:
     """Return the checked own parameters of blocks, by label."""
     checked = {label: Parameters().replace(**values).to_dict() for label, values in own.items()}
     return {label: {name: checked[label][name] for name in values} for label, values in own.items()}
-
-
-def _extraction(values: dict[str, Any] | None) -> BlockParameters | None:
-    return None if values is None else BlockParameters.from_dict(values)
 
 
 def _inspection(stored: InspectionJson) -> InspectionState:

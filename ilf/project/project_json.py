@@ -16,7 +16,7 @@ from .._runtime.installation import __version__
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section, check_schema, converted, plain, strict_json
 from ..data.parameters import BlockParameters, Parameters
-from ..errors import FormatError, IlfError, InputError
+from ..errors import FormatError, InputError
 from ..run.record_file import parsed_inputs
 from ..sources.frame_source import FrameSource
 from .archive import Parts
@@ -124,26 +124,23 @@ def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str | N
     check_schema(data, SCHEMA, "project" if path is None else f"project {path}")
     problems: list[str] = []
     try:
-        settings, project = _settings(data)
-    except IlfError as error:
+        settings = converted(data, _Settings, "project")
+    except FormatError as error:
         problems.append(f"The common settings are lost: {error} The defaults are used.")
-        settings, project = _settings(parse_json(encode_project(Project()), "The defaults"))
+        settings = converted(parse_json(encode_project(Project()), "The defaults"), _Settings, "project")
     places = Places(path, settings.files, _given(settings.given, stated_in), stated_in=stated_in)
     moved = path is not None and settings.folder != str(path.parent)
-    listed: dict[str, ProjectFrame] = {}
-    rows = data.get("frames")
-    if not isinstance(rows, list):
-        rows, problems = [], [*problems, "The list of frames is lost."]
-    for row in rows:
-        try:
-            frame = _frame(Section("frame", row), places, moved)
-        except UNREADABLE as error:
-            problems.append(f"A frame of the list is lost: {error}")
-        else:
-            listed[frame.id] = frame
-    if problems:  # a frame whose entry is lost may still have its state
-        listed = {frame.id: frame for frame in frames_with_state(parts, stated_in)} | listed
-    return ReadProject(replace(project, frames=tuple(listed.values())), places, settings.embedded, tuple(problems))
+    frames = _listed_frames(data, parts, places, moved, problems)
+    project = Project(
+        frames,
+        settings.present,
+        settings.parameters,
+        settings.for_all,
+        settings.extraction,
+        settings.keeps_handmade,
+        settings.view,
+    )
+    return ReadProject(project, places, settings.embedded, tuple(problems))
 
 
 class _Settings(msgspec.Struct):
@@ -151,9 +148,9 @@ class _Settings(msgspec.Struct):
 
     folder: str | None
     present: str
-    parameters: dict[str, Any]
+    parameters: Parameters
     for_all: bool
-    extraction: dict[str, Any]
+    extraction: BlockParameters
     keeps_handmade: bool
     view: dict[str, Any]
     embedded: bool
@@ -161,19 +158,27 @@ class _Settings(msgspec.Struct):
     given: dict[str, str]
 
 
-def _settings(data: dict[str, Any]) -> tuple[_Settings, Project]:
-    """Decode the common settings, also as those of a project without frames."""
-    settings = converted(data, _Settings, "project")
-    project = Project(
-        (),
-        settings.present,
-        Parameters.from_dict(settings.parameters),
-        settings.for_all,
-        BlockParameters.from_dict(settings.extraction),
-        settings.keeps_handmade,
-        settings.view,
-    )
-    return settings, project
+def _listed_frames(
+    data: dict[str, Any], parts: Parts, places: Places, moved: bool, problems: list[str]
+) -> tuple[ProjectFrame, ...]:
+    """Decode the list of frames; an entry that cannot be read is added to `problems`, and its frame listed by its
+    state."""
+    listed: dict[str, ProjectFrame] = {}
+    rows = data.get("frames")
+    if not isinstance(rows, list):
+        rows = []
+        problems.append("The list of frames is lost.")
+    for row in rows:
+        try:
+            frame = _frame(Section("frame", row), places, moved)
+        except UNREADABLE as error:
+            problems.append(f"A frame of the list is lost: {error}")
+        else:
+            listed[frame.id] = frame
+    if problems:
+        for frame in frames_with_state(parts, places.stated_in):
+            listed.setdefault(frame.id, frame)
+    return tuple(listed.values())
 
 
 def _given(given: dict[str, str], stated_in: str | None) -> dict[str, Path]:

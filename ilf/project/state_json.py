@@ -11,6 +11,7 @@ from msgspec import UNSET, Struct, UnsetType
 from .._runtime.files import parse_json
 from .._runtime.schema import check_schema, converted
 from ..data.frame import InputFile, RGBDFrame
+from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, IlfError
 from ..evaluation.hold_out import HoldOutTest
 from ..evaluation.quality.ignored import IgnoredPlace
@@ -49,7 +50,7 @@ class FrameJson(Struct):
 class GuideJson(Struct):
     """A guide."""
 
-    values: str | None
+    values: str
     confidence: str | None
     path: str | None
 
@@ -83,7 +84,7 @@ class NotesJson(Struct):
     infos: dict[int, BlockInfo]
     own: dict[int, dict[str, Any]]
     drawn: str | None
-    extraction: dict[str, Any] | None
+    extraction: BlockParameters | None
     network: str | None
     extracted: str | None
     kept: frozenset[int]
@@ -96,12 +97,12 @@ class RunJson(LayersJson, kw_only=True):
     """A run."""
 
     blocks: str
-    parameters: dict[str, Any]
+    parameters: Parameters
     own: dict[int, dict[str, Any]]
     only: tuple[int, ...] | None
     in_order: bool
     extrapolate: bool
-    extraction: dict[str, Any] | None
+    extraction: BlockParameters | None
     edited: bool
     network: str | None
     notes: tuple[str, ...]
@@ -153,7 +154,7 @@ class StateJson(LayersJson, kw_only=True):
     by_hand: ByHandJson | None = None
     labels: str
     notes: NotesJson
-    parameters: dict[str, Any]
+    parameters: Parameters
     packs: tuple[str, ...]
     results: _Rows
     extrapolation: ExtrapolationJson | None

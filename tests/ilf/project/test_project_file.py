@@ -274,7 +274,7 @@ def damaged_array(what):
         changed_state(lambda state: state.pop("looked")),
         changed_state(lambda state: state["notes"].pop("reasons")),
         changed_state(lambda state: state.update(done="yes")),
-        changed_state(lambda state: state["parameters"].update(sigma_s=-1)),
+        changed_state(lambda state: state["parameters"].update(smoothness=-1)),
         changed_state(lambda state: state["frame"].update(shape=[60, 81])),
         changed_state(lambda state: state["results"][0].__setitem__(2, 99)),
         lambda parts: parts | {frame_part("a1"): parts[frame_part("a1")][:-9]},
