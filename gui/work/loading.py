@@ -20,6 +20,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
 from ilf.errors import IlfError
 from ilf.io.depth_reading import PlausibilityWarning
+from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
@@ -123,25 +124,13 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     return session
 
 
-class DecodedState(Protocol):
-    """A frame's stored state after reading."""
-
-    @property
-    def state(self) -> FrameState:
-        """The state."""
-
-    @property
-    def problems(self) -> tuple[str, ...]:
-        """Sentences about files that are not available."""
-
-
 class StoredFrames(Protocol):
     """Storage of the states of frames that are not open."""
 
     def has(self, id: str) -> bool:
         """Whether it contains the state of a frame."""
 
-    def read(self, id: str) -> DecodedState:
+    def read(self, id: str) -> Decoded:
         """Read that state; called in the background thread."""
 
 
@@ -341,7 +330,7 @@ class FrameLoader(QObject):
             self._report_blocks(session, *opened.run.notes)
             self.replayed.emit(session)
 
-    def _take_restored(self, entry: Entry, decoded: DecodedState) -> None:
+    def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
         session = restore(decoded.state, entry.source or Path(entry.key), entry.key)
         self._workspace.add_session(session, restored=True)
         if decoded.problems:

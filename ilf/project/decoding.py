@@ -48,6 +48,7 @@ from .state_json import (
 )
 
 T = TypeVar("T")
+Stored = TypeVar("Stored")
 
 
 class UnreadableFrame(InputError):
@@ -111,7 +112,7 @@ class _Decoding:
         self.problems: list[str] = []
         self.origins: list[tuple[object, Origin]] = []
         self.names: set[str] = set()
-        self.made: dict[tuple[object, ...], Any] = {}
+        self.made: dict[tuple[str, bytes], Any] = {}
         self.shape = stored.frame.shape
         self.frame = self._frame()
         if self.frame.shape != self.shape:
@@ -126,15 +127,15 @@ class _Decoding:
         return FrameState(
             id=frame_id,
             frame=self._with_layers(stored),
-            labels=self._array(stored.labels, labels_from_bytes),
+            labels=self._once(stored.labels, self._labels),
             notes=self._notes(stored.notes),
             common=stored.parameters,
             results=self._results(stored.results),
-            extrapolation=self._extrapolation(stored.extrapolation),
+            extrapolation=self._once_or_none(stored.extrapolation, self._extrapolation),
             runs=tuple(self._stored_run(run) for run in stored.runs),
             compared=stored.compared,
             next_number=stored.next_number,
-            by_hand=self._by_hand(stored.by_hand),
+            by_hand=self._once_or_none(stored.by_hand, self._by_hand),
             extrapolate=stored.extrapolate,
             own_parameters=stored.own_parameters,
             note=stored.note,
@@ -155,63 +156,75 @@ class _Decoding:
         elif stored.rgb is None or stored.depth is None:
             raise FormatError("The frame has neither files nor arrays.")
         else:
-            colour, depth = self._array(stored.rgb, colour_from_bytes), self._array(stored.depth, _depth)
-            frame = RGBDFrame(colour, depth, camera, stored.name)
-            self.origins.append((frame.rgb, stored.rgb))
+            colour = colour_from_bytes(stored.rgb, self._content(stored.rgb), self.shape)
+            frame = RGBDFrame(colour, self._depth(stored.depth), camera, stored.name)
+            self._known(frame.rgb, stored.rgb)
         if stored.pose is not None:
             frame = dataclasses.replace(frame, pose=np.array(stored.pose))
         if stored.outside_view is not None:
-            outside = self._array(stored.outside_view, mask_from_bytes)
-            frame = dataclasses.replace(frame, outside_view=outside)
-            self.origins.append((frame.outside_view, stored.outside_view))
+            frame = dataclasses.replace(frame, outside_view=self._mask(stored.outside_view))
+            self._known(frame.outside_view, stored.outside_view)
         return frame
 
     # Arrays and what consists of them: equal references share one object.
 
-    def _shared(self, key: tuple[object, ...], make: Callable[[], T]) -> T:
+    def _once(self, stored: Stored, make: Callable[[Stored], T]) -> T:
+        """Return what a method makes of a stored value; equal values share one object."""
+        key = make.__name__, msgspec.json.encode(stored)
         if key not in self.made:
-            self.made[key] = make()
+            self.made[key] = make(stored)
         found: T = self.made[key]
         return found
+
+    def _once_or_none(self, stored: Stored | None, make: Callable[[Stored], T]) -> T | None:
+        return None if stored is None else self._once(stored, make)
 
     def _content(self, name: str) -> bytes:
         self.names.add(name)
         return array_content(self.parts, name)
 
-    def _array(self, name: str, read: Callable[[str, bytes, tuple[int, int]], T]) -> T:
-        def make() -> T:
-            array = read(name, self._content(name), self.shape)
-            self.origins.append((array, name))
-            return array
+    def _known(self, array: T, name: str) -> T:
+        """Return an array of a part, and note that it comes from there."""
+        self.origins.append((array, name))
+        return array
 
-        return self._shared((read, name), make)
+    def _labels(self, name: str) -> NDArray[np.int32]:
+        return self._known(labels_from_bytes(name, self._content(name), self.shape), name)
 
-    def _array_or_none(self, name: str | None, read: Callable[[str, bytes, tuple[int, int]], T]) -> T | None:
-        return None if name is None else self._array(name, read)
+    def _mask(self, name: str) -> NDArray[np.bool_]:
+        return self._known(mask_from_bytes(name, self._content(name), self.shape), name)
+
+    def _depth(self, name: str) -> NDArray[np.float32]:
+        return Npz(name, self._content(name)).array("depth", np.float32, self.shape)
 
     def _with_layers(self, stored: LayersJson) -> RGBDFrame:
         """Return the frame with the invalid mask, ground truth, guide and depth of neighbours of a state or run."""
-        layers = stored.invalid_mask, stored.ground_truth, stored.guide, stored.neighbours
+        layers = LayersJson(
+            invalid_mask=stored.invalid_mask,
+            ground_truth=stored.ground_truth,
+            guide=stored.guide,
+            neighbours=stored.neighbours,
+        )
+        return self._once(layers, self._layered_frame)
 
-        def make() -> RGBDFrame:
-            frame = self._with_ground_truth(stored.ground_truth)
-            frame = frame.with_invalid_mask(self._array_or_none(stored.invalid_mask, mask_from_bytes))
-            frame = frame.with_guide(self._guide(stored.guide)).with_neighbours(self._neighbours(stored.neighbours))
-            truth = stored.ground_truth
-            if truth is not None and "array" in truth:
-                self.origins.append((frame.ground_truth, truth["array"]))
-            if self.stored.frame.inputs is None and self.stored.frame.depth is not None:
-                self.origins.append((frame.measured, self.stored.frame.depth))
-            return frame
-
-        return self._shared(("frame", msgspec.json.encode(layers)), make)
+    def _layered_frame(self, stored: LayersJson) -> RGBDFrame:
+        frame = self._with_ground_truth(stored.ground_truth)
+        frame = frame.with_invalid_mask(self._once_or_none(stored.invalid_mask, self._mask))
+        frame = frame.with_guide(self._once_or_none(stored.guide, self._guide))
+        frame = frame.with_neighbours(self._once_or_none(stored.neighbours, self._neighbours))
+        if stored.ground_truth is not None and "array" in stored.ground_truth:
+            self._known(frame.ground_truth, stored.ground_truth["array"])
+        if self.stored.frame.inputs is None and self.stored.frame.depth is not None:
+            self._known(frame.measured, self.stored.frame.depth)
+        return frame
 
     def _with_ground_truth(self, stored: dict[str, Any] | None) -> RGBDFrame:
         """Return the frame with the stored ground truth."""
         if stored is None:
             return self.frame if self.frame.ground_truth is None else self.frame.with_ground_truth(None)
         if "array" in stored:
-            return self.frame.with_ground_truth(self._array(converted(stored["array"], str, "ground truth"), _depth))
+            name = converted(stored["array"], str, "ground truth")
+            return self.frame.with_ground_truth(self._once(name, self._depth))
         file = converted(stored, GroundTruthFile, "ground truth")
         try:
             return with_ground_truth(self.frame, file, self.parts, self.places)
@@ -219,43 +232,24 @@ class _Decoding:
             self.problems.append(f"The ground truth is not available: {error}")
             return self.frame.with_ground_truth(None, file)  # the file stays listed and may be available the next time
 
-    def _guide(self, stored: GuideJson | None) -> Guide | None:
-        if stored is None:
-            return None
+    def _guide(self, stored: GuideJson) -> Guide:
+        confidence = None if stored.confidence is None else self._depth(stored.confidence)
+        guide = Guide(self._depth(stored.values), confidence, stored.path)
+        self._known(guide.values, stored.values)
+        if stored.confidence is not None:
+            self._known(guide.confidence, stored.confidence)
+        return guide
 
-        def make() -> Guide:
-            confidence = self._array_or_none(stored.confidence, _depth)
-            guide = Guide(self._array(stored.values, _depth), confidence, stored.path)
-            self.origins.append((guide.values, stored.values))
-            if stored.confidence is not None:
-                self.origins.append((guide.confidence, stored.confidence))
-            return guide
+    def _neighbours(self, stored: NeighboursJson) -> NeighbourDepth:
+        used = tuple(one.neighbour() for one in stored.used)
+        packed, shape = Npz(stored.layers, self._content(stored.layers)), (len(used), *self.shape)
+        layers = self._known(packed.array("depth", np.float32, shape), stored.layers)
+        return NeighbourDepth(layers, used)
 
-        return self._shared(("guide", stored.values, stored.confidence, stored.path), make)
-
-    def _neighbours(self, stored: NeighboursJson | None) -> NeighbourDepth | None:
-        if stored is None:
-            return None
-
-        def make() -> NeighbourDepth:
-            used = tuple(one.neighbour() for one in stored.used)
-            content = self._content(stored.layers)
-            layers = Npz(stored.layers, content).array("depth", np.float32, (len(used), *self.shape))
-            self.origins.append((layers, stored.layers))
-            return NeighbourDepth(layers, used)
-
-        return self._shared(("neighbours", msgspec.json.encode(stored)), make)
-
-    def _by_hand(self, stored: ByHandJson | None) -> DepthByHand | None:
-        if stored is None:
-            return None
-
-        def make() -> DepthByHand:
-            by_hand = DepthByHand(self._array(stored.depth, _depth), stored.weight)
-            self.origins.append((by_hand.depth, stored.depth))
-            return by_hand
-
-        return self._shared(("by_hand", stored.depth, stored.weight), make)
+    def _by_hand(self, stored: ByHandJson) -> DepthByHand:
+        by_hand = DepthByHand(self._depth(stored.depth), stored.weight)
+        self._known(by_hand.depth, stored.depth)
+        return by_hand
 
     # Blocks, results and runs.
 
@@ -263,10 +257,10 @@ class _Decoding:
         return BlockNotes(
             stored.infos,
             _own_values(stored.own),
-            self._array_or_none(stored.drawn, mask_from_bytes),
+            self._once_or_none(stored.drawn, self._mask),
             stored.extraction,
             stored.network,
-            self._array_or_none(stored.extracted, labels_from_bytes),
+            self._once_or_none(stored.extracted, self._labels),
             stored.kept,
             stored.handmade,
             stored.propagated_from,
@@ -277,25 +271,20 @@ class _Decoding:
         """Return the results by label."""
         results, packs = {}, self.stored.packs
         for label, pack, place in rows:
-            found = self._pack(packs[pack]) if 0 <= pack < len(packs) else []
+            found = self._once(packs[pack], self._pack) if 0 <= pack < len(packs) else []
             if not 0 <= place < len(found):
                 raise FormatError(f"No part contains the result of block {label}.")
             results[label] = found[place]
         return results
 
     def _pack(self, name: str) -> list[BlockResult]:
-        def make() -> list[BlockResult]:
-            if self.stored.frame.measured != measured_sha256(self.frame):
-                raise InputError("The frame's depth has changed since.")
-            results = unpack_results(name, self._content(name), self.frame.measured)
-            self.origins += [(result, (name, place)) for place, result in enumerate(results)]
-            return results
+        if self.stored.frame.measured != measured_sha256(self.frame):
+            raise InputError("The frame's depth has changed since.")
+        results = unpack_results(name, self._content(name), self.frame.measured)
+        self.origins += [(result, (name, place)) for place, result in enumerate(results)]
+        return results
 
-        return self._shared(("pack", name), make)
-
-    def _extrapolation(self, stored: ExtrapolationJson | None) -> Extrapolation | None:
-        if stored is None:
-            return None
+    def _extrapolation(self, stored: ExtrapolationJson) -> Extrapolation:
         name, count, size = stored.array, stored.count, self.shape[0] * self.shape[1]
         if not 0 <= count <= size:
             raise FormatError(f"{count} extrapolated pixels are more than the frame has.")
@@ -305,8 +294,7 @@ class _Decoding:
             raise FormatError("The extrapolated pixels lie outside the frame.")
         depth: NDArray[np.float32] = packed.array("depth", np.float32, (count,))
         depth.setflags(write=False)
-        self.origins.append((depth, name))
-        return Extrapolation(pixels, depth, stored.notes, stored.network)
+        return Extrapolation(pixels, self._known(depth, name), stored.notes, stored.network)
 
     def _stored_run(self, stored: StoredRunJson) -> StoredRun:
         return StoredRun(
@@ -320,7 +308,7 @@ class _Decoding:
             when=stored.when,
             done=stored.done,
             how=stored.how,
-            extrapolation=self._extrapolation(stored.extrapolation),
+            extrapolation=self._once_or_none(stored.extrapolation, self._extrapolation),
             ground_truth_error=error_or_none(stored.ground_truth_error),
             hold_out_error=error_or_none(stored.hold_out_error),
             expected_error=error_or_none(stored.expected_error),
@@ -331,7 +319,7 @@ class _Decoding:
         parameters, only = stored.parameters, stored.only
         return Run(
             self._with_layers(stored),
-            self._array(stored.blocks, labels_from_bytes),
+            self._once(stored.blocks, self._labels),
             parameters,
             {label: parameters.replace(**values) for label, values in _own_values(stored.own).items()},
             only=only if only is None or stored.in_order else frozenset(only),
@@ -340,13 +328,9 @@ class _Decoding:
             edited=stored.edited,
             network=stored.network,
             notes=stored.notes,
-            drawn=self._array_or_none(stored.drawn, mask_from_bytes),
-            by_hand=self._by_hand(stored.by_hand),
+            drawn=self._once_or_none(stored.drawn, self._mask),
+            by_hand=self._once_or_none(stored.by_hand, self._by_hand),
         )
-
-
-def _depth(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.float32]:
-    return Npz(name, content).array("depth", np.float32, shape)
 
 
 def _own_values(own: dict[int, dict[str, Any]]) -> dict[int, OwnValues]:
