@@ -200,7 +200,9 @@ def _frame(row: Section, places: Places, moved: bool) -> ProjectFrame:
     identity = row.get("id", str)
     if not re.fullmatch(_ID, identity):
         raise FormatError(f"{identity!r:.40} is not a valid id.")
-    return ProjectFrame(identity, row.get("name", str), source, _summary(row), row.get("has_state", bool))
+    return ProjectFrame(
+        identity, row.get("name", str), source, row.get("summary", FrameSummary), row.get("has_state", bool)
+    )
 
 
 def _present(path: str, places: Places) -> str:
@@ -212,15 +214,6 @@ def _present(path: str, places: Places) -> str:
         if beside is not None and beside.exists():
             return str(beside)
     return path
-
-
-def _summary(row: Section) -> FrameSummary:
-    """Decode the frame's summary; an empty one if it cannot be read, since it can be recomputed."""
-    try:
-        summary: FrameSummary = row.get("summary", FrameSummary)
-    except FormatError:
-        return FrameSummary()
-    return summary
 
 
 def frames_with_state(parts: Parts, stated_in: str | None) -> list[ProjectFrame]:

@@ -115,7 +115,8 @@ class Restoring(QObject):
             context.recorder.store.places = replace(
                 places, given={**given, **places.given}, stated_in=places.stated_in or ""
             )
-            new = [entry_of(_with_id(frame, ids[frame.id]), unsaved=True) for frame in plan.frames]
+            aside = brought.left_aside
+            new = [entry_of(_with_id(frame, ids[frame.id]), ids[frame.id] not in aside) for frame in plan.frames]
             context.workspace.frames.add_entries(new)
             if new:
                 present = ids.get(left.read.project.present)
