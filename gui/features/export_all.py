@@ -90,7 +90,7 @@ def _of_session(session: Session) -> tuple[Run, Completion | None]:
 
 
 def _of_store(entry: Entry, store: WorkStore, for_all: Parameters | None) -> tuple[Run, Completion | None]:
-    state = store.read(entry.id, entry.source).state
+    state = store.read(entry.id).state
     return run_and_completion(state.with_current_settings(entry.note, for_all))
 
 

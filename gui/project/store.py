@@ -20,7 +20,6 @@ from ilf.project.journal import Journal, JournalHeader
 from ilf.project.recovery import SUFFIX
 from ilf.project.sources import Places
 from ilf.project.thumbnail import thumbnail_part
-from ilf.sources.frame_source import FrameSource
 
 ARRAYS = "arrays/"
 
@@ -76,19 +75,19 @@ class WorkStore:
         with self._lock:
             return frame_id in self._pending or self.has_part(frame_part(frame_id))
 
-    def read(self, frame_id: str, source: FrameSource | None = None, to_edit: bool = True) -> Decoded:
+    def read(self, frame_id: str, to_edit: bool = True) -> Decoded:
         """Read the newest state of a frame; waits for it if it is pending. `to_edit`: it may be stored again, and the
         encoder then reuses its parts.
 
         Raises
         ------
-        MissingSource, ChangedSource, InputError
+        MissingSource, ChangedSource, UnreadableFrame
             As `load_state` does.
         """
         with self._arrival:
             self._arrival.wait_for(lambda: frame_id not in self._pending)
         with self.held() as parts:
-            decoded = load_state(frame_id, parts, source, self.places)
+            decoded = load_state(frame_id, parts, self.places)
         if to_edit:
             with self._lock:
                 self._read.append(decoded)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +20,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
 from ilf.errors import IlfError
 from ilf.io.depth_reading import PlausibilityWarning
+from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
@@ -122,25 +124,13 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     return session
 
 
-class DecodedState(Protocol):
-    """A frame's stored state after reading."""
-
-    @property
-    def state(self) -> FrameState:
-        """The state."""
-
-    @property
-    def problems(self) -> tuple[str, ...]:
-        """Sentences about parts that could not be read."""
-
-
 class StoredFrames(Protocol):
     """Storage of the states of frames that are not open."""
 
     def has(self, id: str) -> bool:
         """Whether it contains the state of a frame."""
 
-    def read(self, id: str, source: FrameSource | None) -> DecodedState:
+    def read(self, id: str) -> Decoded:
         """Read that state; called in the background thread."""
 
 
@@ -175,7 +165,7 @@ class FrameLoader(QObject):
     opening_failed(object, object)
         An Entry, and the exception that was raised on opening it.
     incomplete(object, object)
-        A session that was opened from its stored state, and sentences about parts that could not be read.
+        A session that was opened from its stored state, and sentences about files that are not available.
     failed(str, object)
         A description of the work, and the exception.
     not_allowed(object, object, object)
@@ -266,7 +256,7 @@ class FrameLoader(QObject):
             return
         stored = self.stored
         if entry.has_state and stored is not None and stored.has(entry.id):
-            do: Callable[[], object] = lambda: stored.read(entry.id, entry.source)  # noqa: E731
+            do: Callable[[], object] = lambda: stored.read(entry.id)  # noqa: E731
             take: Callable[[Any], None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
         else:
             source, parameters = entry.source or FrameSource(entry.key), self._workspace.parameters.extraction
@@ -285,6 +275,12 @@ class FrameLoader(QObject):
                 transient=True,
             )
         )
+
+    def open_new(self, source: FrameSource, name: str) -> None:
+        """Open a frame as a new one of the list, beside others of the same files."""
+        entry = Entry(uuid.uuid4().hex, source.key, name, source)
+        self._workspace.frames.add_entries([entry])
+        self.open_entry(entry)
 
     def read(
         self, what: str, do: Callable[[], object], take: Callable[..., None], fail: Callable[[], None] = lambda: None
@@ -334,7 +330,7 @@ class FrameLoader(QObject):
             self._report_blocks(session, *opened.run.notes)
             self.replayed.emit(session)
 
-    def _take_restored(self, entry: Entry, decoded: DecodedState) -> None:
+    def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
         session = restore(decoded.state, entry.source or Path(entry.key), entry.key)
         self._workspace.add_session(session, restored=True)
         if decoded.problems:

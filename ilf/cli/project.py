@@ -18,6 +18,7 @@ from ..completion.confidence.expected_error import RMS_NAME
 from ..data.parameters import Parameters, nearest_preset
 from ..data.results import Completion
 from ..errors import InputError
+from ..project.decoding import UnreadableFrame
 from ..project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
 from ..project.facts import FrameFacts, RunFacts, differences, frame_facts, present_completion, present_run
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
@@ -324,7 +325,11 @@ def _with_results(opened: OpenedProject, chosen: Sequence[str]) -> Iterator[tupl
     for frame in wanted:
         if not (frame.has_state or chosen):
             continue
-        decoded = opened.state(frame.id)
+        try:
+            decoded = opened.state(frame.id)
+        except UnreadableFrame as error:
+            warn([f"{frame.name}: {error}"])
+            continue
         warn(f"{frame.name}: {problem}" for problem in decoded.problems)
         if decoded.state.results:
             found = True

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .._runtime.named_places import NotAllowed
-from .._runtime.schema import Section
 from ..data.frame import InputFile
 from ..data.results import Completion, compose
 from ..errors import InputError
@@ -20,7 +19,7 @@ from .file import OpenedProject
 from .frame_state import FrameState
 from .project import ProjectFrame
 from .sources import ChangedSource, find_source, source_part
-from .state_json import UNREADABLE, array_content, arrays_of, files_of, number_or_none, parsed_frame_part
+from .state_json import UNREADABLE, StoredRunJson, array_content, error_or_none, files_of, parsed_frame_part
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class FrameFacts:
     size : int
         Bytes of its own part and of the arrays that it refers to.
     problems : tuple of str
-        What is damaged or was not found, one sentence each.
+        Why the work on it cannot be read.
     """
 
     frame: ProjectFrame
@@ -74,18 +73,13 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
         return FrameFacts(frame, {} if frame.source is None else _places(frame.source))
     try:
         content = opened.parts.read(frame_part(frame.id))
-        data, arrays, files = parsed_frame_part(content), arrays_of(content), files_of(content)
-        runs = tuple(_run_facts(Section("stored run", run)) for run in data.items("runs", dict))
+        stored = parsed_frame_part(content)
+        files = files_of(stored)
+        size = len(content) + sum(len(array_content(opened.parts, name)) for name in sorted(stored.arrays))
     except UNREADABLE as error:
         problem = f"The work on this frame cannot be read: {error}"
         return FrameFacts(frame, {} if frame.source is None else _places(frame.source), problems=(problem,))
-    problems, size = [], len(content)
-    for name in sorted(arrays):
-        try:
-            size += len(array_content(opened.parts, name))
-        except InputError as error:
-            problems.append(str(error))
-    return FrameFacts(frame, dict(_found(opened, files)), runs, size, tuple(problems))
+    return FrameFacts(frame, dict(_found(opened, files)), tuple(map(_run_facts, stored.runs)), size)
 
 
 def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tuple[str, str]]:
@@ -115,17 +109,10 @@ def _places(source: FrameSource) -> dict[str, str]:
     return {path: "present" if Path(path).exists() else "missing" for path in paths}
 
 
-def _run_facts(run: Section) -> RunFacts:
+def _run_facts(run: StoredRunJson) -> RunFacts:
+    errors = run.ground_truth_error, run.hold_out_error, run.expected_error
     return RunFacts(
-        run.get("number", int),
-        run.get("name", str),
-        run.get("how", str),
-        len(run.get("done", list)),
-        run.get("seconds", float),
-        run.get("note", str),
-        number_or_none(run, "ground_truth_error"),
-        number_or_none(run, "hold_out_error"),
-        number_or_none(run, "expected_error"),
+        run.number, run.name, run.how, len(run.done), run.seconds, run.note, *(error_or_none(error) for error in errors)
     )
 
 

@@ -20,7 +20,7 @@ from .packing import ARRAYS
 from .project import Project, ProjectFrame
 from .project_json import PROJECT, ReadProject, decode_project, encode_project
 from .sources import SOURCES, FilePlace, Places, find_source, source_part
-from .state_json import UNREADABLE, arrays_of, empty_state, files_of
+from .state_json import UNREADABLE, empty_state, files_of, parsed_frame_part
 from .thumbnail import thumbnail_part
 
 # Collecting the parts of a project file: changed parts, and stored parts that are copied.
@@ -132,11 +132,11 @@ class PartCollector:
         name = frame_part(frame.id)
         names[name] = None
         try:
-            content = self._content(name, frame.id)
-            files, arrays = files_of(content), arrays_of(content)
+            stored = parsed_frame_part(self._content(name, frame.id))
+            files = files_of(stored)
         except UNREADABLE:
             return False
-        names |= dict.fromkeys(sorted(arrays))
+        names |= dict.fromkeys(sorted(stored.arrays))
         for file in files:
             self._add_file(file, names)
         self._record_paths(frame)
@@ -271,13 +271,15 @@ class OpenedProject(Closeable):
         ------
         MissingSource, ChangedSource
             If one of the frame's files was not found, or has changed.
+        UnreadableFrame
+            If any part of its state is missing, damaged or of another version.
         InputError
-            If there is no such frame, or it cannot be read.
+            If there is no such frame, or its files cannot be read.
         """
         frame = self.frame(frame_id)
         if not frame.has_state and frame.source is not None:
             return Decoded(empty_state(frame_id, frame.source.load()))
-        return load_state(frame_id, self.parts, frame.source, places or self.places)
+        return load_state(frame_id, self.parts, places or self.places)
 
     def close(self) -> None:
         """Close the file."""

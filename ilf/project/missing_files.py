@@ -20,7 +20,7 @@ from .encoding import frame_part
 from .file import SUFFIX
 from .project import ProjectFrame
 from .sources import Places, source_part
-from .state_json import UNREADABLE, files_of
+from .state_json import UNREADABLE, files_of, read_frame_part
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[I
     name = frame_part(frame.id)
     if frame.has_state and name in names:
         try:
-            return list(files_of(parts.read(name)))
+            return list(files_of(read_frame_part(frame.id, parts)))
         except UNREADABLE:
             pass  # fall back to the source
     return [] if frame.source is None else [InputFile(path, "") for path in frame.source.paths]

@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
+
+import msgspec
 
 from .._runtime.files import parse_json
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.named_places import NotAllowed, named_in
-from .._runtime.schema import Section, check_schema, plain, strict_json
-from ..data.declarations import ParameterSet
+from .._runtime.schema import Section, check_schema, converted, plain, strict_json
 from ..data.parameters import BlockParameters, Parameters
-from ..errors import FormatError, IlfError, InputError
+from ..errors import FormatError, InputError
 from ..run.record_file import parsed_inputs
 from ..sources.frame_source import FrameSource
 from .archive import Parts
 from .encoding import PROGRAM, SCHEMA
 from .project import FrameSummary, Project, ProjectFrame, Stage
 from .sources import FilePlace, Places
-from .state_json import UNREADABLE, read_frame_part
+from .state_json import UNREADABLE, StateJson, read_frame_part
 
 PROJECT = "project.json"
-
-Set = TypeVar("Set", bound=ParameterSet)
+_ID = r"[A-Za-z0-9_-]{1,64}"
 
 
 @dataclass(frozen=True)
@@ -123,68 +122,72 @@ def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str | N
         )
         return ReadProject(Project(frames), Places(path, stated_in=stated_in), problems=(lost,))
     check_schema(data, SCHEMA, "project" if path is None else f"project {path}")
-    return _Reader(Section("project", data), path, stated_in).project()
+    problems: list[str] = []
+    try:
+        settings = converted(data, _Settings, "project")
+    except FormatError as error:
+        problems.append(f"The common settings are lost: {error} The defaults are used.")
+        settings = converted(parse_json(encode_project(Project()), "The defaults"), _Settings, "project")
+    places = Places(path, settings.files, _given(settings.given, stated_in), stated_in=stated_in)
+    moved = path is not None and settings.folder != str(path.parent)
+    frames = _listed_frames(data, parts, places, moved, problems)
+    project = Project(
+        frames,
+        settings.present,
+        settings.parameters,
+        settings.for_all,
+        settings.extraction,
+        settings.keeps_handmade,
+        settings.view,
+    )
+    return ReadProject(project, places, settings.embedded, tuple(problems))
 
 
-class _Reader:
-    """Decodes a project from its JSON."""
+class _Settings(msgspec.Struct):
+    """Everything in project.json but the frames."""
 
-    def __init__(self, data: Section, path: Path | None, stated_in: str | None) -> None:
-        self._data, self._path, self._stated_in = data, path, stated_in
-        self._problems: list[str] = []
+    folder: str | None
+    present: str
+    parameters: Parameters
+    for_all: bool
+    extraction: BlockParameters
+    keeps_handmade: bool
+    view: dict[str, Any]
+    embedded: bool
+    files: dict[str, FilePlace]
+    given: dict[str, str]
 
-    def project(self) -> ReadProject:
-        problems = self._problems
-        places = Places(self._path, self._files(), self._given(), stated_in=self._stated_in)
-        moved = self._path is not None and self._value("folder", None, str, type(None)) != str(self._path.parent)
-        frames = []
-        for row in self._value("frames", [], list):
-            try:
-                frames.append(_frame(Section("frame", row), places, moved))
-            except UNREADABLE as error:
-                problems.append(f"A frame of the list is lost: {error}")
-        project = Project(
-            tuple({frame.id: frame for frame in frames}.values()),
-            self._value("present", "", str),
-            self._parameters("parameters", Parameters),
-            self._value("for_all", False, bool),
-            self._parameters("extraction", BlockParameters),
-            self._value("keeps_handmade", True, bool),
-            self._value("view", {}, dict),
-        )
-        return ReadProject(project, places, self._value("embedded", False, bool), tuple(problems))
 
-    def _value(self, key: str, default: Any, *kinds: type) -> Any:
+def _listed_frames(
+    data: dict[str, Any], parts: Parts, places: Places, moved: bool, problems: list[str]
+) -> tuple[ProjectFrame, ...]:
+    """Decode the list of frames; an entry that cannot be read is added to `problems`, and its frame listed by its
+    state."""
+    listed: dict[str, ProjectFrame] = {}
+    rows = data.get("frames")
+    if not isinstance(rows, list):
+        rows = []
+        problems.append("The list of frames is lost.")
+    for row in rows:
         try:
-            return self._data.get(key, *kinds)
-        except IlfError as error:
-            self._problems.append(f"{error} The default is used.")
-            return default
+            frame = _frame(Section("frame", row), places, moved)
+        except UNREADABLE as error:
+            problems.append(f"A frame of the list is lost: {error}")
+        else:
+            listed[frame.id] = frame
+    if problems:
+        for frame in frames_with_state(parts, places.stated_in):
+            listed.setdefault(frame.id, frame)
+    return tuple(listed.values())
 
-    def _parameters(self, key: str, kind: type[Set]) -> Set:
-        try:
-            return kind.from_dict(self._data.get(key, dict))
-        except IlfError as error:
-            self._problems.append(f"{error} The defaults are used.")
-            return kind()
 
-    def _files(self) -> dict[str, FilePlace]:
-        found = {}
-        for path, place in self._value("files", {}, dict).items():
-            relative, absolute = (
-                place.get(key) if isinstance(place, dict) else None for key in ("relative", "absolute")
-            )
-            if isinstance(relative, str | None) and isinstance(absolute, str | None):
-                found[path] = FilePlace(relative, absolute)
-        return found
-
-    def _given(self) -> dict[str, Path]:
-        found = {}
-        for key, path in self._value("given", {}, dict).items():
-            with suppress(InputError):
-                if isinstance(path, str):
-                    found[key] = Path(path if self._stated_in is None else named_in(path, self._stated_in))
-        return found
+def _given(given: dict[str, str], stated_in: str | None) -> dict[str, Path]:
+    """Return the places that the user has given, without those that must not be opened unasked."""
+    found = {}
+    for key, path in given.items():
+        with suppress(InputError):
+            found[key] = Path(path if stated_in is None else named_in(path, stated_in))
+    return found
 
 
 def _frame(row: Section, places: Places, moved: bool) -> ProjectFrame:
@@ -195,9 +198,11 @@ def _frame(row: Section, places: Places, moved: bool) -> ProjectFrame:
         if moved:
             source = source.with_paths(lambda path: _present(path, places))
     identity = row.get("id", str)
-    if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", identity):
+    if not re.fullmatch(_ID, identity):
         raise FormatError(f"{identity!r:.40} is not a valid id.")
-    return ProjectFrame(identity, row.get("name", str), source, _summary(row), row.get("has_state", bool))
+    return ProjectFrame(
+        identity, row.get("name", str), source, row.get("summary", FrameSummary), row.get("has_state", bool)
+    )
 
 
 def _present(path: str, places: Places) -> str:
@@ -211,46 +216,34 @@ def _present(path: str, places: Places) -> str:
     return path
 
 
-def _summary(row: Section) -> FrameSummary:
-    """Decode the frame's summary; an empty one if it cannot be read, since it can be recomputed."""
-    try:
-        summary: FrameSummary = row.get("summary", FrameSummary)
-    except FormatError:
-        return FrameSummary()
-    return summary
-
-
 def frames_with_state(parts: Parts, stated_in: str | None) -> list[ProjectFrame]:
-    """List the frames whose states are stored, with the summaries in these states; `stated_in` as in `Places`."""
-    frames = []
-    for name in sorted(parts.names()):
-        if name.startswith("frames/"):
-            try:
-                frames.append(_frame_from_part(name.removeprefix("frames/").removesuffix(".json"), parts, stated_in))
-            except UNREADABLE:
-                continue
-    return frames
+    """List the frames whose states are stored, with the summaries in these states, or why they cannot be read;
+    `stated_in` as in `Places`."""
+    names = (name for name in sorted(parts.names()) if name.startswith("frames/"))
+    ids = (name.removeprefix("frames/").removesuffix(".json") for name in names)
+    return [_frame_from_part(identity, parts, stated_in) for identity in ids if re.fullmatch(_ID, identity)]
 
 
 def _frame_from_part(identity: str, parts: Parts, stated_in: str | None) -> ProjectFrame:
     """Build a frame's list entry from its stored state."""
-    data = read_frame_part(identity, parts)
-    frame, source = data.section("frame"), None
-    if "inputs" in frame.values:
-        source = replace(FrameSource.of(parsed_inputs(frame.get("inputs", dict))), stated_in=stated_in)
-    height, width = frame.items("shape", int)
-    stage = _stage(data.values)
-    note, completed, done = data.get("note", str), len(data.get("results", list)), data.get("done", bool)
-    summary = FrameSummary(stage, note, (height, width), completed=completed, done=done)
-    return ProjectFrame(identity, frame.get("name", str), source, summary, True)
+    try:
+        stored = read_frame_part(identity, parts)
+        inputs = None if stored.frame.inputs is None else parsed_inputs(stored.frame.inputs)
+    except UNREADABLE as error:
+        problem = f"The work on this frame cannot be read: {error}"
+        return ProjectFrame(identity, identity, None, FrameSummary(Stage.FAILED, problem=problem), True)
+    source = None if inputs is None else replace(FrameSource.of(inputs), stated_in=stated_in)
+    summary = FrameSummary(
+        _stage(stored), stored.note, stored.frame.shape, completed=len(stored.results), done=stored.done
+    )
+    return ProjectFrame(identity, stored.frame.name, source, summary, True)
 
 
-def _stage(data: Mapping[str, Any]) -> Stage:
+def _stage(stored: StateJson) -> Stage:
     """Derive a frame's stage from the names of its parts: equal content has equal names."""
-    if data.get("results"):
+    if stored.results:
         return Stage.RUN
-    notes = data.get("notes") or {}
-    is_unedited = notes.get("extracted") == data.get("labels")
-    if is_unedited and notes.get("propagated_from"):
+    is_unedited = stored.notes.extracted == stored.labels
+    if is_unedited and stored.notes.propagated_from:
         return Stage.PROPAGATED
-    return Stage.EXTRACTED if is_unedited and not notes.get("kept") else Stage.EDITED
+    return Stage.EXTRACTED if is_unedited and not stored.notes.kept else Stage.EDITED

@@ -20,7 +20,7 @@ from .encoding import frame_part
 from .journal import Journal, JournalHeader, JournalInUse
 from .project import Project, ProjectFrame
 from .project_json import ReadProject, decode_project, frames_with_state
-from .state_json import UNREADABLE, arrays_of
+from .state_json import UNREADABLE, parsed_frame_part
 from .thumbnail import thumbnail_part
 
 SUFFIX = ".journal"
@@ -134,7 +134,9 @@ def _with_newer_summary(listed: ProjectFrame, own: ProjectFrame | None) -> Proje
     if own is None:
         return listed
     fresh = own.summary
-    summary = replace(listed.summary, stage=fresh.stage, shape=fresh.shape, completed=fresh.completed, problem="")
+    summary = replace(
+        listed.summary, stage=fresh.stage, shape=fresh.shape, completed=fresh.completed, problem=fresh.problem
+    )
     return replace(listed, has_state=True, summary=summary)
 
 
@@ -147,17 +149,18 @@ class Copied:
     put : dict of str to bytes
     refers : dict of str to frozenset of str
         Id of a frame -> the arrays that its state refers to.
-    problems : tuple of str
-        What could not be read; one sentence each.
+    problems : dict of str to str
+        New id of a frame that cannot be read, which is left out -> why, one sentence.
     """
 
     put: dict[str, bytes]
     refers: dict[str, frozenset[str]]
-    problems: tuple[str, ...]
+    problems: dict[str, str]
 
 
 def copy_frames(stores: Collection[Parts], ids: Mapping[str, str]) -> Copied:
-    """Copy frames with all parts that they refer to; each part is read from the first store that has a readable one.
+    """Copy frames with all parts that they refer to, each whole or not at all; arrays are read from the first store
+    that has a readable one.
 
     Parameters
     ----------
@@ -167,24 +170,24 @@ def copy_frames(stores: Collection[Parts], ids: Mapping[str, str]) -> Copied:
     """
     put: dict[str, bytes] = {}
     refers: dict[str, frozenset[str]] = {}
-    problems: list[str] = []
+    problems: dict[str, str] = {}
     for former, frame_id in ids.items():
         try:
-            content = _first(stores, frame_part(former))
-            names = arrays_of(content)
-            if former != frame_id:
-                content = json.dumps(parse_json(content, "The frame's part") | {"id": frame_id}).encode()
-            put[frame_part(frame_id)] = content
+            name = frame_part(former)
+            newest = [parts for parts in stores if name in parts.names()][:1]  # an older state does not stand in for it
+            content = _first(newest, name)
+            names = parsed_frame_part(content).arrays
+            arrays = {name: _first(stores, name) for name in names - put.keys()}
         except UNREADABLE as error:
-            problems.append(f"The work on a frame is lost: {error}")
+            problems[frame_id] = f"The work on this frame cannot be restored: {error}"
             continue
+        if former != frame_id:
+            content = json.dumps(parse_json(content, "The frame's part") | {"id": frame_id}).encode()
+        put |= arrays | {frame_part(frame_id): content}
         refers[frame_id] = names
-        for name in names - put.keys():
-            with contextlib.suppress(InputError):  # the loss is reported when the frame is opened
-                put[name] = _first(stores, name)
         with contextlib.suppress(InputError):
             put[thumbnail_part(frame_id)] = _first(stores, thumbnail_part(former))
-    return Copied(put, refers, tuple(problems))
+    return Copied(put, refers, problems)
 
 
 def _first(stores: Collection[Parts], name: str) -> bytes:

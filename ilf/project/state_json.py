@@ -1,71 +1,190 @@
-"""Reading the JSON of a part `frames/<id>.json`: the frame, its files, and the arrays that it refers to."""
+"""The JSON of a part `frames/<id>.json`, as types that declare it; it is read whole, and strictly."""
 
 from __future__ import annotations
 
-import dataclasses
-import math
-from collections.abc import Sequence
+import datetime
 from typing import Any
 
 import numpy as np
+from msgspec import UNSET, Struct, UnsetType
 
 from .._runtime.files import parse_json
-from .._runtime.schema import Section, check_schema
-from ..data.camera import CameraIntrinsics
+from .._runtime.schema import check_schema, converted
 from ..data.frame import InputFile, RGBDFrame
-from ..data.parameters import Parameters
+from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, IlfError
+from ..evaluation.hold_out import HoldOutTest
+from ..evaluation.quality.ignored import IgnoredPlace
+from ..run.record import RecordedNeighbour
 from ..run.record_file import parsed_inputs
 from .archive import Parts
 from .encoding import SCHEMA, frame_part
-from .frame_state import FrameState, InspectionState, OwnValues, Point
-from .packing import Npz, check_content, colour_from_bytes, mask_from_bytes
-from .sources import Places, load_inputs
+from .frame_state import BlockInfo, FrameState, Point
+from .packing import check_content
+from .run_history import Colour
 
 UNREADABLE = (IlfError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 """Exceptions of reading damaged or foreign data."""
 
-_Camera = tuple[float, float, float, float, str]
 _Ends = tuple[int, int]
+_Error = float | UnsetType | None
+"""An error: null if it is undefined, no key if it was not computed."""
+_Rows = list[tuple[int, int, int]]
+"""Label, index in `packs` and index in that pack, of each result."""
 
 
-def read_frame_part(frame_id: str, parts: Parts) -> Section:
+class FrameJson(Struct):
+    """The frame: by its files (`inputs`), or by its arrays."""
+
+    name: str
+    shape: tuple[int, int]
+    measured: str
+    intrinsics: tuple[float, float, float, float, str] | None
+    inputs: dict[str, Any] | None = None
+    rgb: str | None = None
+    depth: str | None = None
+    pose: list[list[float]] | None = None
+    outside_view: str | None = None
+
+
+class GuideJson(Struct):
+    """A guide."""
+
+    values: str
+    confidence: str | None
+    path: str | None
+
+
+class NeighboursJson(Struct):
+    """Depth of neighbours."""
+
+    layers: str
+    used: tuple[RecordedNeighbour, ...]
+
+
+class ByHandJson(Struct):
+    """Depth by hand."""
+
+    depth: str
+    weight: float
+
+
+class LayersJson(Struct, kw_only=True):
+    """What a frame has beside colour and depth."""
+
+    invalid_mask: str | None
+    ground_truth: dict[str, Any] | None
+    guide: GuideJson | None = None
+    neighbours: NeighboursJson | None = None
+
+
+class NotesJson(Struct):
+    """The notes of blocks."""
+
+    infos: dict[int, BlockInfo]
+    own: dict[int, dict[str, Any]]
+    drawn: str | None
+    extraction: BlockParameters | None
+    network: str | None
+    extracted: str | None
+    kept: frozenset[int]
+    handmade: frozenset[int]
+    propagated_from: str
+    reasons: dict[int, str]
+
+
+class RunJson(LayersJson, kw_only=True):
+    """A run."""
+
+    blocks: str
+    parameters: Parameters
+    own: dict[int, dict[str, Any]]
+    only: tuple[int, ...] | None
+    in_order: bool
+    extrapolate: bool
+    extraction: BlockParameters | None
+    edited: bool
+    network: str | None
+    notes: tuple[str, ...]
+    drawn: str | None
+    by_hand: ByHandJson | None = None
+
+
+class ExtrapolationJson(Struct):
+    """Extrapolated depth."""
+
+    array: str
+    count: int
+    notes: tuple[str, ...]
+    network: str | None
+
+
+class StoredRunJson(Struct, kw_only=True):
+    """A run of the run history."""
+
+    number: int
+    name: str
+    run: RunJson
+    results: _Rows
+    seconds: float
+    colour: Colour
+    note: str
+    when: datetime.datetime
+    done: frozenset[int]
+    how: str
+    extrapolation: ExtrapolationJson | None
+    hold_out_test: HoldOutTest | None
+    ground_truth_error: _Error = UNSET
+    hold_out_error: _Error = UNSET
+    expected_error: _Error = UNSET
+
+
+class InspectionJson(Struct):
+    """The user's inspections."""
+
+    line: tuple[Point, Point] | None
+    region: tuple[_Ends, _Ends] | None
+    measurements: tuple[tuple[Point, Point], ...]
+
+
+class StateJson(LayersJson, kw_only=True):
+    """A frame's state; arrays are names of parts."""
+
+    frame: FrameJson
+    by_hand: ByHandJson | None = None
+    labels: str
+    notes: NotesJson
+    parameters: Parameters
+    packs: tuple[str, ...]
+    results: _Rows
+    extrapolation: ExtrapolationJson | None
+    runs: tuple[StoredRunJson, ...]
+    compared: tuple[int, ...]
+    next_number: int
+    extrapolate: bool
+    own_parameters: bool
+    note: str
+    done: bool
+    to_check: frozenset[int]
+    ignored: tuple[IgnoredPlace, ...]
+    selected: tuple[int, ...]
+    looked: InspectionJson
+    view: dict[str, Any]
+    arrays: frozenset[str]
+
+
+def read_frame_part(frame_id: str, parts: Parts) -> StateJson:
     """Read the part with a frame's state; raises FormatError if it is damaged, InputError if there is none."""
     return parsed_frame_part(parts.read(frame_part(frame_id)))
 
 
-def parsed_frame_part(content: bytes) -> Section:
+def parsed_frame_part(content: bytes) -> StateJson:
     """Parse the bytes of the part with a frame's state; raises FormatError if it is damaged."""
     data = parse_json(content, "The frame's part")
     if not isinstance(data, dict):
         raise FormatError("The frame's part is not a JSON object.")
     check_schema(data, SCHEMA, "frame's part")
-    return Section("frame's part", data)
-
-
-def recorded_frame(data: Section, parts: Parts, places: Places | None) -> RGBDFrame:
-    """Load the frame from its files, or from its stored arrays."""
-    name, shape = data.get("name", str), recorded_shape(data)
-    camera = None
-    if (stated_camera := data.get("intrinsics", _Camera, None)) is not None:
-        camera = CameraIntrinsics(*stated_camera)
-    stated: dict[str, Any] = {}
-    if "pose" in data.values:
-        stated["pose"] = data.get("pose", list)
-    if "outside_view" in data.values:
-        outside = data.get("outside_view", str)
-        stated["outside_view"] = mask_from_bytes(outside, array_content(parts, outside), shape)
-    if "inputs" in data.values:
-        frame = load_inputs(parsed_inputs(data.get("inputs", dict)), name, camera, parts, places)
-        return dataclasses.replace(frame, **stated)
-    colour, depth = data.get("rgb", str), data.get("depth", str)
-    return RGBDFrame(
-        colour_from_bytes(colour, array_content(parts, colour), shape),
-        Npz(depth, array_content(parts, depth)).array("depth", np.float32, shape),
-        camera,
-        name,
-        **stated,
-    )
+    return converted(data, StateJson, "frame's part")
 
 
 def array_content(parts: Parts, name: str) -> bytes:
@@ -75,39 +194,27 @@ def array_content(parts: Parts, name: str) -> bytes:
     return content
 
 
-def recorded_shape(data: Section) -> tuple[int, int]:
-    """Return height and width of the frame."""
-    shape: tuple[int, int] = data.get("shape", tuple[int, int])
-    return shape
-
-
-def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
-    """List the files of the state in a part `frames/<id>.json`: colour, depth, ground truth; each once.
+def files_of(stored: StateJson) -> tuple[InputFile, ...]:
+    """List the files of a frame's state: colour, depth, ground truth; each once. Raises FormatError for wrong values.
 
     A recording has no SHA-256: it is identified by the frame in it.
-
-    Raises
-    ------
-    FormatError
-        If the part is damaged.
     """
-    data = parsed_frame_part(frame_json)
-    frame = data.section("frame")
     files: list[InputFile] = []
-    if "inputs" in frame.values:
-        inputs = parsed_inputs(frame.get("inputs", dict))
+    if stored.frame.inputs is not None:
+        inputs = parsed_inputs(stored.frame.inputs)
         pair = (inputs.rgb, inputs.depth) if inputs.frame is None else (InputFile(inputs.rgb.path, ""),)
         files += [file for file in (*pair, inputs.ground_truth) if file is not None]
-    runs = [Section("stored run", run).section("run") for run in data.items("runs", dict)]
-    for part in (data, *runs):
-        if "path" in (part.get("ground_truth", dict, None) or {}):
-            files.append(part.get("ground_truth", InputFile))
+    layers: list[LayersJson] = [stored, *(run.run for run in stored.runs)]
+    truths = [one.ground_truth for one in layers if one.ground_truth is not None]
+    files += [converted(truth, InputFile, "ground truth") for truth in truths if "path" in truth]
     return tuple({(file.path, file.sha256): file for file in files}.values())
 
 
-def arrays_of(frame_json: bytes) -> frozenset[str]:
-    """List all parts with arrays that a part `frames/<id>.json` refers to; raises FormatError if it is damaged."""
-    return frozenset(parsed_frame_part(frame_json).items("arrays", str))
+def error_or_none(error: _Error) -> float | None:
+    """Return an error; None if it was not computed, NaN if it is undefined."""
+    if error is UNSET:
+        return None
+    return float("nan") if error is None else error
 
 
 def empty_state(frame_id: str, frame: RGBDFrame) -> FrameState:
@@ -115,44 +222,3 @@ def empty_state(frame_id: str, frame: RGBDFrame) -> FrameState:
     labels = np.zeros(frame.shape, np.int32)
     labels.setflags(write=False)
     return FrameState(frame_id, frame, labels)
-
-
-# Readers of the fields without arrays, from a state's JSON; for damaged data they raise one of UNREADABLE.
-
-
-def result_rows(data: Section, frame_part: Section) -> list[tuple[int, str, int]]:
-    """Return label, pack and index in the pack of every result."""
-    packs = frame_part.items("packs", str)
-    rows = data.get("results", list[tuple[int, int, int]])
-    return [(label, packs[pack], place) for label, pack, place in rows if 0 <= pack < len(packs)]
-
-
-def own_values_of(data: Section) -> dict[int, OwnValues]:
-    """Return the own parameters of blocks, by label."""
-    own = data.get("own", dict[int, dict[str, Any]])
-    checked = {label: Parameters().replace(**values).to_dict() for label, values in own.items()}
-    return {label: {name: checked[label][name] for name in values} for label, values in own.items()}
-
-
-def selected_labels(data: Section) -> Sequence[int] | frozenset[int]:
-    """Return the selected blocks of a run, in their order if they had one."""
-    labels = data.items("only", int)
-    return tuple(labels) if data.get("in_order", bool) else frozenset(labels)
-
-
-def number_or_none(data: Section, key: str) -> float | None:
-    """Return an error; None if it was not computed, NaN if it is undefined."""
-    if key not in data.values:
-        return None
-    number: float | None = data.get(key, float, None)
-    return math.nan if number is None else number
-
-
-def inspection_of(data: Section) -> InspectionState:
-    """Return the user's inspections of the frame."""
-    region = data.get("region", tuple[_Ends, _Ends], None)
-    return InspectionState(
-        data.get("line", tuple[Point, Point], None),
-        None if region is None else (slice(*region[0]), slice(*region[1])),
-        data.get("measurements", tuple[tuple[Point, Point], ...]),
-    )

@@ -230,7 +230,7 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
     window, entry = listed, listed.workspace.frames.entries[1]
     state = FrameState(entry.id, entry.source.load(), np.zeros(window.workspace.session.labels.shape, np.int32))
     damaged = SimpleNamespace(state=state, problems=("Its runs cannot be read.",))
-    window.loader.stored = SimpleNamespace(has=lambda id: True, read=lambda id, source: damaged)
+    window.loader.stored = SimpleNamespace(has=lambda id: True, read=lambda id: damaged)
     entry.has_state = True
     told: list[tuple[Session, tuple[str, ...]]] = []
     window.loader.incomplete.connect(lambda session, problems: told.append((session, problems)))

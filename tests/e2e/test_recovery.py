@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 from collections.abc import Iterator
@@ -21,7 +22,7 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.widgets.basics import Message
 from ilf.data.frame import RGBDFrame
-from ilf.errors import ExportError
+from ilf.errors import ExportError, InputError
 from ilf.project.file import save_project
 from ilf.project.journal import Journal, JournalInUse
 from ilf.project.project import Project
@@ -170,6 +171,34 @@ def test_what_cannot_be_restored_is_left_for_another_time(
     dialog.rows[1].restore_button.click()
     qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
     assert _names(window) == ["frame-hall", "frame-stairs"]
+
+
+def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_journal(
+    left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    hall = next(path for path in left.glob("*.journal") if len(_frame_parts(path)) == 2)
+    damaged = _frame_parts(hall)[0]
+    with contextlib.closing(Journal(hall)) as journal:
+        journal.commit({damaged: b"{"})
+    window: MainWindow = request.getfixturevalue("window")
+    dialog = _dialog(window, qtbot)
+    told: list[str] = []
+    monkeypatch.setattr(window.notes, "warn", lambda what, notes, details="": told.extend(notes))
+    dialog.rows[0].restore_button.click()  # the last one that was written
+    qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.recorder.store.is_written, timeout=WAIT_MS)
+    assert _names(window) == ["frame-hall", "frame-stairs"]
+    assert [entry.unsaved for entry in window.workspace.frames.entries].count(True) == 1
+    assert len(told) == 1
+    assert str(hall) in told[0]
+    assert damaged in _frame_parts(hall), "nothing of it is lost"
+
+
+def _frame_parts(path: Path) -> list[str]:
+    """The names of the frames' parts of a journal, or of none if it cannot be read."""
+    with contextlib.suppress(InputError), contextlib.closing(Journal(path)) as journal:
+        return sorted(name for name in journal.names() if name.startswith("frames/"))
+    return []
 
 
 def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unasked(

@@ -22,7 +22,6 @@ from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary
 from ilf.report.subject import Subject, Unreadable
-from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS
 
@@ -30,7 +29,7 @@ from .conftest import WAIT_MS
 class Store:
     """A store that has one frame, and one that cannot be read."""
 
-    def read(self, id: str, source: FrameSource | None) -> Decoded:
+    def read(self, id: str) -> Decoded:
         if id == "lost":
             raise InputError("depth.png is not there any more.")
         frame = RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0), name="put away")

@@ -1,4 +1,4 @@
-"""The question whether places that a file names are opened."""
+"""Questions about what cannot be opened as it is: places that a file names, and frames whose work is unreadable."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 
 from ilf._runtime.named_places import NotAllowed, note_opened
 from ilf.errors import one_line
+from ilf.project.decoding import UnreadableFrame
 
 from ...widgets.notices import question
 
@@ -31,4 +32,14 @@ def ask_to_open(parent: QWidget, error: NotAllowed, yes: Callable[[], None], no:
             no()
 
     box.finished.connect(answer)
+    box.open()
+
+
+def ask_to_open_anew(parent: QWidget, name: str, error: UnreadableFrame, yes: Callable[[], None]) -> None:
+    """Ask whether to open the files of a frame without its unreadable work; call `yes` if so."""
+    more = "Open its files as a new frame, without the work? The work stays in the project as it is."
+    box = question(parent, f"Open {name} anew?", f"{name} cannot be opened. {error}", more)
+    box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.No)
+    box.setDefaultButton(QMessageBox.StandardButton.No)
+    box.finished.connect(lambda result: yes() if result == QMessageBox.StandardButton.Yes else None)
     box.open()

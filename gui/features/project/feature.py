@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolBar
 from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import note_opened
 from ilf.project.archive import Archive
+from ilf.project.decoding import UnreadableFrame
 from ilf.project.file import OpenedProject
 
 from ...base import theme
@@ -26,7 +27,7 @@ from ...widgets.notices import question
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
 from ..menus import insert_menu
-from .asking import ask_to_open
+from .asking import ask_to_open, ask_to_open_anew
 from .closing import Closing
 from .missing import Missing
 from .opening import FolderProjects, Opening
@@ -70,6 +71,7 @@ class ProjectFeature(Feature):
         context.recorder.is_unsaved = lambda: self.present.unsaved
         context.loader.replayed.connect(lambda _: self.present.mark_extraction_saved())
         context.loader.incomplete.connect(self._tell_incomplete)
+        context.loader.opening_failed.connect(self._offer_anew)
         context.loader.not_allowed.connect(partial(ask_to_open, context.window))
         self.opening.opened.connect(self._tell_opened)
         self.opening.opened.connect(self.missing.check)
@@ -344,7 +346,14 @@ class ProjectFeature(Feature):
         )
 
     def _tell_incomplete(self, session: Session, problems: Sequence[str]) -> None:
-        self.context.notes.warn(f"{session.name}: part of the work could not be read", problems)
+        self.context.notes.warn(f"{session.name}: opened without some of its files", problems)
+
+    def _offer_anew(self, entry: Entry, error: Exception) -> None:
+        """Offer to open the files of a frame whose work cannot be read."""
+        source = source_of(entry)
+        if isinstance(error, UnreadableFrame) and source is not None:
+            again = partial(self.context.loader.open_new, source, f"{entry.name} (anew)")
+            ask_to_open_anew(self.context.window, entry.name, error, again)
 
     def _tell_saved(self, path: Path, problems: Sequence[str]) -> None:
         self.recent.note(path)

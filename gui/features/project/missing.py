@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import uuid
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -295,9 +294,7 @@ class Missing(QObject):
         if entry is None or source is None or lost.changed is None:
             return
         source = relocated(source, {lost.wanted.path: lost.changed})
-        new = Entry(uuid.uuid4().hex, source.key, f"{entry.name} (changed)", source)
-        self._context.workspace.frames.add_entries([new])
-        self._context.loader.open_entry(new)
+        self._context.loader.open_new(source, f"{entry.name} (changed)")
 
     def shutdown(self) -> bool:
         """Stop permanently. True if no thread is left."""

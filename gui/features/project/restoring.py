@@ -42,6 +42,8 @@ class _RestoredWork:
     newer: str
     """Why the project file may contain newer work than the restored one; "" if it does not."""
     problems: tuple[str, ...]
+    left_aside: dict[str, str]
+    """Id of a frame in this window whose work cannot be read -> why."""
 
 
 class Restoring(QObject):
@@ -88,14 +90,15 @@ class Restoring(QObject):
         newer = "" if opened is None else _why_newer(opened.path, left)
         stores: list[Parts] = [left.parts]
         wanted = {former: frame_id for former, frame_id in plan.ids.items() if former in left.stored}
-        if opened is not None and not plan.alone:
+        if opened is not None:
             stores.append(opened.parts)
+        if opened is not None and not plan.alone:
             wanted |= {frame.id: plan.ids[frame.id] for frame in plan.frames if frame.has_state}
         copied = copy_frames(stores, wanted)
         self._context.recorder.store.keep(copied.put, copied.refers)
         if opened is not None and not plan.alone:
             opened.close()
-        return _RestoredWork(opened, newer, (*left.read.problems, *problems, *copied.problems))
+        return _RestoredWork(opened, newer, (*left.read.problems, *problems), copied.problems)
 
     def _take(self, plan: _Plan, brought: _RestoredWork, then: Callable[[], None]) -> None:
         context, left, ids = self._context, plan.left, plan.ids
@@ -104,6 +107,7 @@ class Restoring(QObject):
             places = left.read.places if brought.opened is None else replace(brought.opened.places, given=given)
             # a file that is unreadable or newer may contain none of the work
             unsaved = left.stored if brought.opened is None or brought.newer else left.changed
+            unsaved -= brought.left_aside.keys()
             self._opening.restore_project(left.read.project, places, brought.opened, unsaved, brought.newer)
             context.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
         else:
@@ -111,21 +115,28 @@ class Restoring(QObject):
             context.recorder.store.places = replace(
                 places, given={**given, **places.given}, stated_in=places.stated_in or ""
             )
-            new = [entry_of(_with_id(frame, ids[frame.id]), unsaved=True) for frame in plan.frames]
+            aside = brought.left_aside
+            new = [entry_of(_with_id(frame, ids[frame.id]), ids[frame.id] not in aside) for frame in plan.frames]
             context.workspace.frames.add_entries(new)
             if new:
                 present = ids.get(left.read.project.present)
                 context.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))
-        context.notes.warn("Restored with errors", brought.problems)
-        context.recorder.flush(lambda _: self._discard_journal(plan))
+        problems = [*brought.problems]
+        for frame_id, problem in brought.left_aside.items():
+            entry = context.workspace.frames.entries.of(frame_id)
+            if entry is not None:
+                context.workspace.frames.note_problem(entry, problem)
+                problems.append(f"{entry.name}: {problem} It stays in {left.path}, which is offered again.")
+        context.notes.warn("Restored with errors", problems)
+        context.recorder.flush(lambda _: self._discard_journal(plan, whole=not brought.left_aside))
         then()
 
-    def _discard_journal(self, plan: _Plan) -> None:
-        """Delete the journal of the restored work if the frames are in this window's own journal; else keep it, so that
-        it is offered again at the next start."""
+    def _discard_journal(self, plan: _Plan, whole: bool) -> None:
+        """Delete the journal of the restored work if all of its frames are in this window's own journal; else keep it,
+        so that it is offered again at the next start."""
         self._context.recorder.store.arrived(plan.ids.values())
         left = plan.left
-        if self._context.recorder.store.is_written:
+        if whole and self._context.recorder.store.is_written:
             with contextlib.suppress(OSError):
                 left.discard()
         else:

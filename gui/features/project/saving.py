@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from weakref import WeakSet
 
 from PySide6.QtCore import QObject, QSettings, QTimer, Signal
 from PySide6.QtWidgets import (
@@ -105,9 +104,6 @@ class Saving(QObject):
         self._waiting: list[SaveRequest] = []
         self._afterwards: list[Callable[[], None]] = []
         self._snapshot: _Snapshot | None = None
-        self._incomplete = WeakSet[Session]()
-        """Frames that were read with errors: their stored state is kept until they are worked on."""
-        context.loader.incomplete.connect(lambda session, _: self._incomplete.add(session))
         self.share = 0.0
         """Written share of the file, 0-1."""
         self._worker = Worker(self, must_finish=True)
@@ -158,8 +154,7 @@ class Saving(QObject):
         wanted = [entry for entry in workspace.frames.entries if request.only is None or entry.id in request.only]
         stamps = {entry.session: entry.session.stamp for entry in wanted if entry.session is not None}
         for session in stamps:
-            whole = session not in self._incomplete or not store.has(session.id)
-            if session.unsaved or (has_content(session) and whole):
+            if session.unsaved or has_content(session):
                 self._context.recorder.keep(session)
         project = self._present.snapshot(self._view.window_state(), request.only)
         unload = {entry: entry.changes for entry in wanted if entry.session is None}

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import Propagated, propagate_state
@@ -24,13 +25,6 @@ from ...work.jobs import Worker
 from ...work.loading import FrameLoader, StoredFrames, restore
 
 # Frames as input of the propagation: states, which may be read in any thread.
-
-
-class ReadState(NamedTuple):
-    """State of a frame as read, and a sentence for each part that could not be read."""
-
-    state: FrameState
-    problems: tuple[str, ...] = ()
 
 
 def state_of(session: Session) -> FrameState:
@@ -56,24 +50,19 @@ def state_of(session: Session) -> FrameState:
     )
 
 
-def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], ReadState]:
+def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Decoded]:
     """Return a function that reads the state of a frame of the list in any thread: the current state if the frame is
     open, else the stored one, else its files without blocks."""
     if entry.session is not None:
-        read = ReadState(state_of(entry.session))
+        read = Decoded(state_of(entry.session))
         return lambda: read
-    id, source = entry.id, entry.source
+    id = entry.id
     if entry.has_state and stored is not None and stored.has(id):
+        return lambda: stored.read(id)
 
-        def decoded() -> ReadState:
-            found = stored.read(id, source)
-            return ReadState(found.state, found.problems)
-
-        return decoded
-
-    def load() -> ReadState:
+    def load() -> Decoded:
         frame = _origin(entry).load()
-        return ReadState(FrameState(id, frame, np.zeros(frame.shape, np.int32)))
+        return Decoded(FrameState(id, frame, np.zeros(frame.shape, np.int32)))
 
     return load
 
@@ -172,7 +161,7 @@ class Propagator(QObject):
         self._present: Entry | None = None
         self._before: FrameState | None = None
         """State of the frame whose blocks are propagated next."""
-        self._read: ReadState | None = None
+        self._read: Decoded | None = None
         """State of the target frame before the propagation."""
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take_read)
@@ -221,7 +210,7 @@ class Propagator(QObject):
         read = state_reader(entry, self._loader.stored)
         stays = before is None or (entry is not propagation_run.source and self._keeps(entry, propagation_run))
 
-        def job() -> Generator[ReadState, None, Propagated | FrameState]:
+        def job() -> Generator[Decoded, None, Propagated | FrameState]:
             found = read()
             yield found
             return found.state if stays or before is None else propagate_state(before, found.state, how)
@@ -238,7 +227,7 @@ class Propagator(QObject):
         summary = entry.summary
         return not propagation_run.replaces and summary.blocks > 0 and summary.stage in _WORKED_ON
 
-    def _take_read(self, found: list[ReadState]) -> None:
+    def _take_read(self, found: list[Decoded]) -> None:
         """Show a frame that has been read while blocks are propagated to it."""
         entry, self._read, propagation_run = self._present, found[-1], self.propagation_run
         shows = propagation_run is not None and propagation_run.shows and entry is not propagation_run.source
@@ -267,7 +256,7 @@ class Propagator(QObject):
             self._waiting.clear()
         self._next()
 
-    def _open(self, entry: Entry, found: ReadState) -> Session:
+    def _open(self, entry: Entry, found: Decoded) -> Session:
         """Return the session of a frame, which is opened if necessary."""
         if entry.session is None:
             session = session_of(entry, found.state)

@@ -59,7 +59,7 @@ def subjects_of(
 
 def _stored(entry: Entry, note: str, store: WorkStore, for_all: Parameters | None) -> Subject | Unreadable:
     try:
-        decoded = store.read(entry.id, entry.source)
+        decoded = store.read(entry.id)
     except IlfError as error:
         return Unreadable(entry.name, str(error))
     return Subject.of_state(decoded.state.with_current_settings(note, for_all), problems=decoded.problems)

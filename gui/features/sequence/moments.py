@@ -62,7 +62,7 @@ class Moment:
         """
         place = place_of(entry)
         if entry.has_state and store.has(entry.id):
-            state = store.read(entry.id, entry.source, to_edit=False).state
+            state = store.read(entry.id, to_edit=False).state
             depth = present_completion(state).depth if state.results else None
             return cls(entry.name, place, state.frame, depth)
         return cls(entry.name, place, (entry.source or FrameSource(entry.key)).load(), None)

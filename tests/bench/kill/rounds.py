@@ -199,7 +199,7 @@ def _in_work(left: RecoverableWork, base: Parts | None) -> dict[str, str]:
 
 
 def _digest(frame: ProjectFrame, parts: Parts) -> str:
-    decoded = load_state(frame.id, parts, frame.source)
+    decoded = load_state(frame.id, parts)
     if decoded.problems:
         raise InputError(f"{frame.name}: {decoded.problems}")
     return digest(decoded.state)

@@ -90,9 +90,7 @@ def _inspected(views: LinkedViews) -> Move:
     def move(step: int) -> None:
         at, other = _place(step), _place(step + 5)
         region = slice(20, 40 + step), slice(30, 60 + step)
-        marks.show(
-            Inspected((at, other), _place(step + 2), region, [(other, at)], [(at, "1.234 m")], [(other, at, "90.0°")])
-        )
+        marks.show(Inspected((at, other), _place(step + 2), region, [(other, at)], [(at, "1.234 m")]))
 
     return move
 

@@ -82,7 +82,7 @@ def test_grey_images_and_other_things_are_refused():
 def test_without_open3d_the_message_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "open3d", None)  # as where it is not installed
     monkeypatch.setitem(sys.modules, "libusb_package", None)
-    with pytest.raises(ExportError, match=r'open3d.*pip install "ilf-studio\[cloud\]"'):
+    with pytest.raises(ExportError, match=r'open3d.*pip install "ilf-studio\[app\]"'):
         FRAME.to_open3d()
 
 

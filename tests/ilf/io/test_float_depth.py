@@ -199,7 +199,7 @@ def test_whatever_bytes_change_nothing_but_errors_of_ours_comes(data):
 def test_without_the_package_its_extra_is_named(save, monkeypatch):
     files = save("z.exr", exr({"Z": METRES}))
     monkeypatch.setitem(sys.modules, "OpenEXR", None)
-    with pytest.raises(InputError, match=r"ilf-studio\[sequences\]"):
+    with pytest.raises(InputError, match=r"ilf-studio\[sensors\]"):
         ilf.load_frame(*files)
 
 

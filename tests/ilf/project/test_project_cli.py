@@ -1,6 +1,7 @@
 """`ilf project` on the command line."""
 
 import json
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -102,6 +103,21 @@ def test_export_writes_what_is_stored_and_it_replays(project, capsys):
     assert main(["project", "export", str(path), "--out", "out", "--frame", "c3"]) == 1
     assert main(["project", "export", str(path), "--out", "out", "--frame", "nobody"]) == 1
     assert "has no frame 'nobody'" in capsys.readouterr().err
+
+
+def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_exported(project, capsys):
+    path, _ = project
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in (parts | {"frames/b2.json": parts["frames/b2.json"][:-9]}).items():
+            archive.writestr(name, content)
+    assert main(["project", "export", str(path), "--out", "out"]) == 0
+    assert [folder.name for folder in (path.parent / "out").iterdir()] == ["room"]
+    assert "cannot be read" in capsys.readouterr().err
+    assert main(["project", "export", str(path), "--out", "out", "--frame", "b2"]) == 1
+    assert main(["project", "info", str(path)]) == 0
+    assert "cannot be read" in capsys.readouterr().out
 
 
 def test_replay_says_whether_the_stored_results_come_out(project, capsys):

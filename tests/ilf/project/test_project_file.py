@@ -17,6 +17,7 @@ import ilf
 from ilf.errors import Cancelled, ExportError, FormatError, InputError
 from ilf.io.cameras import intrinsics_from
 from ilf.project.archive import Archive
+from ilf.project.decoding import UnreadableFrame
 from ilf.project.encoding import frame_part
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import BlockNotes, FrameState
@@ -236,40 +237,66 @@ def state_json(path, frame_id):
         return json.loads(archive.read(frame_part(frame_id)))
 
 
+def contents(path):
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist() if name != "project.json"}
+
+
+def changed_state(change):
+    """A change of the JSON of the frame "a1", for `rewritten`."""
+
+    def changed(parts):
+        state = json.loads(parts[frame_part("a1")])
+        change(state)
+        return parts | {frame_part("a1"): json.dumps(state).encode()}
+
+    return changed
+
+
+def damaged_array(what):
+    """A change that damages an array of the frame "a1", for `rewritten`."""
+
+    def changed(parts):
+        name = what(json.loads(parts[frame_part("a1")]))
+        return parts | {name: parts[name][:-9] + b"123456789"}
+
+    return changed
+
+
 @pytest.mark.parametrize(
-    ("what", "lost"),
+    "damage",
     [
-        (lambda state: state["labels"], ("labels", "results", "extrapolation")),
-        (lambda state: state["packs"][0], ("results",)),
-        (lambda state: state["invalid_mask"], ("invalid_mask",)),
-        (lambda state: state["notes"]["drawn"], ("drawn",)),
-        (lambda state: state["notes"]["extracted"], ("extracted",)),
-        (lambda state: state["extrapolation"]["array"], ("extrapolation",)),
+        damaged_array(lambda state: state["labels"]),
+        damaged_array(lambda state: state["packs"][0]),
+        damaged_array(lambda state: state["invalid_mask"]),
+        damaged_array(lambda state: state["notes"]["drawn"]),
+        damaged_array(lambda state: state["extrapolation"]["array"]),
+        changed_state(lambda state: state.pop("looked")),
+        changed_state(lambda state: state["notes"].pop("reasons")),
+        changed_state(lambda state: state.update(done="yes")),
+        changed_state(lambda state: state["parameters"].update(smoothness=-1)),
+        changed_state(lambda state: state["frame"].update(shape=[60, 81])),
+        changed_state(lambda state: state["results"][0].__setitem__(2, 99)),
+        lambda parts: parts | {frame_part("a1"): parts[frame_part("a1")][:-9]},
+        lambda parts: {name: parts[name] for name in parts if name != json.loads(parts[frame_part("a1")])["labels"]},
     ],
 )
-def test_a_damaged_part_costs_that_part_only(work, what, lost):
-    folder, _, filed, _ = work
-    path = folder / "room.ilf"
-    name = what(state_json(path, "a1"))
-    rewritten(path, lambda parts: parts | {name: parts[name][:-9] + b"123456789"})
+def test_a_frame_that_cannot_be_read_is_left_aside_and_saved_as_it_is(work, damage):
+    folder, project, _, _ = work
+    path, elsewhere = folder / "room.ilf", folder / "elsewhere.ilf"
+    rewritten(path, damage)
+    before = contents(path)
     with open_project(path) as opened:
         assert opened.problems == ()
-        found = opened.state("a1")
-    assert found.problems
-    state = found.state
-    assert_same(filed.notes.infos, state.notes.infos)
-    kept = {
-        "labels": np.array_equal(state.labels, filed.labels),
-        "results": bool(state.results),
-        "invalid_mask": state.frame.invalid_mask is not None,
-        "drawn": state.notes.drawn is not None,
-        "extracted": state.notes.extracted is not None,
-        "extrapolation": state.extrapolation is not None,
-    }
-    assert {name for name, there in kept.items() if not there} == set(lost)
+        assert opened.project.frames == project.frames
+        with pytest.raises(UnreadableFrame, match="cannot be read: "):
+            opened.state("a1")
+        assert opened.state("c3").state.frame.name == "two"
+        save_project(elsewhere, opened.project, base=[opened.parts], places=opened.places)
+    assert contents(elsewhere) == before
 
 
-def test_a_damaged_list_is_made_of_the_frames_that_are_there_and_a_damaged_frame_is_opened_from_its_source(work):
+def test_a_damaged_list_is_made_of_the_frames_that_are_there(work):
     folder, _, filed, _ = work
     path = folder / "room.ilf"
     rewritten(path, lambda parts: parts | {"project.json": parts["project.json"][:200]})
@@ -301,8 +328,38 @@ def test_a_list_that_is_lost_is_made_with_how_far_each_frame_has_come(notes, sta
         assert [frame.summary.stage for frame in opened.project.frames] == [stage]
 
 
-def test_a_damaged_frame_is_opened_from_its_source_and_saved_as_it_is(work):
-    folder, project, filed, _ = work
+def test_a_list_that_is_lost_names_the_frames_that_cannot_be_read(work):
+    folder, _, _, made = work
+    path = folder / "room.ilf"
+    rewritten(path, lambda parts: parts | {"project.json": b"{", frame_part("a1"): b"{"})
+    with open_project(path) as opened:
+        left_aside, other = opened.project.frames
+        assert (left_aside.id, left_aside.summary.stage) == ("a1", Stage.FAILED)
+        assert left_aside.summary.problem
+        assert_same(made, opened.state(other.id).state)
+        save_project(path, opened.project, base=[opened.parts])
+    assert contents(path)[frame_part("a1")] == b"{"
+
+
+def test_a_frame_whose_entry_is_damaged_is_listed_by_its_state(work):
+    folder, project, _, made = work
+    path = folder / "room.ilf"
+
+    def change(parts):
+        data = json.loads(parts["project.json"])
+        del data["frames"][1]["name"]
+        return parts | {"project.json": json.dumps(data).encode()}
+
+    rewritten(path, change)
+    with open_project(path) as opened:
+        assert len(opened.problems) == 1
+        assert {frame.id for frame in opened.project.frames} == {"a1", "b2", "c3"}
+        assert opened.frame("a1") == project.frames[0]
+        assert_same(made, opened.state("b2").state)
+
+
+def test_a_frame_with_a_wrong_checksum_keeps_it(work):
+    folder, project, _, _ = work
     path = folder / "room.ilf"
     with Archive(path) as archive:
         place = path.read_bytes().index(archive.read(frame_part("a1")))
@@ -310,9 +367,8 @@ def test_a_damaged_frame_is_opened_from_its_source_and_saved_as_it_is(work):
     content[place + 3] ^= 1
     path.write_bytes(content)
     with open_project(path) as opened:
-        found = opened.state("a1")
-        assert "opened without" in found.problems[0]
-        assert_same(filed.frame.measured, found.state.frame.measured)
+        with pytest.raises(UnreadableFrame):
+            opened.state("a1")
         save_project(path, project, base=[opened.parts], places=opened.places)
         assert opened.parts.read_raw(frame_part("a1")).checksum is not None, "it is not taken for a whole one"
         assert opened.state("b2").problems == ()
@@ -350,33 +406,29 @@ def test_another_schema_is_neither_opened_nor_replaced(work, schema):
     assert path.read_bytes() == content
 
 
-def test_a_frame_of_another_schema_is_opened_from_its_source(work):
-    folder, _, filed, made = work
+def test_a_frame_of_another_schema_is_left_aside(work):
+    folder, _, _, made = work
     rewritten(folder / "room.ilf", with_schema(frame_part("a1"), 2))
     with open_project(folder / "room.ilf") as opened:
-        found = opened.state("a1")
-        assert "has schema 2" in found.problems[0]
-        assert_same(filed.frame.measured, found.state.frame.measured)
+        with pytest.raises(UnreadableFrame, match="has schema 2"):
+            opened.state("a1")
         assert_same(made, opened.state("b2").state)
 
 
-def test_work_that_lacks_something_is_told_of(work):
+def test_settings_that_lack_something_are_told_of(work):
     folder, project, _, _ = work
     path = folder / "room.ilf"
 
     def lacking(parts):
-        data, state = json.loads(parts["project.json"]), json.loads(parts[frame_part("a1")])
-        del data["parameters"]["correction"], data["given"], state["looked"], state["notes"]["reasons"]
-        return parts | {"project.json": json.dumps(data).encode(), frame_part("a1"): json.dumps(state).encode()}
+        data = json.loads(parts["project.json"])
+        del data["parameters"]["correction"]
+        return parts | {"project.json": json.dumps(data).encode()}
 
     rewritten(path, lacking)
     with open_project(path) as opened:
-        assert len(opened.problems) == 2
+        assert len(opened.problems) == 1
         assert opened.project.common == ilf.preset()
         assert opened.project.frames == project.frames
-        told = " ".join(opened.state("a1").problems)
-        assert "'looked'" in told
-        assert "'reasons'" in told
 
 
 def test_what_is_no_project_is_refused(tmp_path):

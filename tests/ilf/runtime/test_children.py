@@ -84,4 +84,4 @@ def test_a_child_has_its_arguments_and_its_status_is_that_of_its_main(
 def test_a_frozen_program_names_what_it_does_not_contain(monkeypatch) -> None:
     monkeypatch.setattr(sys, "frozen", True, raising=False)
     with pytest.raises(InputError, match=r"no_such_module, which is not part of this app.*ilf-studio.cloud"):
-        optional("no_such_module", "cloud", "A test")
+        optional("no_such_module", "ilf-studio[cloud]", "A test")

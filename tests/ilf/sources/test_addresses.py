@@ -247,7 +247,7 @@ def test_a_missing_driver_is_named(monkeypatch: pytest.MonkeyPatch):
     with pytest.raises(InputError, match="what://bucket/data: Protocol not known"):
         ilf.open_source("what://bucket/data")
     monkeypatch.setitem(sys.modules, "fsspec.core", None)
-    with pytest.raises(InputError, match=r"s3:// needs the package fsspec, .*ilf-studio\[remote\]"):
+    with pytest.raises(InputError, match=r"s3:// needs the package fsspec, .*ilf-studio\[cluster\]"):
         ilf.open_source("s3://bucket/data")
 
 

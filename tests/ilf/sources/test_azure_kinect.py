@@ -169,5 +169,5 @@ def test_other_videos_and_a_missing_library(tmp_path: Path, monkeypatch: pytest.
         ilf.open_source(write_azure(tmp_path / "a.mkv", frames=1), topics=("/a", "/b"))
     close_all()
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(InputError, match=r"needs the package av, .*ilf-studio\[sequences\]"):
+    with pytest.raises(InputError, match=r"needs the package av, .*ilf-studio\[sensors\]"):
         ilf.open_source(bare)

@@ -168,7 +168,7 @@ def test_the_librarys_layout_as_it_is_written_here(tmp_path: Path) -> None:
 
 def test_without_the_library(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
-    with pytest.raises(InputError, match=r"needs the package pyrealsense2, .*ilf-studio\[realsense\]"):
+    with pytest.raises(InputError, match=r"needs the package pyrealsense2, .*ilf-studio\[sensors\]"):
         capture_frame()
     assert main(["live", "--realsense"]) == 1
     assert "ilf-studio[sensors]" in capsys.readouterr().err

@@ -775,7 +775,7 @@ def test_recordings_without_a_camera_and_without_the_library(tmp_path: Path, mon
         ilf.open_source(tmp_path / "none.bag")
     close_all()
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
-    with pytest.raises(InputError, match=r"needs the package rosbags, .*ilf-studio\[sequences\]"):
+    with pytest.raises(InputError, match=r"needs the package rosbags, .*ilf-studio\[sensors\]"):
         ilf.open_source(path)
 
 
