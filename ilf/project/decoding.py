@@ -63,7 +63,7 @@ class Decoded:
     ----------
     state : FrameState
     problems : tuple of str
-        Why its ground truth is not available; one sentence each. Its file stays listed.
+        Why its ground truth, whose file stays listed, or its results are not available; one sentence each.
     origins : tuple
         Arrays and results with the part that each was read from, for `Encoder.learn`.
     names : frozenset of str
@@ -120,6 +120,10 @@ class _Decoding:
             raise FormatError(
                 f"The frame has {width} x {height} pixels, but the work was done on {self.shape[1]} x {self.shape[0]}."
             )
+        if stored.packs and stored.frame.measured != measured_sha256(self.frame):
+            # as where another version reads the same files differently; blocks and parameters still fit
+            self.problems.append("Its results are left out, because the frame's depth is another now. Run it again.")
+            self.stored = msgspec.structs.replace(stored, results=[], extrapolation=None, runs=(), compared=())
 
     def state(self, frame_id: str) -> FrameState:
         """Decode the whole state."""
@@ -278,8 +282,6 @@ class _Decoding:
         return results
 
     def _pack(self, name: str) -> list[BlockResult]:
-        if self.stored.frame.measured != measured_sha256(self.frame):
-            raise InputError("The frame's depth has changed since.")
         results = unpack_results(name, self._content(name), self.frame.measured)
         self.origins += [(result, (name, place)) for place, result in enumerate(results)]
         return results

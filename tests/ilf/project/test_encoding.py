@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from ilf.project.decoding import UnreadableFrame, load_state
+from ilf.project.decoding import load_state
 from ilf.project.encoding import Encoder, frame_part
 from ilf.project.project import Project
 from ilf.project.project_json import decode_project, encode_project
@@ -65,12 +65,14 @@ def test_what_has_been_given_out_is_not_given_again(state):
     assert again.frame == first.frame
 
 
-def test_results_are_kept_where_they_differ_from_what_was_measured(state):
+def test_results_on_another_depth_are_left_out_and_blocks_stay(state):
     parts = Held().take(Encoder().encode(state), state.id)
     name = frame_part(state.id)
     parts.parts[name] = json.dumps(json.loads(parts.parts[name]) | {"frame": other_depth(parts, name)}).encode()
-    with pytest.raises(UnreadableFrame, match="depth has changed since"):
-        load_state(state.id, parts)
+    found = load_state(state.id, parts)
+    assert_same(found.state.labels, state.labels)
+    assert (found.state.results, found.state.runs) == ({}, ())
+    assert len(found.problems) == 1
 
 
 def other_depth(parts, name):
