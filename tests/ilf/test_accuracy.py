@@ -18,7 +18,7 @@ from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.evaluation.bench.patterns import Task, make_task
 from ilf.evaluation.bench.runner import score
 
-from ..exact_surfaces import sensed, surface
+from .exact_surfaces import sensed, surface
 
 MEASURED = {
     # scene, preset: RMSE [mm], MAE [mm], coverage, within

@@ -539,7 +539,7 @@ def test_a_tidied_edit_leaves_no_block_that_cannot_be_completed_and_keeps_what_w
         for one in np.unique([*patch.before.ravel(), *patch.after.ravel()]):
             block = after == one
             assert not one or not block.any() or block.sum() >= smallest_block or known[block].any()
-    if label not in locked and label:
+    if kind in ("paint", "give", "outline") and label not in locked and label:
         target = tidied(labels, patch, smallest, known=known, smallest_block=smallest_block, label=label, locked=locked)
         edited = _applied(labels, patch)
         if (edited == label).any():
