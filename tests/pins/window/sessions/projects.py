@@ -65,7 +65,7 @@ def project_with_its_files(user: Hand) -> None:
 
 
 def locate_missing_files(user: Hand) -> None:
-    """The frame has been moved: its folder is shown by the user."""
+    """The frame has been moved: the folder where it is now is shown by the user."""
     _work(user)
     path = user.save()
     user.do("new_project")
@@ -73,7 +73,7 @@ def locate_missing_files(user: Hand) -> None:
     shutil.move(user.folder / "room", user.folder / "elsewhere" / "kitchen")
     user.drop(path)
     dialog = user.dialog("Missing Files of")
-    with user.answering(user.folder / "elsewhere"):
+    with user.answering(user.folder / "elsewhere" / "kitchen"):
         user.press("Locate folder", dialog)
     user.settle()
     _end(user)
