@@ -189,6 +189,7 @@ def select_and_arrange_blocks(user: Hand) -> None:
     user.do("delete_blocks")
     user.do("new_block")
     user.do("shuffle_colours")
+    user.do("undo")  # the colours are drawn by chance
     _end(user)
 
 
