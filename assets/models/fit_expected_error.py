@@ -30,6 +30,7 @@ from ilf.errors import IlfError, InputError
 from ilf.evaluation.bench.frames import find_frames, load_bench_frame
 from ilf.evaluation.bench.methods import METHODS
 from ilf.evaluation.bench.patterns import PATTERNS, Task, make_task
+from ilf.evaluation.bench.results import CALIBRATED
 from ilf.evaluation.metrics import share_within, sparsification_error
 from ilf.segmentation.extraction import extract_blocks
 
@@ -189,9 +190,6 @@ def _hats(column: Values, knots: Values) -> csr_array:
 def _rounded(values: Values) -> tuple[float, ...]:
     return tuple(round(float(value), _DECIMALS) for value in values)
 
-
-CALIBRATED = (0.55, 0.80)
-"""Range of the share of errors within the expected error of a calibrated frame, as in the bench."""
 
 DISTANCE_BINS = (0.0, 2.0, 5.0, 15.0, 50.0, np.inf)
 """Limits [px] of the bins of distance to known depth that are reported separately."""

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Set
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +17,18 @@ NOT_HASHED = "frame.json", "manifest.csv"
 """Files of a batch with times, whose other numbers `ilf batch --json` prints."""
 
 
+def of_bytes(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
 def of_text(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
+    return of_bytes(text.encode())
 
 
 def of_array(values: Any) -> str:
     """Hash of an array's type, shape and values."""
     array = np.ascontiguousarray(values)
-    return hashlib.sha256(f"{array.dtype.str} {array.shape} ".encode() + array.tobytes()).hexdigest()
+    return of_bytes(f"{array.dtype.str} {array.shape} ".encode() + array.tobytes())
 
 
 def of_files(folder: Path) -> Hashes:
@@ -33,14 +38,17 @@ def of_files(folder: Path) -> Hashes:
 
 
 def _of_file(path: Path) -> str:
-    if path.suffix != ".json":
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    return of_text(json.dumps(_portable(json.loads(path.read_text(encoding="utf-8")))))
+    return of_text(portable_json(path)) if path.suffix == ".json" else of_bytes(path.read_bytes())
 
 
-def _portable(value: Any) -> Any:
+def portable_json(path: Path, left_out: Set[str] = LEFT_OUT) -> str:
+    """The text of a JSON file without some names and their values, and with the names of absolute paths only."""
+    return json.dumps(_portable(json.loads(path.read_text(encoding="utf-8")), left_out))
+
+
+def _portable(value: Any, left_out: Set[str]) -> Any:
     if isinstance(value, dict):
-        return {name: _portable(part) for name, part in value.items() if name not in LEFT_OUT}
+        return {name: _portable(part, left_out) for name, part in value.items() if name not in left_out}
     if isinstance(value, list):
-        return [_portable(part) for part in value]
+        return [_portable(part, left_out) for part in value]
     return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value

@@ -6,21 +6,20 @@ With `--values`, it prints what is hashed, to see in what two programs differ.
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from ..hashes import LEFT_OUT, of_array, of_bytes, of_text, portable_json
 from .hand import Hand, isolated
 from .sessions import SESSIONS
 
-_CHANGING = ("version", "versions", "processor", "seconds", "when", "path", "sha256", "outputs", "program")
+_LEFT_OUT = LEFT_OUT | {"when", "path", "sha256", "outputs", "program"}
 """What of a record names the moment, the machine, or another file."""
 
 
@@ -45,20 +44,17 @@ def run(name: str, read: Callable[[object], str] | None = None) -> dict[str, str
 
 def digest(value: object) -> str:
     """SHA-256 of a value: a file, an array, or what JSON can say of both."""
-    found = hashlib.sha256()
     if isinstance(value, Path):
-        found.update(_record(value) if value.suffix == ".json" else value.read_bytes())
-    elif isinstance(value, np.ndarray):
-        found.update(_bytes(value))
-    else:
-        found.update(json.dumps(value, sort_keys=True, default=_as_json).encode())
-    return found.hexdigest()
+        return of_text(_record(value)) if value.suffix == ".json" else of_bytes(value.read_bytes())
+    return of_array(value) if isinstance(value, np.ndarray) else of_text(_as_text(value))
 
 
-def _bytes(array: np.ndarray) -> bytes:
-    """Type, shape and values; all NaN are one."""
-    values = np.where(np.isnan(array), np.nan, array).astype(array.dtype) if array.dtype.kind == "f" else array
-    return f"{values.dtype.str} {values.shape} ".encode() + np.ascontiguousarray(values).tobytes()
+def _record(path: Path) -> str:
+    return portable_json(path, _LEFT_OUT)
+
+
+def _as_text(value: object) -> str:
+    return json.dumps(value, sort_keys=True, default=_as_json)
 
 
 def _as_json(value: object) -> object:
@@ -67,24 +63,11 @@ def _as_json(value: object) -> object:
     return value.item() if isinstance(value, np.generic) else str(value)
 
 
-def _record(path: Path) -> bytes:
-    """A record without what changes from one writing to the next."""
-    return json.dumps(_lasting(json.loads(path.read_text())), sort_keys=True).encode()
-
-
-def _lasting(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _lasting(part) for key, part in value.items() if key not in _CHANGING}
-    if isinstance(value, str) and value.startswith("/"):
-        return Path(value).name  # of a file in the session's folder
-    return [_lasting(part) for part in value] if isinstance(value, list) else value
-
-
 def shown(value: object) -> str:
     """A value as text: arrays and files by their digest."""
     if isinstance(value, Path):
-        return _record(value).decode() if value.suffix == ".json" else f"{value.stat().st_size} bytes {digest(value)}"
-    return digest(value) if isinstance(value, np.ndarray) else json.dumps(value, sort_keys=True, default=_as_json)
+        return _record(value) if value.suffix == ".json" else f"{value.stat().st_size} bytes {digest(value)}"
+    return digest(value) if isinstance(value, np.ndarray) else _as_text(value)
 
 
 def main() -> None:
