@@ -52,8 +52,10 @@ class MeasureTool(Tool):
             press, self._press = self._press, None
             if self._held is None or not press.drags:
                 self._click(at, host)
-        shows = self._start is not None and event.kind is PointerKind.HOVER
-        host.show_preview(Preview(line_path([self._start, at]), dashed=True) if self._start and shows else None)
+        preview = None
+        if self._start is not None and event.kind is PointerKind.HOVER:
+            preview = Preview(line_path([self._start, at]), dashed=True)
+        host.show_preview(preview)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> bool:
