@@ -11,9 +11,9 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf.completion.confidence.expected_error import expected_error, unsupported
 from ilf.completion.suspects import suspect_islands
-from ilf.data.blocks import Box
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Box
 from ilf.data.results import Completion
 
 from ..base.commands import Command

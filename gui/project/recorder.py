@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from ilf.data.blocks import Box
+from ilf.data.label_map import Box
 from ilf.errors import IlfError
 from ilf.project.encoding import Encoder, frame_part
 from ilf.project.frame_state import FrameState, InspectionState

@@ -13,15 +13,16 @@ from PySide6.QtCore import QObject, Signal, SignalInstance
 from PySide6.QtGui import QUndoCommand
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import Box
+from ilf.data.blocks import BlockInfo
 from ilf.data.frame import GroundTruthFile, RGBDFrame
 from ilf.data.guide import Guide
+from ilf.data.label_map import Box
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_colour
 from ilf.evaluation.quality.ignored import IgnoredPlace, ignore
 from ilf.evaluation.quality.places import Place
-from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
+from ilf.project.frame_state import BlockNotes, FrameState
 from ilf.segmentation.editing.patches import LabelPatch, patch_between, redrawn
 from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand
 
-from ilf.data.blocks import Box
 from ilf.data.by_hand import DepthByHand
+from ilf.data.label_map import Box
 
 from .blocks import WorkspaceBlocks
 from .frames import WorkspaceFrames

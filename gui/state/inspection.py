@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QObject, Signal
 
-from ilf.data.blocks import Box
+from ilf.data.label_map import Box
 from ilf.errors import InputError
 from ilf.evaluation.measuring import Line, point_in_space
 

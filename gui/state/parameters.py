@@ -16,9 +16,9 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand
 
+from ilf.data.blocks import OwnValues, differing_names, own_values, parameter_labels
 from ilf.data.parameters import DEFAULT_PRESET, BlockParameters, Parameters
 from ilf.data.presets import preset
-from ilf.project.frame_state import OwnValues, differing_names, own_values, parameter_labels
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf.completion.filter import edge_parameters
-from ilf.data.blocks import Block, Box, drawn_of, union
 from ilf.data.by_hand import DepthByHand, by_hand_of
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
+from ilf.data.label_map import Block, Box, drawn_of, union
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord

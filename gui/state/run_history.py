@@ -9,9 +9,9 @@ from zlib import crc32
 
 import numpy as np
 
+from ilf.data.blocks import Colour, own_values
 from ilf.data.parameters import Parameters, nearest_preset, to_text
-from ilf.project.frame_state import own_values
-from ilf.project.run_history import Colour, StoredRun
+from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 from .session import Session

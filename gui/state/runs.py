@@ -10,9 +10,9 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand
 
 from ilf.completion.block import Watch
+from ilf.data.blocks import OwnValues, own_values
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import BlockResult, Completion, IterationRecord
-from ilf.project.frame_state import OwnValues, own_values
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 

@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import Box, union
+from ilf.data.blocks import BlockInfo
 from ilf.data.by_hand import DepthByHand, as_by_hand
 from ilf.data.frame import GroundTruthFile, RGBDFrame
+from ilf.data.label_map import Box, union
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
 from ilf.drawing.blocks import block_colour
 from ilf.evaluation.quality.ignored import IgnoredPlace
-from ilf.project.frame_state import BlockInfo, BlockNotes, is_edited
+from ilf.project.frame_state import BlockNotes, is_edited
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.key_frames import KeyFrames
 from ilf.run.replaying import Replay

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.blocks import Box, union
+from ilf.data.label_map import Box, union
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QPainterPath, QPainterPathStroker
 
-from ilf.data.blocks import Box, union
+from ilf.data.label_map import Box, union
 from ilf.segmentation.editing.painting import Stroke, brush_stroke, erase, paint
 from ilf.segmentation.editing.snapping import Similar
 

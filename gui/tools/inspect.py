@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
-from ilf.data.blocks import Box
+from ilf.data.label_map import Box
 from ilf.evaluation.measuring import Line
 
 from ..state.inspection import Inspection

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
 
-from ilf.data.blocks import Box
+from ilf.data.label_map import Box
 from ilf.drawing.blocks import marked_picture
 from ilf.drawing.colours import sample, to_indices
 

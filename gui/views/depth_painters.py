@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
 
-from ilf.data.blocks import Box
+from ilf.data.label_map import Box
 from ilf.drawing.colours import log_indices, robust_difference_level, robust_error_levels, sample, to_indices
 
 from ..base.theme import Colours

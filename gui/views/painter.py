@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
 
-from ilf.data.blocks import Box
+from ilf.data.label_map import Box
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base.theme import Colours

@@ -13,7 +13,7 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
-from ilf.data.blocks import Box
+from ilf.data.label_map import Box
 
 from .pixel_items import image_over
 from .scene_items import ViewItem

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.blocks import Box
+from ilf.data.label_map import Box
 
 from .image_view import ImageView
 from .pixel_items import box_of, grown, whole

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
 from .._runtime.threads import Steps, available_cores, run_in_parallel, run_sequentially
-from ..data.blocks import Block, least_known_pixels
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
+from ..data.label_map import Block, least_known_pixels
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationRecord, Progress, Status
 from ..segmentation.edges.frame_edges import FrameEdges

@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.cancellation import check_cancelled
 from .._runtime.closing import Closeable
 from .._runtime.threads import Steps
-from ..data.blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from ..data.by_hand import DepthByHand, as_by_hand, by_hand_of
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import FrameCache, once_per_frame
 from ..data.guide import Guide
+from ..data.label_map import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import as_parameters
 from ..data.results import NO_BLOCK, BlockResult, Progress, notes_of

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.memory import release_memory
-from ..data.blocks import SPARSE, Block, find_blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import FrameCache
+from ..data.label_map import SPARSE, Block, find_blocks
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import preset
 from ..data.results import BlockResult

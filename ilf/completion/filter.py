@@ -7,9 +7,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.blocks import Block
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
+from ..data.label_map import Block
 from ..data.parameters import BlockParameters, Parameters
 from ..segmentation.edges.frame_edges import FrameEdges, find_edges
 from .edge_aware.fitted_guide import fit_guide

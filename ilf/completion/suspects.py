@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.blocks import Block, widened
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
+from ..data.label_map import Block, widened
 from ..data.parameters import Parameters
 
 Mask = NDArray[np.bool_]

@@ -1,144 +1,160 @@
-"""Operation blocks of a label map."""
+"""Blocks: a frame's label map with all that is said about its blocks."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
-from ..errors import InputError
-from .frame import checked_mask
+from .by_hand import DepthByHand, as_by_hand
+from .declarations import Value
+from .frame import read_only
+from .label_map import checked_drawn, checked_labels
+from .parameters import BlockParameters, Parameters
 
-Box = tuple[slice, slice]
-"""Rows and columns of a bounding box."""
+_Byte = Annotated[int, msgspec.Meta(ge=0, le=255)]
+Colour = tuple[_Byte, _Byte, _Byte]
+"""Red, green, blue, 0-255."""
 
-_DENSE = 1 << 20
-"""Maximum label up to which labels are assumed to be dense; above, most numbers are not labels of blocks."""
+OwnValues = Mapping[str, Value]
+"""Own parameters of a block: parameter -> value that replaces the common one."""
 
-
-def within(inside: Box, outside: Box) -> Box:
-    """Return a box relative to an enclosing box."""
-    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
-    return rows, columns
-
-
-def widened(box: Box, by: int) -> Box:
-    """Return a box with so many more rows and columns on every side, cut off at the frame's first ones; slices ignore
-    what lies beyond its last."""
-    rows, columns = box
-    return slice(max(rows.start - by, 0), rows.stop + by), slice(max(columns.start - by, 0), columns.stop + by)
+_STRIP = 64
+"""Rows compared at a time; the comparison stops at the first difference."""
 
 
-def union(one: Box, other: Box) -> Box:
-    """Return the smallest box that encloses two boxes."""
-    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))
-    return rows, columns
+@dataclass(frozen=True)
+class BlockInfo:
+    """The user's settings of a block."""
+
+    name: str
+    colour: Colour
+    visible: bool = True
+    locked: bool = False
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
-    """A block: the pixels of one label in their bounding box.
+class Blocks:
+    """A label map and all that is said about its blocks. It stands wherever a label map does (`as_blocks`).
 
     Attributes
     ----------
-    label : int
-        Value in the label map, > 0.
-    box : tuple of slice
-        Rows and columns of the bounding box in the frame.
-    mask : ndarray of bool, shape (h, w)
-        The block's pixels inside the box.
-    """
-
-    label: int
-    box: Box
-    mask: NDArray[np.bool_]
-
-
-def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArray[np.int32]:
-    """Return the label map as int32; a bool mask becomes block 1. Raise InputError if it does not have this shape
-    (H, W)."""
-    array = plain_array(labels)
-    if array.shape != shape:
-        raise InputError(
-            f"The label map has shape {array.shape}, but the frame is {shape[1]} x {shape[0]} pixels. "
-            "Use blocks that were extracted from this frame."
-        )
-    if array.dtype.kind not in "biu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
-        raise InputError("A label map must contain integers: 0 for no block, 1, 2, ... for blocks.")
-    return array.astype(np.int32, copy=False)
-
-
-def checked_drawn(drawn: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
-    """Return a read-only mask of drawn borders, None if there are none; raise InputError if it does not have this shape
-    (H, W)."""
-    if drawn is None:
-        return None
-    mask = checked_mask(drawn, shape, "drawn borders")
-    return mask if mask.any() else None
-
-
-def drawn_of(block: Block, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
-    """Return the values of the mask of drawn borders at a block's pixels, in the order of `block.mask`'s True values;
-    None if none is set."""
-    own = None if drawn is None else drawn[block.box][block.mask]
-    return own if own is not None and own.any() else None
-
-
-SPARSE = 0.05
-"""A frame of which a smaller fraction is known is sparse."""
-
-_SHARE_OF_FRAME, _FEWEST = 0.5, 3
-"""Share of a sparse frame's density that is enough for a block, and number of pixels."""
-
-
-def least_known_pixels(pixels: ArrayLike, share: float, fewest: int, density: float) -> NDArray[np.floating]:
-    """Minimum number of known pixels that blocks need to be completed.
-
-    Parameters
-    ----------
-    pixels : array_like
-        Their sizes [px].
-    share : float
-        Minimum fraction of pixels with depth, 0-1.
-    fewest : int
-        Minimum number of pixels with depth.
-    density : float
-        Fraction of the frame's pixels with depth, 0-1. In a sparse frame, such as points of a map or lines of a lidar,
-        no block is asked for more than half of it.
-    """
-    if density < SPARSE:
-        share, fewest = min(share, _SHARE_OF_FRAME * density), min(fewest, _FEWEST)
-    return np.minimum(np.maximum(fewest, np.ceil(share * np.asarray(pixels))), pixels)
-
-
-def find_blocks(labels: NDArray[np.int32], only: Collection[int] | None = None) -> dict[int, Block]:
-    """Return all blocks of a label map by label, in ascending order; with `only`, some of them, in its order if it is a
-    sequence.
+    labels : ndarray of int32, shape (H, W)
+        The label map, 0 = no block.
+    infos : mapping of int to BlockInfo
+        Block label -> its name, colour, visibility and lock. Entries of removed labels are kept, so that undo restores
+        their names.
+    own : mapping of int to OwnValues
+        Block label -> own parameters: values that replace the common ones.
+    drawn : ndarray of bool, shape (H, W), or None
+        Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth crosses it. None for
+        none.
+    by_hand : DepthByHand or None
+        Depth by hand. None for none.
+    extraction : BlockParameters or None
+        Parameters that the blocks were extracted with; None if they were not extracted.
+    network : str or None
+        SHA-256 of the edge network used for the extraction; None for none.
+    extracted : ndarray of int32 or None
+        The map directly after the extraction; None if it was changed afterwards in an unknown way.
+    kept : frozenset of int
+        Blocks that the extraction left unchanged, so that they do not come from it.
+    handmade : frozenset of int
+        Those of `kept` that were made by hand.
+    propagated_from : str
+        Name of the frame from which the blocks were propagated; "" if they were not. `extracted` is then the
+        propagated map.
+    reasons : mapping of int to str
+        Block label -> why the propagated block has to be checked, one sentence.
+    notes : tuple of str
+        Notes for the user on how the blocks were made, one sentence each.
 
     Examples
     --------
-    >>> labels = np.array([[0, 7, 7], [3, 3, 7]], np.int32)
-    >>> blocks = find_blocks(labels)
-    >>> list(blocks)
-    [3, 7]
-    >>> blocks[7].box, blocks[7].mask.tolist()
-    ((slice(0, 2, None), slice(1, 3, None)), [[True, True], [False, True]])
-    >>> list(find_blocks(labels, [7, 5]))
-    [7]
+    >>> blocks = as_blocks(np.eye(3, dtype=int), (3, 3))
+    >>> np.asarray(blocks).sum(), blocks.edited
+    (np.int64(3), True)
     """
-    from scipy.ndimage import find_objects
 
-    if labels.size and labels.max() < _DENSE:
-        present: Iterator[int] = itertools.count(1)
-        found = find_objects(labels)
-    else:
-        numbers = np.unique(labels)
-        offset = 0 if numbers.size and numbers[0] == 0 else 1
-        present, found = iter(numbers[1 - offset :].tolist()), find_objects(np.searchsorted(numbers, labels) + offset)
-    boxes = {label: (box[0], box[1]) for label, box in zip(present, found, strict=False) if box is not None}
-    wanted = boxes if only is None else (only if isinstance(only, Sequence) else sorted(only))
-    return {label: Block(label, boxes[label], labels[boxes[label]] == label) for label in wanted if label in boxes}
+    labels: NDArray[np.int32]
+    infos: Mapping[int, BlockInfo] = field(default_factory=dict)
+    own: Mapping[int, OwnValues] = field(default_factory=dict)
+    drawn: NDArray[np.bool_] | None = None
+    by_hand: DepthByHand | None = None
+    extraction: BlockParameters | None = None
+    network: str | None = None
+    extracted: NDArray[np.int32] | None = None
+    kept: frozenset[int] = frozenset()
+    handmade: frozenset[int] = frozenset()
+    propagated_from: str = ""
+    reasons: Mapping[int, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        """The label map, for numpy."""
+        return np.array(self.labels, dtype, copy=copy)
+
+    @property
+    def edited(self) -> bool:
+        """Whether the blocks differ from the extracted ones."""
+        return bool(self.kept) or not self._as_extracted()
+
+    @property
+    def propagated(self) -> bool:
+        """Whether the blocks were propagated from another frame and have not been edited since."""
+        return bool(self.propagated_from) and self._as_extracted()
+
+    @property
+    def locked(self) -> frozenset[int]:
+        """Labels that edits must not change."""
+        return frozenset(label for label, info in self.infos.items() if info.locked)
+
+    def parameters_of(self, label: int, common: Parameters) -> Parameters:
+        """The parameters of a block: its own over the common ones."""
+        own = self.own.get(label)
+        return common.replace(**own) if own else common
+
+    def _as_extracted(self) -> bool:
+        labels, extracted = self.labels, self.extracted
+        if extracted is None or extracted is labels:
+            return extracted is labels
+        strips = (slice(top, top + _STRIP) for top in range(0, labels.shape[0], _STRIP))
+        return all(np.array_equal(extracted[strip], labels[strip]) for strip in strips)
+
+
+def as_blocks(given: ArrayLike | Blocks, shape: tuple[int, int]) -> Blocks:
+    """Return blocks whose arrays are checked and read-only, from blocks or a label map; a bool mask is block 1.
+
+    Raises
+    ------
+    InputError
+        If the label map, the mask of drawn borders or depth by hand does not have this shape (H, W).
+    """
+    blocks = given if isinstance(given, Blocks) else Blocks(np.asarray(given))
+    return replace(
+        blocks,
+        labels=read_only(checked_labels(blocks.labels, shape)),
+        drawn=checked_drawn(blocks.drawn, shape),
+        by_hand=as_by_hand(blocks.by_hand, shape),
+    )
+
+
+def own_values(parameters: Parameters, common: Parameters) -> OwnValues:
+    """Return the values in which a block's parameters differ from the common ones."""
+    ours, values = parameters.to_dict(), common.to_dict()
+    return {name: value for name, value in ours.items() if value != values[name]}
+
+
+def differing_names(one: OwnValues, other: OwnValues) -> set[str]:
+    """Return the names whose values differ, or that only one of the two has."""
+    return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}
+
+
+def parameter_labels(names: Iterable[str]) -> list[str]:
+    """Return the labels of parameters in the window."""
+    declarations = Parameters.declarations()
+    return [declarations[name].label for name in declarations if name in set(names)]

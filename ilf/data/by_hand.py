@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.arrays import plain_array
 from .._runtime.formatting import as_float
 from ..errors import InputError
-from .blocks import Block
 from .frame import FARTHEST_DEPTH, RGBDFrame, read_only
+from .label_map import Block
 
 USUAL_WEIGHT = 0.3
 """Weight of a pixel's depth by hand; a measured pixel has weight 1."""

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from .._runtime.formatting import counted, grouped
 from ..errors import InputError
-from .blocks import Block
 from .by_hand import DepthByHand
 from .frame import RGBDFrame
+from .label_map import Block
 from .open3d_images import image_of
 from .parameters import BlockParameters, Parameters
 from .pictures import html_row, plot_curves, plot_row

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.named_places import NotAllowed
 from .._runtime.schema import converted
+from ..data.blocks import OwnValues
 from ..data.by_hand import DepthByHand
 from ..data.camera import CameraIntrinsics
 from ..data.frame import GroundTruthFile, RGBDFrame
@@ -25,7 +26,7 @@ from ..run.record_file import parsed_inputs
 from ..run.run import Run
 from .archive import Parts
 from .encoding import Origin, measured_sha256
-from .frame_state import BlockNotes, FrameState, InspectionState, OwnValues
+from .frame_state import BlockNotes, FrameState, InspectionState
 from .packing import Npz, colour_from_bytes, labels_from_bytes, mask_from_bytes
 from .result_packs import unpack_results
 from .run_history import Extrapolation, StoredRun

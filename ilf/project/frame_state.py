@@ -2,58 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.blocks import Box
+from ..data.blocks import BlockInfo, OwnValues
 from ..data.by_hand import DepthByHand
-from ..data.declarations import Value
 from ..data.frame import RGBDFrame
+from ..data.label_map import Box
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import preset
 from ..data.results import BlockResult
 from ..evaluation.quality.ignored import IgnoredPlace
 from ..run.run import Run
-from .run_history import Colour, Extrapolation, StoredRun
-
-# Own parameters of blocks: values that replace the common ones.
-
-OwnValues = Mapping[str, Value]
-"""Parameter -> value."""
-
-
-def own_values(parameters: Parameters, common: Parameters) -> OwnValues:
-    """Return the values in which a block's parameters differ from the common ones."""
-    ours, values = parameters.to_dict(), common.to_dict()
-    return {name: value for name, value in ours.items() if value != values[name]}
-
-
-def differing_names(one: OwnValues, other: OwnValues) -> set[str]:
-    """Return the names whose values differ, or that only one of the two has."""
-    return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}
-
-
-def parameter_labels(names: Iterable[str]) -> list[str]:
-    """Return the labels of parameters in the window."""
-    declarations = Parameters.declarations()
-    return [declarations[name].label for name in declarations if name in set(names)]
-
-
-# Data of a frame's blocks beside their pixels.
-
-
-@dataclass(frozen=True)
-class BlockInfo:
-    """The user's settings of a block."""
-
-    name: str
-    colour: Colour
-    visible: bool = True
-    locked: bool = False
+from .run_history import Extrapolation, StoredRun
 
 
 @dataclass(eq=False)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.schema import converted, strict_json
-from ..data.blocks import Block, Box
 from ..data.by_hand import DepthByHand
+from ..data.label_map import Block, Box
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockResult, CompactHistory, EdgeAwareRecord, History, IterationRecord, PassBandRecord
 from ..errors import FormatError

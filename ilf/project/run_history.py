@@ -7,20 +7,16 @@ import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, NamedTuple, Self
+from typing import NamedTuple, Self
 from zlib import crc32
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.blocks import Colour
 from ..data.results import BlockResult, Completion, compose
 from ..evaluation.hold_out import HoldOutTest
 from ..run.run import Run
-
-_Byte = Annotated[int, msgspec.Meta(ge=0, le=255)]
-Colour = tuple[_Byte, _Byte, _Byte]
-"""Red, green, blue, 0-255."""
 
 
 class Extrapolation(NamedTuple):

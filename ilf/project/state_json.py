@@ -10,6 +10,7 @@ from msgspec import UNSET, Struct, UnsetType
 
 from .._runtime.files import parse_json
 from .._runtime.schema import check_schema, converted
+from ..data.blocks import BlockInfo, Colour
 from ..data.frame import InputFile, RGBDFrame
 from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, IlfError
@@ -19,9 +20,8 @@ from ..run.record import RecordedNeighbour
 from ..run.record_file import parsed_inputs
 from .archive import Parts
 from .encoding import SCHEMA, frame_part
-from .frame_state import BlockInfo, FrameState, Point
+from .frame_state import FrameState, Point
 from .packing import check_content
-from .run_history import Colour
 
 UNREADABLE = (IlfError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 """Exceptions of reading damaged or foreign data."""

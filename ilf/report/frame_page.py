@@ -11,13 +11,13 @@ from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import grouped, millimetres
 from ..completion.completion import guide_text
 from ..completion.confidence.expected_error import MEDIAN_NAME, RMS_NAME, error_summary, expected_error, summarised
+from ..data.blocks import own_values
 from ..data.camera import camera_text
 from ..data.parameters import BlockParameters, Parameters, nearest_preset
 from ..data.results import BlockResult, Status, blocks_by_message
 from ..evaluation.evaluation import Evaluated
 from ..evaluation.hold_out import HoldOutResult, untrusted_note
 from ..io.encodings import encoding_of_inputs
-from ..project.frame_state import own_values
 from ..run.options import ExportOptions
 from ..run.record import make_record
 from .curves import curve_lines, curve_plots

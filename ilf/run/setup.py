@@ -9,9 +9,9 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.blocks import checked_drawn, checked_labels
 from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import RGBDFrame, checked_frame, read_only
+from ..data.label_map import checked_drawn, checked_labels
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import as_parameters, preset
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.blocks import find_blocks, least_known_pixels
 from ..data.frame import RGBDFrame
+from ..data.label_map import find_blocks, least_known_pixels
 from ..data.pixel_grids import both, connected_regions, sides
 from .edges.relief import Relief
 

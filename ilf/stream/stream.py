@@ -24,9 +24,9 @@ from ..completion.block import BlockTask, filter_steps
 from ..completion.correction import applied_change, needs_correction
 from ..completion.correction_network import load_correction_network
 from ..completion.filter import edges_for
-from ..data.blocks import find_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
+from ..data.label_map import find_blocks
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Status, compose

@@ -19,7 +19,7 @@ import numpy as np
 
 import ilf
 from ilf.completion.pass_band.iteration import PassBandIteration
-from ilf.data.blocks import Block, find_blocks
+from ilf.data.label_map import Block, find_blocks
 from tests.reference.full_grid import FullGridIteration
 
 from .samples import Size, size_of

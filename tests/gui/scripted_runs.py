@@ -16,7 +16,7 @@ from gui.work.frame_runs import RunState
 from gui.work.runs import RunController
 from ilf import RGBDFrame
 from ilf.completion.filter import edge_parameters
-from ilf.data.blocks import Block, drawn_of, find_blocks
+from ilf.data.label_map import Block, drawn_of, find_blocks
 from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Progress, Status, notes_of
 from ilf.run.run import Run
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from ilf.data.blocks import own_values
 from ilf.data.presets import preset
-from ilf.project.frame_state import own_values
 from ilf.segmentation.editing.patches import patch_between
 from ilf.segmentation.extraction import Extraction, extract
 

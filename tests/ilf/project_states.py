@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 
 import ilf
+from ilf.data.blocks import BlockInfo
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
 from ilf.evaluation.hold_out import HoldOutTest
 from ilf.evaluation.quality.ignored import IgnoredPlace
-from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState, InspectionState
+from ilf.project.frame_state import BlockNotes, FrameState, InspectionState
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.run import Run
 

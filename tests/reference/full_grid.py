@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ilf.completion.pass_band.band import colour_weight, inside_ellipse, squared_wave_numbers
 from ilf.completion.pass_band.iteration import LinearSchedule, Schedule, StagedSchedule, principal_lengths
-from ilf.data.blocks import Block
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Block
 from ilf.data.parameters import Parameters
 from ilf.data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
 

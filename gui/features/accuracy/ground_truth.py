@@ -10,8 +10,8 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QWidget
 
 from ilf._runtime.named_places import note_opened
-from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Box
 from ilf.drawing.colours import sample
 from ilf.errors import InputError
 from ilf.io.frame_additions import with_ground_truth_file

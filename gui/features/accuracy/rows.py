@@ -16,8 +16,8 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTree
 
 from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.completion.confidence.expected_error import expected_error
-from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Box
 from ilf.data.results import Completion
 from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors, evaluate_blocks, evaluate_completion
 from ilf.evaluation.ground_truth import shared_pixels

@@ -11,10 +11,10 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QMenu
 
 from ilf._runtime.formatting import counted
+from ilf.data.blocks import parameter_labels
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
 from ilf.drawing.blocks import block_colour
-from ilf.project.frame_state import parameter_labels
 
 from ...base.commands import Command
 from ...state.results import BlockCounts

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ilf.data.blocks import OwnValues, own_values, parameter_labels
 from ilf.data.parameters import Parameters
-from ilf.project.frame_state import OwnValues, own_values, parameter_labels
 
 from ...base.commands import Command
 from ...state.session import Session

@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
-from ilf.data.blocks import Box
+from ilf.data.label_map import Box
 from ilf.evaluation.measuring import Line
 
 from ...base.commands import Command

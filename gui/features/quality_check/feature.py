@@ -13,8 +13,8 @@ from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainterPath
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Box
 from ilf.data.parameters import BlockParameters
 from ilf.errors import IlfError
 from ilf.evaluation.quality.ignored import without_ignored

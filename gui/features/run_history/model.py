@@ -17,8 +17,9 @@ from PySide6.QtWidgets import QWidget
 
 from ilf._runtime.formatting import counted, millimetres
 from ilf.completion.confidence.expected_error import RMS_MEANING, RMS_NAME
+from ilf.data.blocks import Colour
 from ilf.data.parameters import PRESETS, Parameters, nearest_preset
-from ilf.project.run_history import Colour, StoredRun
+from ilf.project.run_history import StoredRun
 
 from ...base import theme
 from ...state.run_history import MAX_COMPARED, parameters_text, title_of

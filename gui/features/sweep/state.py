@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QSize
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import Box
 from ilf.data.declarations import Value
+from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.drawing.colours import robust_depth_levels, robust_difference_level
 from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ..._runtime.arrays import plain_array
 from ..._runtime.cancellation import acquired, check_cancelled
 from ..._runtime.memory import release_memory
-from ...data.blocks import SPARSE
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import FrameCache, once_per_frame
+from ...data.label_map import SPARSE
 from ...data.results import Completion
 from ...errors import ParameterError, check_kind
 from ...segmentation.edges.frame_edges import find_edges

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from ...completion.block import required_known_pixels
-from ...data.blocks import Box
 from ...data.frame import RGBDFrame
+from ...data.label_map import Box
 from ...data.pixel_grids import Pairs, both, connected_regions, different_labels, mark
 from ...data.presets import preset
 from ...segmentation.edges.relief import JUMP_LENGTH, find_relief

@@ -11,8 +11,8 @@ from scipy.sparse import diags_array
 from ...completion import plain_surfaces
 from ...completion.interpolation import nearest
 from ...completion.plain_surfaces import bending, first_differences, minimise_energy, plane_through, solve
-from ...data.blocks import find_blocks
 from ...data.frame import RGBDFrame
+from ...data.label_map import find_blocks
 
 _DIAMOND = np.array([[0, 0, 1, 0, 0], [0, 1, 1, 1, 0], [1, 1, 1, 1, 1], [0, 1, 1, 1, 0], [0, 0, 1, 0, 0]], np.uint8)
 _CLOSING, _SMALL_HOLES, _LARGE_HOLES = (np.ones((side, side), np.uint8) for side in (5, 7, 31))

@@ -13,8 +13,8 @@ from scipy.sparse.csgraph import connected_components
 
 from ...completion.edge_aware.view import flying_pixels
 from ...completion.suspects import suspect_islands
-from ...data.blocks import Box
 from ...data.frame import RGBDFrame
+from ...data.label_map import Box
 from ...data.pixel_grids import both, sides
 from ...errors import InputError
 

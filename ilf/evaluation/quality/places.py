@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
 from ..._runtime.cancellation import check_cancelled
-from ...data.blocks import Box, find_blocks
 from ...data.frame import RGBDFrame
+from ...data.label_map import Box, find_blocks
 from ...data.pixel_grids import connected_regions, different_labels, mark
 from ...segmentation.edges.relief import Relief, find_relief
 

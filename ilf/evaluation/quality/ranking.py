@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.cancellation import check_cancelled
-from ...data.blocks import checked_labels
 from ...data.frame import RGBDFrame
+from ...data.label_map import checked_labels
 from ...errors import InputError
 from .checks import find_high_errors, find_islands, find_multiple_surfaces, find_weak_borders
 from .places import Place, make_check_input

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from ...data.blocks import Box
+from ...data.label_map import Box
 from ...data.pixel_grids import connected_regions, sides
 from .borders import have_border
 from .patches import LabelPatch, Labels, Mask, bounds, box_of, grown, patch_between, patch_within, unlocked_pixels

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.blocks import Box
 from ...data.frame import RGBDFrame
+from ...data.label_map import Box
 from ..edges.detectors import colour_gradient
 from ..edges.relief import filled_depth
 from ..flooding import flood

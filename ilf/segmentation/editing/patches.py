@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.blocks import Box, within
+from ...data.label_map import Box, within
 
 Labels = NDArray[np.int32]
 Mask = NDArray[np.bool_]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.cancellation import check_cancelled
-from ...data.blocks import find_blocks
 from ...data.frame import RGBDFrame
+from ...data.label_map import find_blocks
 from ...data.pixel_grids import connected_regions
 
 Pose = NDArray[np.float64]

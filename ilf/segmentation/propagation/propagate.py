@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..._runtime.cancellation import check_cancelled
-from ...data.blocks import checked_drawn, checked_labels
 from ...data.frame import RGBDFrame
+from ...data.label_map import checked_drawn, checked_labels
 from ...data.parameters import BlockParameters
 from ...errors import InputError
 from ..edges.frame_edges import find_edges

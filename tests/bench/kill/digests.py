@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from gui.state.session import Session
+from ilf.data.blocks import BlockInfo
 from ilf.data.results import BlockResult
 from ilf.drawing.blocks import block_colour
-from ilf.project.frame_state import BlockInfo, FrameState
+from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 
 

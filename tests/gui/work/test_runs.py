@@ -14,7 +14,7 @@ from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
 from ilf import preset
 from ilf._runtime.cancellation import current_cancel_events
-from ilf.data.blocks import Block, find_blocks
+from ilf.data.label_map import Block, find_blocks
 from ilf.data.results import BlockResult
 from ilf.segmentation.editing.cleaning import merge
 

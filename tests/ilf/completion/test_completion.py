@@ -21,8 +21,8 @@ from ilf._runtime.threads import run_in_parallel
 from ilf.completion.block import required_known_pixels
 from ilf.completion.completion import CompletionRun
 from ilf.completion.pass_band.iteration import PassBandIteration
-from ilf.data.blocks import Block
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Block
 from ilf.data.results import Progress, Status, compose
 from ilf.drawing.blocks import block_overlay
 from ilf.errors import Cancelled, InputError, ParameterError

@@ -35,7 +35,7 @@ from ilf.completion.correction_network import (
     spread,
 )
 from ilf.completion.filter import is_guided
-from ilf.data.blocks import Block, find_blocks
+from ilf.data.label_map import Block, find_blocks
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.run.record import installed_sha256
 from ilf.segmentation import extraction

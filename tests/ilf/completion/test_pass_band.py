@@ -13,8 +13,8 @@ import ilf
 from ilf.completion.edge_aware.iteration import EdgeAwareIteration
 from ilf.completion.pass_band.band import colour_weight, inside_ellipse, squared_wave_numbers
 from ilf.completion.pass_band.iteration import PassBandIteration, StagedSchedule, principal_lengths
-from ilf.data.blocks import Block, find_blocks
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Block, find_blocks
 from ilf.data.parameters import PRESETS
 from ilf.data.results import hold_out_mask
 from tests.reference.full_grid import FullGridIteration

@@ -15,8 +15,8 @@ import pytest
 import ilf
 from ilf.completion.filter import make_stepper, max_pixels
 from ilf.completion.stepper import Stepper
-from ilf.data.blocks import find_blocks
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import find_blocks
 from ilf.data.parameters import PRESETS
 from ilf.data.results import BlockOutcome, EdgeAwareRecord, IterationRecord, PassBandRecord, Status
 

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from ilf.data.blocks import BlockInfo
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.errors import InputError
-from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState, is_edited, is_propagated
+from ilf.project.frame_state import BlockNotes, FrameState, is_edited, is_propagated
 from ilf.project.propagation import propagate_state
 from ilf.sources.frames import load_frame
 

@@ -19,11 +19,12 @@ import ilf
 from ilf._runtime.formatting import millimetres
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import error_summary
+from ilf.data.blocks import BlockInfo
 from ilf.errors import InputError
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion, run_to_end
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
 from ilf.project.file import save_project
-from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
+from ilf.project.frame_state import BlockNotes, FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
 from ilf.report.pictures import scale_bar

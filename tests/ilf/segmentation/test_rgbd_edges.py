@@ -13,8 +13,8 @@ import ilf
 from ilf._runtime import installation as assets
 from ilf.completion.edge_aware.iteration import EdgeAwareIteration
 from ilf.completion.filter import edges_for
-from ilf.data.blocks import find_blocks
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import find_blocks
 from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without

@@ -1,0 +1,144 @@
+"""Label maps: an integer for each pixel, 0 for no block; the blocks in them, their boxes, checks."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._runtime.arrays import plain_array
+from ..errors import InputError
+from .frame import checked_mask
+
+Box = tuple[slice, slice]
+"""Rows and columns of a bounding box."""
+
+_DENSE = 1 << 20
+"""Maximum label up to which labels are assumed to be dense; above, most numbers are not labels of blocks."""
+
+
+def within(inside: Box, outside: Box) -> Box:
+    """Return a box relative to an enclosing box."""
+    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
+    return rows, columns
+
+
+def widened(box: Box, by: int) -> Box:
+    """Return a box with so many more rows and columns on every side, cut off at the frame's first ones; slices ignore
+    what lies beyond its last."""
+    rows, columns = box
+    return slice(max(rows.start - by, 0), rows.stop + by), slice(max(columns.start - by, 0), columns.stop + by)
+
+
+def union(one: Box, other: Box) -> Box:
+    """Return the smallest box that encloses two boxes."""
+    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))
+    return rows, columns
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A block: the pixels of one label in their bounding box.
+
+    Attributes
+    ----------
+    label : int
+        Value in the label map, > 0.
+    box : tuple of slice
+        Rows and columns of the bounding box in the frame.
+    mask : ndarray of bool, shape (h, w)
+        The block's pixels inside the box.
+    """
+
+    label: int
+    box: Box
+    mask: NDArray[np.bool_]
+
+
+def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArray[np.int32]:
+    """Return the label map as int32; a bool mask becomes block 1. Raise InputError if it does not have this shape
+    (H, W)."""
+    array = plain_array(labels)
+    if array.shape != shape:
+        raise InputError(
+            f"The label map has shape {array.shape}, but the frame is {shape[1]} x {shape[0]} pixels. "
+            "Use blocks that were extracted from this frame."
+        )
+    if array.dtype.kind not in "biu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
+        raise InputError("A label map must contain integers: 0 for no block, 1, 2, ... for blocks.")
+    return array.astype(np.int32, copy=False)
+
+
+def checked_drawn(drawn: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
+    """Return a read-only mask of drawn borders, None if there are none; raise InputError if it does not have this shape
+    (H, W)."""
+    if drawn is None:
+        return None
+    mask = checked_mask(drawn, shape, "drawn borders")
+    return mask if mask.any() else None
+
+
+def drawn_of(block: Block, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
+    """Return the values of the mask of drawn borders at a block's pixels, in the order of `block.mask`'s True values;
+    None if none is set."""
+    own = None if drawn is None else drawn[block.box][block.mask]
+    return own if own is not None and own.any() else None
+
+
+SPARSE = 0.05
+"""A frame of which a smaller fraction is known is sparse."""
+
+_SHARE_OF_FRAME, _FEWEST = 0.5, 3
+"""Share of a sparse frame's density that is enough for a block, and number of pixels."""
+
+
+def least_known_pixels(pixels: ArrayLike, share: float, fewest: int, density: float) -> NDArray[np.floating]:
+    """Minimum number of known pixels that blocks need to be completed.
+
+    Parameters
+    ----------
+    pixels : array_like
+        Their sizes [px].
+    share : float
+        Minimum fraction of pixels with depth, 0-1.
+    fewest : int
+        Minimum number of pixels with depth.
+    density : float
+        Fraction of the frame's pixels with depth, 0-1. In a sparse frame, such as points of a map or lines of a lidar,
+        no block is asked for more than half of it.
+    """
+    if density < SPARSE:
+        share, fewest = min(share, _SHARE_OF_FRAME * density), min(fewest, _FEWEST)
+    return np.minimum(np.maximum(fewest, np.ceil(share * np.asarray(pixels))), pixels)
+
+
+def find_blocks(labels: NDArray[np.int32], only: Collection[int] | None = None) -> dict[int, Block]:
+    """Return all blocks of a label map by label, in ascending order; with `only`, some of them, in its order if it is a
+    sequence.
+
+    Examples
+    --------
+    >>> labels = np.array([[0, 7, 7], [3, 3, 7]], np.int32)
+    >>> blocks = find_blocks(labels)
+    >>> list(blocks)
+    [3, 7]
+    >>> blocks[7].box, blocks[7].mask.tolist()
+    ((slice(0, 2, None), slice(1, 3, None)), [[True, True], [False, True]])
+    >>> list(find_blocks(labels, [7, 5]))
+    [7]
+    """
+    from scipy.ndimage import find_objects
+
+    if labels.size and labels.max() < _DENSE:
+        present: Iterator[int] = itertools.count(1)
+        found = find_objects(labels)
+    else:
+        numbers = np.unique(labels)
+        offset = 0 if numbers.size and numbers[0] == 0 else 1
+        present, found = iter(numbers[1 - offset :].tolist()), find_objects(np.searchsorted(numbers, labels) + offset)
+    boxes = {label: (box[0], box[1]) for label, box in zip(present, found, strict=False) if box is not None}
+    wanted = boxes if only is None else (only if isinstance(only, Sequence) else sorted(only))
+    return {label: Block(label, boxes[label], labels[boxes[label]] == label) for label in wanted if label in boxes}
