@@ -90,21 +90,18 @@ class SessionSnapshot:
         drawn = None if former is None else self._drawn.update(former, dirty)
         if drawn is None:
             self._drawn = Tiles()
-        notes = replace(session.notes, infos=dict(session.notes.infos), own=dict(session.notes.own), drawn=None)
         results = dict(session.valid_results())
         completion = session.completion() if session.extrapolated else None
         runs = tuple(map(_detached_copy, session.run_history))
         state = FrameState(
             session.id,
             session.frame,
-            session.labels,
-            notes,
+            session.blocks(),
             session.common,
             results,
             runs=runs,
             compared=tuple(kept.number for kept in session.compared),
             next_number=session.next_run,
-            by_hand=session.by_hand,
             extrapolate=session.extrapolate,
             own_parameters=session.own_parameters,
             note=session.note,
@@ -119,8 +116,7 @@ class SessionSnapshot:
         def whole() -> FrameState:
             return replace(
                 state,
-                labels=labels(),
-                notes=replace(notes, drawn=None if drawn is None else drawn()),
+                blocks=replace(state.blocks, labels=labels(), drawn=None if drawn is None else drawn()),
                 extrapolation=None if completion is None else Extrapolation.of(completion),
             )
 

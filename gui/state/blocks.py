@@ -22,11 +22,12 @@ from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_colour
 from ilf.evaluation.quality.ignored import IgnoredPlace, ignore
 from ilf.evaluation.quality.places import Place
-from ilf.project.frame_state import BlockNotes, FrameState
+from ilf.project.frame_state import FrameState
 from ilf.segmentation.editing.patches import LabelPatch, patch_between, redrawn
 from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 
+from .block_notes import BlockNotes
 from .frames import WorkspaceFrames
 from .parameters import WorkspaceParameters
 from .results import BlockErrors, same_depth, same_mask
@@ -531,9 +532,8 @@ class PropagateBlocks(QUndoCommand):
         self._host = host
         self._parameters = parameters
         self._session = session
-        self._patch = patch_between(session.labels, propagated.labels)
-        notes = propagated.notes
-        self._notes = replace(notes, infos=dict(notes.infos), own=dict(notes.own))
+        self._patch = patch_between(session.labels, propagated.blocks.labels)
+        self._notes = BlockNotes.of(propagated.blocks)
         self._common, self._own, self._extrapolate = (
             propagated.common,
             propagated.own_parameters,

@@ -10,7 +10,6 @@ from typing import Self
 from PySide6.QtCore import QObject, Signal
 
 from ilf.data.results import Status
-from ilf.project.frame_state import is_propagated
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_source import FrameSource
 
@@ -215,7 +214,7 @@ def summary_of(session: Session) -> FrameSummary:
         stage = Stage.FAILED
     elif results:
         stage = Stage.RUN
-    elif blocks and is_propagated(session.notes, session.labels):
+    elif blocks and session.blocks().propagated:
         stage = Stage.PROPAGATED
     elif blocks and (session.edited or session.by_hand is not None):
         stage = Stage.EDITED

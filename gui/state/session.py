@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import BlockInfo
+from ilf.data.blocks import BlockInfo, Blocks
 from ilf.data.by_hand import DepthByHand, as_by_hand
 from ilf.data.frame import GroundTruthFile, RGBDFrame
 from ilf.data.label_map import Box, union
@@ -20,7 +20,6 @@ from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
 from ilf.drawing.blocks import block_colour
 from ilf.evaluation.quality.ignored import IgnoredPlace
-from ilf.project.frame_state import BlockNotes, is_edited
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.key_frames import KeyFrames
 from ilf.run.replaying import Replay
@@ -28,6 +27,7 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.reextraction import made_by_hand
 
+from .block_notes import BlockNotes
 from .results import BlockCounts, BlockErrors, BlockTally, FrameResults, Preview, Results, ShownDepth, StoredBlockResult
 
 Point = tuple[float, float]
@@ -165,7 +165,11 @@ class Session:
     @property
     def edited(self) -> bool:
         """Whether the blocks differ from those of the extraction."""
-        return is_edited(self.notes, self.labels)
+        return self.blocks().edited
+
+    def blocks(self) -> Blocks:
+        """Return the blocks as they are now; label map and drawn borders are the ones that change in place."""
+        return self.notes.blocks(self.labels, self.by_hand)
 
     def handmade(self) -> frozenset[int]:
         """Return the hand-made blocks, from before and after the last extraction."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import uuid
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 from weakref import WeakSet
@@ -29,6 +29,7 @@ from ilf.sources.frames import is_frame_folder
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.opening import is_recording
 
+from ..state.block_notes import BlockNotes
 from ..state.entries import Entry
 from ..state.session import Session
 from ..state.workspace import Workspace
@@ -94,19 +95,11 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     """
     session = Session(state.frame, origin, key)
     session.id, session.note, session.done = state.id, state.note, state.done
-    notes = state.notes
-    session.take_notes(
-        replace(
-            notes,
-            infos=dict(notes.infos),
-            own=dict(notes.own),
-            drawn=None if notes.drawn is None else notes.drawn.copy(),
-        )
-    )
-    session.set_labels(state.labels)
+    session.take_notes(BlockNotes.of(state.blocks))
+    session.set_labels(state.blocks.labels)
     session.take_common(state.common)
     session.own_parameters, session.extrapolate = state.own_parameters, state.extrapolate
-    session.by_hand = state.by_hand
+    session.by_hand = state.blocks.by_hand
     session.restore_results(list(state.results.values()), state.extrapolation)
     session.run_history = list(state.runs)
     session.compared = [kept for kept in state.runs if kept.number in state.compared]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.named_places import NotAllowed
 from .._runtime.schema import converted
-from ..data.blocks import OwnValues
+from ..data.blocks import Blocks, OwnValues
 from ..data.by_hand import DepthByHand
 from ..data.camera import CameraIntrinsics
 from ..data.frame import GroundTruthFile, RGBDFrame
@@ -26,7 +26,7 @@ from ..run.record_file import parsed_inputs
 from ..run.run import Run
 from .archive import Parts
 from .encoding import Origin, measured_sha256
-from .frame_state import BlockNotes, FrameState, InspectionState
+from .frame_state import FrameState, InspectionState
 from .packing import Npz, colour_from_bytes, labels_from_bytes, mask_from_bytes
 from .result_packs import unpack_results
 from .run_history import Extrapolation, StoredRun
@@ -39,7 +39,6 @@ from .state_json import (
     InspectionJson,
     LayersJson,
     NeighboursJson,
-    NotesJson,
     RunJson,
     StateJson,
     StoredRunJson,
@@ -132,15 +131,13 @@ class _Decoding:
         return FrameState(
             id=frame_id,
             frame=self._with_layers(stored),
-            labels=self._once(stored.labels, self._labels),
-            notes=self._notes(stored.notes),
+            blocks=self._blocks(stored),
             common=stored.parameters,
             results=self._results(stored.results),
             extrapolation=self._once_or_none(stored.extrapolation, self._extrapolation),
             runs=tuple(self._stored_run(run) for run in stored.runs),
             compared=stored.compared,
             next_number=stored.next_number,
-            by_hand=self._once_or_none(stored.by_hand, self._by_hand),
             extrapolate=stored.extrapolate,
             own_parameters=stored.own_parameters,
             note=stored.note,
@@ -258,11 +255,14 @@ class _Decoding:
 
     # Blocks, results and runs.
 
-    def _notes(self, stored: NotesJson) -> BlockNotes:
-        return BlockNotes(
+    def _blocks(self, state: StateJson) -> Blocks:
+        stored = state.notes
+        return Blocks(
+            self._once(state.labels, self._labels),
             stored.infos,
             _own_values(stored.own),
             self._once_or_none(stored.drawn, self._mask),
+            self._once_or_none(state.by_hand, self._by_hand),
             stored.extraction,
             stored.network,
             self._once_or_none(stored.extracted, self._labels),
@@ -270,6 +270,7 @@ class _Decoding:
             stored.handmade,
             stored.propagated_from,
             stored.reasons,
+            stored.notes,
         )
 
     def _results(self, rows: list[tuple[int, int, int]]) -> dict[int, BlockResult]:

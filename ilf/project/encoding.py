@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.schema import plain, strict_json
+from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
@@ -20,7 +21,7 @@ from ..data.neighbours import NeighbourDepth
 from ..data.results import BlockResult
 from ..run.record import RecordedNeighbour, array_sha256
 from ..run.run import Run
-from .frame_state import BlockNotes, FrameState, InspectionState
+from .frame_state import FrameState, InspectionState
 from .packing import array_name, colour_to_bytes, labels_to_bytes, mask_to_bytes, npz
 from .result_packs import PACK_BYTES, pack_results, packed_bytes
 from .run_history import Extrapolation, StoredRun
@@ -67,7 +68,8 @@ class Encoder:
     Examples
     --------
     >>> frame = RGBDFrame(np.zeros((2, 3, 3), np.uint8), np.full((2, 3), 2.0))
-    >>> state = FrameState("a1", frame, np.ones((2, 3), np.int32))
+    >>> from ilf.data.blocks import Blocks
+    >>> state = FrameState("a1", frame, Blocks(np.ones((2, 3), np.int32)))
     >>> encoder = Encoder()
     >>> first, second = encoder.encode(state), encoder.encode(state)
     >>> len(first.arrays), len(second.arrays), first.names == second.names
@@ -156,9 +158,9 @@ class _Encoding:
             "id": state.id,
             "frame": self._frame(frame),
             **self._encode_layers(frame),
-            **self._encode_by_hand(state.by_hand),
-            "labels": self._array(state.labels, labels_to_bytes),
-            "notes": self._notes(state.notes),
+            **self._encode_by_hand(state.blocks.by_hand),
+            "labels": self._array(state.blocks.labels, labels_to_bytes),
+            "notes": self._notes(state.blocks),
             "parameters": state.common.to_dict(),
             "results": self._results(state.results),
             "extrapolation": None if extrapolation is None else self._extrapolation(extrapolation),
@@ -226,7 +228,7 @@ class _Encoding:
             return {}
         return {"by_hand": {"depth": self._array(by_hand.depth, _depth), "weight": by_hand.weight}}
 
-    def _notes(self, notes: BlockNotes) -> dict[str, Any]:
+    def _notes(self, notes: Blocks) -> dict[str, Any]:
         return {
             "infos": {str(label): dataclasses.asdict(info) for label, info in notes.infos.items()},
             "own": {str(label): dict(own) for label, own in notes.own.items()},
@@ -238,6 +240,7 @@ class _Encoding:
             "handmade": sorted(notes.handmade),
             "propagated_from": notes.propagated_from,
             "reasons": {str(label): reason for label, reason in notes.reasons.items()},
+            "notes": list(notes.notes),
         }
 
     def _encode_run_history(self, kept: StoredRun) -> dict[str, Any]:

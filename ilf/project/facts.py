@@ -167,7 +167,8 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     >>> import ilf
     >>> from ilf._runtime.installation import asset_path
     >>> completion = ilf.complete(ilf.load_frame(asset_path("samples/room")))
-    >>> state = FrameState("a1", completion.frame, completion.blocks, results=completion.results)
+    >>> from ilf.data.blocks import Blocks
+    >>> state = FrameState("a1", completion.frame, Blocks(completion.blocks), results=completion.results)
     >>> differences(state, completion)
     ()
     """

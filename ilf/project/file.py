@@ -361,12 +361,13 @@ def save_project(
     --------
     >>> import ilf, numpy as np
     >>> frame = ilf.RGBDFrame(np.zeros((4, 6, 3), np.uint8), np.full((4, 6), 2.0), name="wall")
-    >>> state = FrameState("a1", frame, np.ones((4, 6), np.int32), note="Flat.")
+    >>> from ilf.data.blocks import Blocks
+    >>> state = FrameState("a1", frame, Blocks(np.ones((4, 6), np.int32)), note="Flat.")
     >>> save_project("wall.ilf", Project((ProjectFrame("a1", "wall", None),)), [state])
     ()
     >>> with open_project("wall.ilf") as opened:
     ...     again = opened.state("a1").state
-    >>> again.note, again.frame.name, int(again.labels.sum())
+    >>> again.note, again.frame.name, int(again.blocks.labels.sum())
     ('Flat.', 'wall', 24)
     """
     _check_replaceable(path)

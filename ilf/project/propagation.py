@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.blocks import Blocks
 from ..segmentation.propagation.propagate import Followed, follow
 from ..segmentation.reextraction import made_by_hand
 from ..sources.poses import motion_between
-from .frame_state import BlockNotes, FrameState
+from .frame_state import FrameState
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,39 +52,41 @@ def propagate_state(before: FrameState, after: FrameState, how: str = "auto") ->
     InputError
         If the frames differ in size, or `how` is unknown.
     """
-    notes = before.notes
+    notes = before.blocks
     followed = follow(
         before.frame,
-        before.labels,
+        before.blocks.labels,
         after.frame,
         how=how,
         pose=motion_between(before.frame, after.frame) if how == "auto" else None,
         extraction=notes.extraction,
         drawn=notes.drawn,
-        locked=[label for label, info in notes.infos.items() if info.locked],
+        locked=notes.locked,
         taken={*notes.infos, *notes.own},
     )
     stays = _staying(after)
     numbers = _numbers(followed.labels, stays, {*notes.infos, *notes.own})
-    here = np.isin(after.labels, list(stays))
-    labels = np.where(here, after.labels, numbers[followed.labels]).astype(np.int32)
+    here = np.isin(after.blocks.labels, list(stays))
+    labels = np.where(here, after.blocks.labels, numbers[followed.labels]).astype(np.int32)
     there = frozenset(np.flatnonzero(np.bincount(labels.ravel())).tolist()) - {0}
 
     def now(label: int) -> int:
         return int(numbers[label]) if label < numbers.size else label
 
     propagated = there - stays
-    handmade = notes.handmade | made_by_hand(before.labels, notes.extracted)
+    handmade = notes.handmade | made_by_hand(before.blocks.labels, notes.extracted)
     reasons = {now(label): reason for label, reason in followed.reasons.items() if now(label) in propagated}
     came = labels.copy()
     came.setflags(write=False)
     others = stays - set(range(numbers.size))  # their labels may be those of removed blocks of the source frame
-    known = BlockNotes(
+    known = Blocks(
+        labels,
         {now(label): info for label, info in notes.infos.items() if label not in others}
-        | {label: info for label, info in after.notes.infos.items() if label in stays},
+        | {label: info for label, info in after.blocks.infos.items() if label in stays},
         {now(label): own for label, own in notes.own.items() if label not in others}
-        | {label: own for label, own in after.notes.own.items() if label in stays},
+        | {label: own for label, own in after.blocks.own.items() if label in stays},
         _drawn(followed, after, here),
+        after.blocks.by_hand,
         notes.extraction,
         notes.network,
         came,
@@ -94,8 +97,7 @@ def propagate_state(before: FrameState, after: FrameState, how: str = "auto") ->
     )
     state = replace(
         after,
-        labels=labels,
-        notes=known,
+        blocks=known,
         common=before.common,
         extrapolate=before.extrapolate,
         own_parameters=before.own_parameters,
@@ -109,9 +111,11 @@ def propagate_state(before: FrameState, after: FrameState, how: str = "auto") ->
 
 def _staying(after: FrameState) -> frozenset[int]:
     """Return the locked blocks of the target frame that the propagation must not change."""
-    there = frozenset(np.flatnonzero(np.bincount(after.labels.ravel())).tolist()) - {0}
-    locked = there & {label for label, info in after.notes.infos.items() if info.locked}
-    return locked & made_by_hand(after.labels, after.notes.extracted) if after.notes.propagated_from else locked
+    there = frozenset(np.flatnonzero(np.bincount(after.blocks.labels.ravel())).tolist()) - {0}
+    locked = there & {label for label, info in after.blocks.infos.items() if info.locked}
+    return (
+        locked & made_by_hand(after.blocks.labels, after.blocks.extracted) if after.blocks.propagated_from else locked
+    )
 
 
 def _numbers(labels: NDArray[np.int32], stays: Collection[int], taken: Collection[int]) -> NDArray[np.int32]:
@@ -126,7 +130,7 @@ def _numbers(labels: NDArray[np.int32], stays: Collection[int], taken: Collectio
 
 def _drawn(followed: Followed, after: FrameState, here: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
     """Return the drawn borders of the propagated and of the staying blocks."""
-    old = after.notes.drawn
+    old = after.blocks.drawn
     if old is None or not (old & here).any():
         return None if followed.drawn is None else followed.drawn & ~here
     return (old & here) | (False if followed.drawn is None else followed.drawn & ~here)

@@ -10,7 +10,7 @@ from msgspec import UNSET, Struct, UnsetType
 
 from .._runtime.files import parse_json
 from .._runtime.schema import check_schema, converted
-from ..data.blocks import BlockInfo, Colour
+from ..data.blocks import BlockInfo, Blocks, Colour
 from ..data.frame import InputFile, RGBDFrame
 from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, IlfError
@@ -91,6 +91,7 @@ class NotesJson(Struct):
     handmade: frozenset[int]
     propagated_from: str
     reasons: dict[int, str]
+    notes: tuple[str, ...]
 
 
 class RunJson(LayersJson, kw_only=True):
@@ -221,4 +222,4 @@ def empty_state(frame_id: str, frame: RGBDFrame) -> FrameState:
     """Return the state of a frame without any work."""
     labels = np.zeros(frame.shape, np.int32)
     labels.setflags(write=False)
-    return FrameState(frame_id, frame, labels)
+    return FrameState(frame_id, frame, Blocks(labels))

@@ -49,7 +49,7 @@ class Subject:
     @classmethod
     def of_state(cls, state: FrameState, again: str = "", problems: tuple[str, ...] = ()) -> Self:
         """Return the subject of a frame in a project, with its present results."""
-        infos = state.notes.infos
+        infos = state.blocks.infos
         return cls(
             replace(state.run(), extrapolate=state.extrapolation is not None),
             present_completion(state),

@@ -308,7 +308,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
     assert workspace.session.unsaved
     path = tmp_path / "p.ilf"
     with read_project(path) as project:
-        assert project.state(workspace.frames.entries[0].id).state.notes.infos[1].name == "Wall"
+        assert project.state(workspace.frames.entries[0].id).state.blocks.infos[1].name == "Wall"
 
     # somebody else writes it
     save(opened, qtbot, path)

@@ -18,6 +18,7 @@ from gui.features.propagation.feature import PropagateDialog, PropagationFeature
 from gui.features.quality_check.feature import QualityCheckFeature
 from gui.state.entries import Entry
 from gui.state.session import Session
+from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
@@ -228,7 +229,7 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
     window, entry = listed, listed.workspace.frames.entries[1]
-    state = FrameState(entry.id, entry.source.load(), np.zeros(window.workspace.session.labels.shape, np.int32))
+    state = FrameState(entry.id, entry.source.load(), Blocks(np.zeros(window.workspace.session.labels.shape, np.int32)))
     damaged = SimpleNamespace(state=state, problems=("Its runs cannot be read.",))
     window.loader.stored = SimpleNamespace(has=lambda id: True, read=lambda id: damaged)
     entry.has_state = True

@@ -15,6 +15,7 @@ from gui.app.main_window import MainWindow
 from gui.features.report.feature import ALL_FRAMES, ReportFeature, subjects_of
 from gui.project.store import WorkStore
 from gui.state.entries import Entry
+from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.presets import preset
 from ilf.errors import InputError
@@ -33,7 +34,9 @@ class Store:
         if id == "lost":
             raise InputError("depth.png is not there any more.")
         frame = RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0), name="put away")
-        return Decoded(FrameState(id, frame, np.ones((20, 30), np.int32), note="for later"), ("Its names are lost.",))
+        return Decoded(
+            FrameState(id, frame, Blocks(np.ones((20, 30), np.int32)), note="for later"), ("Its names are lost.",)
+        )
 
 
 def test_frames_that_are_not_open_are_read_when_it_is_their_turn() -> None:

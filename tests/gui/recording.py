@@ -57,7 +57,7 @@ def assert_holds(parts: Journal, session: Session) -> None:
     """The newest state of a frame is in a journal."""
     decoded = load_state(session.id, parts)
     assert decoded.problems == ()
-    assert np.array_equal(decoded.state.labels, session.labels)
-    assert {label: info.name for label, info in decoded.state.notes.infos.items()} == {
+    assert np.array_equal(decoded.state.blocks.labels, session.labels)
+    assert {label: info.name for label, info in decoded.state.blocks.infos.items()} == {
         label: info.name for label, info in session.infos.items()
     }

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 import ilf
-from ilf.data.blocks import BlockInfo
+from ilf.data.blocks import BlockInfo, Blocks
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
 from ilf.evaluation.hold_out import HoldOutTest
 from ilf.evaluation.quality.ignored import IgnoredPlace
-from ilf.project.frame_state import BlockNotes, FrameState, InspectionState
+from ilf.project.frame_state import FrameState, InspectionState
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.run import Run
 
@@ -79,11 +79,12 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     return FrameState(
         id=frame_id,
         frame=frame.with_invalid_mask(mask).with_guide(guide),
-        labels=labels,
-        notes=BlockNotes(
+        blocks=Blocks(
+            labels,
             {1: BlockInfo("wall", (9, 8, 7), False, True), 99: BlockInfo("gone", (0, 0, 255))},
             {2: {"smoothness": 2.0}},
             drawn,
+            by_hand,
             ilf.BlockParameters(granularity=0.4),
             "f" * 64,
             former,
@@ -91,11 +92,11 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
             frozenset({1, 99}),
             "the frame before",
             {2: "It was not in the picture before."},
+            ("An edge network was missing.",),
         ),
         common=quick,
         results=results,
         extrapolation=Extrapolation.of(late_result),
-        by_hand=by_hand,
         runs=runs,
         compared=(4, 1),
         next_number=6,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from ilf.data.blocks import Blocks
 from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
@@ -29,20 +30,13 @@ from ...work.loading import FrameLoader, StoredFrames, restore
 
 def state_of(session: Session) -> FrameState:
     """Return the state of an open frame, without its results."""
-    notes = session.notes
-    known = replace(
-        notes,
-        infos=dict(notes.infos),
-        own=dict(notes.own),
-        drawn=None if notes.drawn is None else notes.drawn.copy(),
-    )
+    blocks = session.blocks()
+    drawn = None if blocks.drawn is None else blocks.drawn.copy()
     return FrameState(
         session.id,
         session.frame,
-        session.labels.copy(),
-        known,
+        replace(blocks, labels=session.labels.copy(), drawn=drawn),
         session.common,
-        by_hand=session.by_hand,
         extrapolate=session.extrapolate,
         own_parameters=session.own_parameters,
         to_check=frozenset(session.to_check),
@@ -62,7 +56,7 @@ def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Deco
 
     def load() -> Decoded:
         frame = _origin(entry).load()
-        return Decoded(FrameState(id, frame, np.zeros(frame.shape, np.int32)))
+        return Decoded(FrameState(id, frame, Blocks(np.zeros(frame.shape, np.int32))))
 
     return load
 
@@ -243,11 +237,11 @@ class Propagator(QObject):
             if entry is propagation_run.source:
                 self._waiting.clear()
         elif isinstance(outcome, Propagated) and self._read is not None:
-            session, source = self._open(entry, self._read), outcome.state.notes.propagated_from
+            session, source = self._open(entry, self._read), outcome.state.blocks.propagated_from
             self._workspace.blocks.take_propagated(session, outcome.state, f"Propagate blocks from {source}")
             propagation_run.done.append(_arrival(session, outcome))
             self._before = outcome.state
-        elif isinstance(outcome, FrameState) and outcome.labels.any():
+        elif isinstance(outcome, FrameState) and outcome.blocks.labels.any():
             if entry is not propagation_run.source:
                 propagation_run.kept.append(entry.name)
             self._before = outcome

@@ -23,8 +23,7 @@ def digest_of_session(session: Session) -> str:
         FrameState(
             session.id,
             session.frame,
-            session.labels,
-            session.notes,
+            session.blocks(),
             session.common,
             session.valid_results(),
             runs=tuple(session.run_history),
@@ -39,7 +38,7 @@ def digest_of_session(session: Session) -> str:
 
 def digest(state: FrameState) -> str:
     """Digest of a frame's state, without its view."""
-    found, notes = hashlib.sha1(), state.notes
+    found, notes = hashlib.sha1(), state.blocks
     infos = {
         label: [info.name, list(info.colour), info.visible, info.locked]
         for label, info in sorted(notes.infos.items())
@@ -60,7 +59,7 @@ def digest(state: FrameState) -> str:
         [[run.number, run.name, run.note, run.how, sorted(run.done)] for run in state.runs],
     ]
     found.update(json.dumps(plain, default=str).encode())
-    for array in (state.labels, notes.drawn, notes.extracted, state.frame.invalid_mask, state.frame.measured):
+    for array in (state.blocks.labels, notes.drawn, notes.extracted, state.frame.invalid_mask, state.frame.measured):
         _add(found, array)
     _add_results(found, state.results)
     for run in state.runs:

@@ -13,6 +13,7 @@ from gui.state.entries import Entry, summary_of
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController
+from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.project.frame_state import FrameState
@@ -32,12 +33,11 @@ def propagated(session: Session, other: Session) -> FrameState:
     other.take_common(Parameters(s_criteria=0.002))
     other.extrapolate = True
     state = propagate_state(state_of(other), state_of(session)).state
-    labels = state.labels.copy()
+    labels = state.blocks.labels.copy()
     labels[:5] = 2
     return replace(
         state,
-        labels=labels,
-        notes=replace(state.notes, extracted=labels, reasons={2: REASON}),
+        blocks=replace(state.blocks, labels=labels, extracted=labels, reasons={2: REASON}),
         to_check=frozenset({2}),
         selected=(1,),
     )
@@ -84,7 +84,7 @@ def test_blocks_are_taken_and_given_back_as_one_step(
 def test_blocks_are_taken_where_nobody_looks(workspace: Workspace, other: Session, propagated: FrameState) -> None:
     state = propagate_state(propagated, state_of(other)).state
     workspace.blocks.take_propagated(other, state, "Carry blocks")
-    assert np.array_equal(other.labels, state.labels)
+    assert np.array_equal(other.labels, state.blocks.labels)
     assert other.unsaved
 
 
@@ -141,13 +141,13 @@ def test_another_extraction_forgets_what_was_carried(
     assert session.notes.propagated_from == ""
     session.undo_stack.undo()
     assert session.to_check == {2}
-    assert session.notes.propagated_from == propagated.notes.propagated_from
+    assert session.notes.propagated_from == propagated.blocks.propagated_from
 
 
 def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace: Workspace, small_frame: RGBDFrame) -> None:
     chosen, other = (Entry.of(FrameSource("/frames/one")) for _ in range(2))
     workspace.frames.add_entries([chosen, other])
-    state = FrameState(chosen.id, small_frame, np.zeros(small_frame.shape, np.int32))
+    state = FrameState(chosen.id, small_frame, Blocks(np.zeros(small_frame.shape, np.int32)))
     workspace.add_session(session_of(chosen, state), show=False)
     assert chosen.session is not None
     assert other.session is None

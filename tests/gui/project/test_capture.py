@@ -63,9 +63,9 @@ def test_a_session_comes_back_as_it_was(small_frame: RGBDFrame, small_labels: np
     assert np.array_equal(again.labels, edited)
     assert (again.note, again.info(1).name, again.locked, again.info(2).visible) == ("look here", "wall", {1}, False)
     assert again.notes.drawn is not None
-    assert state.notes.drawn is not None
-    assert np.array_equal(again.notes.drawn, state.notes.drawn)
-    assert again.notes.drawn is not state.notes.drawn
+    assert state.blocks.drawn is not None
+    assert np.array_equal(again.notes.drawn, state.blocks.drawn)
+    assert again.notes.drawn is not state.blocks.drawn
     assert again.parameters_of(2, again.common).max_iterations == 7
     assert list(again.valid_results()) == [2], "the other block has lost pixels since"
     assert (again.id, again.unsaved, again.undo_stack.count()) == (session.id, False, 0)

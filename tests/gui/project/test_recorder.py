@@ -67,7 +67,7 @@ def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: Q
     journal = context.journal()
     state = load_state(one.id, journal).state
     journal.discard()
-    assert (state.note, np.array_equal(state.labels, before)) == ("look", True)
+    assert (state.note, np.array_equal(state.blocks.labels, before)) == ("look", True)
 
 
 def test_what_is_put_away_is_read_as_it_was_left(context: Recording) -> None:
@@ -77,7 +77,7 @@ def test_what_is_put_away_is_read_as_it_was_left(context: Recording) -> None:
     context.recorder.keep(one)
     context.workspace.frames.unload(one)
     assert context.store.has(one.id)
-    assert np.array_equal(context.store.read(one.id).state.labels, left)
+    assert np.array_equal(context.store.read(one.id).state.blocks.labels, left)
 
 
 @pytest.mark.parametrize("readable", [True, False])
@@ -99,7 +99,7 @@ def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(
     qtbot.waitUntil(lambda: bool(settled), timeout=WAIT_MS)
     assert settled == [None], "it can be saved to the project file"
     for session in (one, two):
-        assert np.array_equal(load_state(session.id, context.store.parts).state.labels, session.labels)
+        assert np.array_equal(load_state(session.id, context.store.parts).state.blocks.labels, session.labels)
     context.folder.unlink()
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(one, 4)
@@ -146,7 +146,7 @@ def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
         context.erase(again, 2)
     journal = context.journal()
     assert_holds(journal, again)
-    assert load_state(again.id, journal).state.notes.drawn is not None
+    assert load_state(again.id, journal).state.blocks.drawn is not None
     journal.discard()
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.errors import ExportError
 from ilf.project.decoding import load_state
@@ -110,7 +111,7 @@ def test_a_full_drive_leaves_the_journal_whole_and_all_is_kept_when_there_is_roo
     journal = context.journal()
     assert_holds(journal, two)
     if len(had) > 1:
-        assert np.array_equal(load_state(one.id, journal).state.labels, had[-1])
+        assert np.array_equal(load_state(one.id, journal).state.blocks.labels, had[-1])
     journal.discard()
     drive.empty()
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
@@ -148,7 +149,7 @@ def test_a_project_file_that_cannot_be_replaced_stays_as_it_was(
     drive: _Drive, small_frame: RGBDFrame, small_labels: np.ndarray, full: bool
 ) -> None:
     path, project = drive.folder / "house.ilf", Project((ProjectFrame("a1", "house", None, has_state=True),))
-    save_project(path, project, [FrameState("a1", small_frame, small_labels)])
+    save_project(path, project, [FrameState("a1", small_frame, Blocks(small_labels))])
     before = path.read_bytes()
     if full:
         drive.fill()
@@ -156,8 +157,8 @@ def test_a_project_file_that_cannot_be_replaced_stays_as_it_was(
         drive.lock(True)
     files = sorted(drive.folder.iterdir())
     with pytest.raises(ExportError, match=r"disk is full|read-only|write-protected"):
-        save_project(path, project, [FrameState("a1", small_frame, small_labels % 2)])
+        save_project(path, project, [FrameState("a1", small_frame, Blocks(small_labels % 2))])
     assert path.read_bytes() == before
     assert sorted(drive.folder.iterdir()) == files, "nothing is left lying about"
     with open_project(path) as opened:
-        assert np.array_equal(opened.state("a1").state.labels, small_labels)
+        assert np.array_equal(opened.state("a1").state.blocks.labels, small_labels)

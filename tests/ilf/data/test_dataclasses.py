@@ -16,7 +16,7 @@ from ilf.sources.reading_options import ReadingOptions
 BUILT_UP = {"ilf.batch.shards.ShardCounts"}
 """Those that are filled step by step, and seen by nobody else meanwhile."""
 
-OWNED = {"ilf.project.frame_state.BlockNotes", "ilf.project.run_history.StoredRun"}
+OWNED = {"ilf.project.run_history.StoredRun"}
 """Those that one owner works on, and gives copies of."""
 
 

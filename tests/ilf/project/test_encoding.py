@@ -46,7 +46,7 @@ def test_a_state_comes_back_as_it_was(origin, state):
     assert_same(wanted, found.state)
     assert found.names == parts.parts.keys() - {frame_part(wanted.id)}
     assert found.state.runs[1].run.frame is found.state.frame, "what runs share, they share again"
-    assert found.state.runs[1].run.blocks is found.state.labels
+    assert found.state.runs[1].run.blocks is found.state.blocks.labels
     assert found.state.runs[1].results[1] is found.state.results[1]
 
 
@@ -70,7 +70,7 @@ def test_results_on_another_depth_are_left_out_and_blocks_stay(state):
     name = frame_part(state.id)
     parts.parts[name] = json.dumps(json.loads(parts.parts[name]) | {"frame": other_depth(parts, name)}).encode()
     found = load_state(state.id, parts)
-    assert_same(found.state.labels, state.labels)
+    assert_same(found.state.blocks.labels, state.blocks.labels)
     assert (found.state.results, found.state.runs) == ({}, ())
     assert len(found.problems) == 1
 
@@ -85,9 +85,9 @@ def test_the_state_that_is_tried_has_something_in_every_place(state):
     kept = state.runs
     tried = [
         (state,),
-        (state.notes,),
+        (state.blocks,),
         (state.looked,),
-        tuple(state.notes.infos.values()),
+        tuple(state.blocks.infos.values()),
         kept,
         tuple(run.run for run in kept),
         tuple(state.results.values()),

@@ -10,6 +10,7 @@ import pytest
 import ilf
 from ilf._runtime.cancellation import cancelled_by
 from ilf.cli import main
+from ilf.data.blocks import Blocks
 from ilf.errors import Cancelled, InputError
 from ilf.project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
 from ilf.project.file import save_project
@@ -90,7 +91,7 @@ def test_without_intrinsics_there_is_no_cloud_unless_it_is_required(run: Run, tm
 
 def test_present_results_are_taken_and_missing_ones_are_computed(run: Run) -> None:
     completion = run.complete()
-    state = FrameState("a", run.frame, run.blocks, common=run.parameters, results=completion.results)
+    state = FrameState("a", run.frame, Blocks(run.blocks), common=run.parameters, results=completion.results)
     known_run, known = run_and_completion(state)
     assert known is not None
     assert np.array_equal(known.depth, completion.depth, equal_nan=True)
@@ -121,7 +122,7 @@ def test_the_command_completes_what_is_missing(run: Run, tmp_path: Path, capsys,
     monkeypatch.chdir(tmp_path)
     rgb, depth = (str(tmp_path / "room" / name) for name in ("rgb.png", "depth.png"))
     results = run.complete().results
-    state = FrameState("a1", run.frame, run.blocks, common=run.parameters, results={1: results[1]})
+    state = FrameState("a1", run.frame, Blocks(run.blocks), common=run.parameters, results={1: results[1]})
     frames = (ProjectFrame("a1", "room", None, has_state=True), ProjectFrame("c3", "bare", FrameSource(rgb, depth)))
     save_project("room.ilf", Project(frames, common=run.parameters), [state])
     assert main(["project", "export", "room.ilf", "--out", "out", "--complete"]) == 0

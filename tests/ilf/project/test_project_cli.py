@@ -9,6 +9,7 @@ import pytest
 
 import ilf
 from ilf.cli import main
+from ilf.data.blocks import Blocks
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
@@ -31,7 +32,7 @@ def project(tmp_path, monkeypatch):
     )
     common = ilf.preset("paper")  # set since
     states = [
-        FrameState(name, run.frame, run.blocks, common=common, results=completion.results, runs=(kept,))
+        FrameState(name, run.frame, Blocks(run.blocks), common=common, results=completion.results, runs=(kept,))
         for name in ("a1", "b2")
     ]
     frames = [ProjectFrame(state.id, "room", None, FrameSummary(Stage.RUN, blocks=2), True) for state in states]

@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf.data.blocks import Blocks
 from ilf.errors import Cancelled, ExportError, FormatError, InputError
 from ilf.io.cameras import intrinsics_from
 from ilf.project.archive import Archive
 from ilf.project.decoding import UnreadableFrame
 from ilf.project.encoding import frame_part
 from ilf.project.file import open_project, save_project
-from ilf.project.frame_state import BlockNotes, FrameState
+from ilf.project.frame_state import FrameState
 from ilf.project.packing import Npz, npz
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.result_packs import unpack_results
@@ -74,7 +75,7 @@ def test_a_project_comes_back_as_it_was(work):
             found = opened.state(wanted.id)
             assert found.problems == ()
             assert_same(wanted, found.state)
-        assert not opened.state("c3").state.labels.any()
+        assert not opened.state("c3").state.blocks.labels.any()
         with pytest.raises(InputError, match="no frame"):
             opened.state("d4")
 
@@ -116,7 +117,7 @@ def test_it_moves_with_its_frames_and_can_be_saved_elsewhere(work, tmp_path):
         assert opened.project.frames[2].source.rgb == str(moved / "frames" / "two" / "rgb.png")
         state = opened.state("a1").state
         assert state.frame.inputs.rgb.path == str(moved / "frames" / "one" / "rgb.png")
-        assert_same(filed.labels, state.labels)
+        assert_same(filed.blocks.labels, state.blocks.labels)
         assert state.runs[0].run.frame.ground_truth is not None
         (tmp_path / "copies").mkdir()
         save_project(tmp_path / "copies" / "room.ilf", opened.project, base=[opened.parts], places=opened.places)
@@ -304,24 +305,24 @@ def test_a_damaged_list_is_made_of_the_frames_that_are_there(work):
         assert "list of frames and the common settings are lost" in opened.problems[0]
         assert not opened.read.embedded, "a project embeds no files unless it is asked to"
         assert [frame.name for frame in opened.project.frames] == [filed.frame.name, "made"]
-        assert_same(filed.labels, opened.state("a1").state.labels)
+        assert_same(filed.blocks.labels, opened.state("a1").state.blocks.labels)
 
 
 ONES = np.ones((60, 80), np.int32)
 
 
 @pytest.mark.parametrize(
-    ("notes", "stage"),
+    ("blocks", "stage"),
     [
-        (BlockNotes(extracted=ONES), Stage.EXTRACTED),
-        (BlockNotes(extracted=ONES, propagated_from="one"), Stage.PROPAGATED),
-        (BlockNotes(extracted=2 * ONES, propagated_from="one"), Stage.EDITED),
-        (BlockNotes(extracted=2 * ONES), Stage.EDITED),
-        (BlockNotes(extracted=ONES, kept=frozenset({1})), Stage.EDITED),
+        (Blocks(ONES, extracted=ONES), Stage.EXTRACTED),
+        (Blocks(ONES, extracted=ONES, propagated_from="one"), Stage.PROPAGATED),
+        (Blocks(ONES, extracted=2 * ONES, propagated_from="one"), Stage.EDITED),
+        (Blocks(ONES, extracted=2 * ONES), Stage.EDITED),
+        (Blocks(ONES, extracted=ONES, kept=frozenset({1})), Stage.EDITED),
     ],
 )
-def test_a_list_that_is_lost_is_made_with_how_far_each_frame_has_come(notes, stage, tmp_path):
-    state = FrameState("a1", made_frame(), ONES, notes)
+def test_a_list_that_is_lost_is_made_with_how_far_each_frame_has_come(blocks, stage, tmp_path):
+    state = FrameState("a1", made_frame(), blocks)
     save_project(tmp_path / "room.ilf", Project((ProjectFrame("a1", "made", None),)), [state])
     rewritten(tmp_path / "room.ilf", lambda parts: parts | {"project.json": b"{"})
     with open_project(tmp_path / "room.ilf") as opened:

@@ -60,7 +60,7 @@ def read_all(content, path):
         said.append(str(error))
     for state in states:
         assert isinstance(state, FrameState)
-        assert state.labels.shape == state.frame.shape
+        assert state.blocks.labels.shape == state.frame.shape
         for result in state.results.values():
             assert result.depth.size == np.count_nonzero(result.block.mask)
             assert len(list(result.history)) == len(result.history)

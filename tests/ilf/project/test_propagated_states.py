@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ilf.data.blocks import BlockInfo
+from ilf.data.blocks import BlockInfo, Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.errors import InputError
-from ilf.project.frame_state import BlockNotes, FrameState, is_edited, is_propagated
+from ilf.project.frame_state import FrameState
 from ilf.project.propagation import propagate_state
 from ilf.sources.frames import load_frame
 
@@ -29,74 +29,82 @@ def before(small_frame: RGBDFrame, small_labels: NDArray[np.int32]) -> FrameStat
     extracted[:, 28:30] = 2  # block 1 has gained these by hand
     drawn = np.zeros(small_labels.shape, bool)
     drawn[:, 29:31] = True
-    notes = BlockNotes({1: WALL, 7: GONE}, {2: {"smoothness": 3.0}}, drawn, EXTRACTION, "net", extracted)
-    return FrameState(
-        "before", small_frame, small_labels, notes, Parameters(s_criteria=0.002), extrapolate=True, selected=(2,)
+    blocks = Blocks(
+        small_labels,
+        {1: WALL, 7: GONE},
+        {2: {"smoothness": 3.0}},
+        drawn,
+        extraction=EXTRACTION,
+        network="net",
+        extracted=extracted,
     )
+    return FrameState("before", small_frame, blocks, Parameters(s_criteria=0.002), extrapolate=True, selected=(2,))
 
 
 @pytest.fixture
 def after(small_frame: RGBDFrame) -> FrameState:
     frame = replace(small_frame, name="next")
-    return FrameState("after", frame, np.zeros(frame.shape, np.int32), note="of the user")
+    return FrameState("after", frame, Blocks(np.zeros(frame.shape, np.int32)), note="of the user")
 
 
 def test_all_that_is_known_goes_along(before: FrameState, after: FrameState) -> None:
     propagated = propagate_state(before, after)
     state = propagated.state
     assert propagated.followed.how == "copied"
-    assert np.array_equal(state.labels, before.labels)
-    assert state.notes.infos == {1: WALL, 7: GONE}
-    assert state.notes.own == {2: {"smoothness": 3.0}}
-    assert np.array_equal(state.notes.drawn, before.notes.drawn)
-    assert (state.notes.extraction, state.notes.network) == (EXTRACTION, "net")
+    assert np.array_equal(state.blocks.labels, before.blocks.labels)
+    assert state.blocks.infos == {1: WALL, 7: GONE}
+    assert state.blocks.own == {2: {"smoothness": 3.0}}
+    assert np.array_equal(state.blocks.drawn, before.blocks.drawn)
+    assert (state.blocks.extraction, state.blocks.network) == (EXTRACTION, "net")
     assert (state.common, state.extrapolate, state.selected) == (before.common, True, (2,))
     assert (state.id, state.note, state.frame) == ("after", "of the user", after.frame)
-    assert state.notes.propagated_from == "two-planes"
+    assert state.blocks.propagated_from == "two-planes"
     # made by hand there is made by hand here: another extraction keeps it
-    assert state.notes.handmade == {1}
-    assert is_propagated(state.notes, state.labels)
-    assert is_edited(state.notes, state.labels)
-    edited = state.labels.copy()
+    assert state.blocks.handmade == {1}
+    assert state.blocks.propagated
+    assert state.blocks.edited
+    edited = state.blocks.labels.copy()
     edited[0, 0] = 2
-    assert not is_propagated(state.notes, edited)
+    assert not replace(state.blocks, labels=edited).propagated
 
 
 def test_locked_blocks_stay_unless_they_were_carried_there(before: FrameState, after: FrameState) -> None:
     mine = BlockInfo("Mine", (9, 9, 9), locked=True)
-    labels = np.zeros(after.labels.shape, np.int32)
+    labels = np.zeros(after.blocks.labels.shape, np.int32)
     labels[:10, :10] = 2
     own = {2: {"smoothness": 0.5}}
-    state = propagate_state(before, replace(after, labels=labels, notes=BlockNotes({2: mine}, own))).state
-    assert (state.labels[:10, :10] == 2).all()
-    other = int(state.labels[40, 60])  # block 2 of the frame before has another number
+    state = propagate_state(before, replace(after, blocks=Blocks(labels, {2: mine}, own))).state
+    assert (state.blocks.labels[:10, :10] == 2).all()
+    other = int(state.blocks.labels[40, 60])  # block 2 of the frame before has another number
     assert other not in (1, 2, 7)
-    assert (state.notes.infos[2], state.notes.own[2]) == (mine, own[2])
-    assert state.notes.own[other] == {"smoothness": 3.0}
-    assert 2 in state.notes.handmade
+    assert (state.blocks.infos[2], state.blocks.own[2]) == (mine, own[2])
+    assert state.blocks.own[other] == {"smoothness": 3.0}
+    assert 2 in state.blocks.handmade
 
     # nor does it get the values of a block with its number that is gone
-    gone = replace(before, notes=replace(before.notes, own={7: {"smoothness": 3.0}}))
-    locked = replace(after, labels=np.where(labels == 2, 7, 0).astype(np.int32), notes=BlockNotes({7: mine}))
-    assert propagate_state(gone, locked).state.notes.own == {}
+    gone = replace(before, blocks=replace(before.blocks, own={7: {"smoothness": 3.0}}))
+    locked = replace(after, blocks=Blocks(np.where(labels == 2, 7, 0).astype(np.int32), {7: mine}))
+    assert propagate_state(gone, locked).state.blocks.own == {}
 
     propagated = propagate_state(before, after).state
-    moved = replace(before, labels=np.where(before.labels == 1, 2, 1).astype(np.int32))
+    moved = replace(
+        before, blocks=replace(before.blocks, labels=np.where(before.blocks.labels == 1, 2, 1).astype(np.int32))
+    )
     assert np.array_equal(
-        propagate_state(moved, propagated).state.labels, moved.labels
+        propagate_state(moved, propagated).state.blocks.labels, moved.blocks.labels
     )  # block 1, locked, had come from there
-    touched = propagated.labels.copy()
+    touched = propagated.blocks.labels.copy()
     touched[:, 30:32] = 1
-    kept = propagate_state(moved, replace(propagated, labels=touched)).state
-    assert np.array_equal(kept.labels == 1, touched == 1)
+    kept = propagate_state(moved, replace(propagated, blocks=replace(propagated.blocks, labels=touched))).state
+    assert np.array_equal(kept.blocks.labels == 1, touched == 1)
 
 
 def test_blocks_that_need_a_look_say_why(before: FrameState, after: FrameState) -> None:
     frame = replace(after.frame, rgb=np.full_like(after.frame.rgb, 90), depth=np.full(after.frame.shape, 4.0))
     state = propagate_state(before, replace(after, frame=frame), "flow").state
     assert state.to_check
-    assert state.to_check <= set(np.unique(state.labels).tolist())
-    assert state.notes.reasons.keys() == state.to_check
+    assert state.to_check <= set(np.unique(state.blocks.labels).tolist())
+    assert state.blocks.reasons.keys() == state.to_check
 
 
 def test_poses_beside_the_frames_are_gone_by(tmp_path: Path) -> None:
@@ -112,16 +120,16 @@ def test_poses_beside_the_frames_are_gone_by(tmp_path: Path) -> None:
         pose[0, 3] = -0.1 * number
         np.savetxt(folder / "pose.txt", pose)
         frame = load_frame(folder / "rgb.png", folder / "depth.png", intrinsics=(60, 60, 31.5, 23.5))
-        states.append(FrameState(str(number), frame, np.zeros(frame.shape, np.int32)))
+        states.append(FrameState(str(number), frame, Blocks(np.zeros(frame.shape, np.int32))))
     labels = np.ones((48, 64), np.int32)
     labels[:, 30:] = 2
-    propagated = propagate_state(replace(states[0], labels=labels), states[1])
+    propagated = propagate_state(replace(states[0], blocks=Blocks(labels)), states[1])
     assert propagated.followed.how == "pose"
-    assert propagated.state.labels[24].tolist() == [1] * 33 + [2] * 31
+    assert propagated.state.blocks.labels[24].tolist() == [1] * 33 + [2] * 31
 
 
 def test_frames_of_another_size_are_refused(before: FrameState, after: FrameState) -> None:
     part = np.s_[:40, :50]
     frame = RGBDFrame(after.frame.rgb[part], after.frame.depth[part])
     with pytest.raises(InputError, match="same size"):
-        propagate_state(before, FrameState("after", frame, np.zeros(frame.shape, np.int32)))
+        propagate_state(before, FrameState("after", frame, Blocks(np.zeros(frame.shape, np.int32))))

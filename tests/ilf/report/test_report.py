@@ -19,12 +19,12 @@ import ilf
 from ilf._runtime.formatting import millimetres
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import error_summary
-from ilf.data.blocks import BlockInfo
+from ilf.data.blocks import BlockInfo, Blocks
 from ilf.errors import InputError
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion, run_to_end
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
 from ilf.project.file import save_project
-from ilf.project.frame_state import BlockNotes, FrameState
+from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
 from ilf.report.pictures import scale_bar
@@ -203,10 +203,8 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
 
 def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject: Subject) -> None:
     results = {1: subject.completion.results[1]}
-    notes = BlockNotes({1: BlockInfo("Wall", (1, 2, 3))}, {1: {"smoothness": 9.0}}, extraction=run.extraction)
-    state = FrameState(
-        "a1", run.frame, run.blocks, notes, run.parameters, results, extrapolate=True, note="by the window"
-    )
+    blocks = Blocks(run.blocks, {1: BlockInfo("Wall", (1, 2, 3))}, {1: {"smoothness": 9.0}}, extraction=run.extraction)
+    state = FrameState("a1", run.frame, blocks, run.parameters, results, extrapolate=True, note="by the window")
     page = Page(report([Subject.of_state(state, "ilf project replay all.ilf")]))
     first, second = page.table("no.", "block", "pixels")
     assert first[1] == "Wall"
@@ -251,8 +249,8 @@ def test_the_command_line_reports_on_projects(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     frame = replace(run.frame, name="first")
-    notes = BlockNotes(own={1: {"smoothness": 3.0}})
-    state = FrameState("a1", frame, run.blocks, notes, run.parameters, subject.completion.results)
+    blocks = Blocks(run.blocks, own={1: {"smoothness": 3.0}})
+    state = FrameState("a1", frame, blocks, run.parameters, subject.completion.results)
     files = frame.inputs
     options = ReadingOptions(depth_units=files.depth_units, intrinsics=files.intrinsics)
     source = FrameSource(files.rgb.path, files.depth.path, options=options)

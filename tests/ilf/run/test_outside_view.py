@@ -8,6 +8,7 @@ import pytest
 
 import ilf
 from ilf import RGBDFrame
+from ilf.data.blocks import Blocks
 from ilf.data.points import point_cloud
 from ilf.data.results import Status
 from ilf.errors import InputError
@@ -156,7 +157,7 @@ def test_a_completed_folder_is_a_frame_with_it(opened_again, tmp_path):
 def test_a_project_keeps_it_and_the_pose_of_a_frame_with_files(opened_again):
     completed, pose = opened_again
     encoder = Encoder()
-    encoded = encoder.encode(FrameState("a" * 32, completed, BLOCKS))
+    encoded = encoder.encode(FrameState("a" * 32, completed, Blocks(BLOCKS)))
     found = load_state("a" * 32, Held().take(encoded, "a" * 32))
     assert found.problems == ()
     np.testing.assert_array_equal(found.state.frame.outside_view, OUTSIDE)
@@ -175,7 +176,7 @@ def test_a_cloud_has_no_point_of_it(frame):
 
 def test_a_project_keeps_it(frame):
     encoder = Encoder()
-    encoded = encoder.encode(FrameState("a" * 32, frame, BLOCKS))
+    encoded = encoder.encode(FrameState("a" * 32, frame, Blocks(BLOCKS)))
     parts = Held().take(encoded, "a" * 32)
     found = load_state("a" * 32, parts)
     assert found.problems == ()

@@ -517,11 +517,11 @@ def project_content(path: Path) -> dict[str, object]:
 
 
 def _frame_content(state: Any) -> dict[str, object]:
-    frame, notes, looked = state.frame, state.notes, state.looked
-    labels = [int(label) for label in np.unique(state.labels) if label]
+    frame, notes, looked = state.frame, state.blocks, state.looked
+    labels = [int(label) for label in np.unique(notes.labels) if label]
     infos = {label: notes.infos.get(label) for label in labels}
     return {
-        "labels": state.labels,
+        "labels": notes.labels,
         "blocks": {
             label: [info.name, list(info.colour), info.visible, info.locked] for label, info in infos.items() if info
         },
@@ -535,7 +535,7 @@ def _frame_content(state: Any) -> dict[str, object]:
         "ground truth": frame.ground_truth,
         "guide": None if frame.guide is None else frame.guide.values,
         "neighbours": frame.from_neighbours,
-        "depth by hand": None if state.by_hand is None else state.by_hand.depth,
+        "depth by hand": None if notes.by_hand is None else notes.by_hand.depth,
         "parameters": [state.common.to_dict(), state.extrapolate, state.own_parameters],
         "results": _results(state.results),
         "runs": [_run(run) for run in state.runs],
