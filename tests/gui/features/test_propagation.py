@@ -69,7 +69,7 @@ def test_blocks_are_taken_and_given_back_as_one_step(
     assert {"blocks.labels_changed", "blocks.infos_changed", "parameters.changed", "runs.results_changed"} <= set(told)
     assert touched == [session]
     after = known(session)
-    assert session.labels.tolist() == propagated.labels.tolist()
+    assert session.labels.tolist() == propagated.blocks.labels.tolist()
     assert session.info(1).name == "Wall"
     assert (session.parameters_of(1, session.common).smoothness, session.extrapolate) == (3.0, True)
     assert summary_of(session).stage is Stage.PROPAGATED
