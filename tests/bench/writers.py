@@ -20,6 +20,7 @@ from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import new_model_path
 from ilf._runtime.staging import restore_interrupted
 from ilf.cli.sample import run as write_sample
+from ilf.data.blocks import Blocks
 from ilf.data.camera import CameraIntrinsics
 from ilf.data.presets import UserPreset, write_preset
 from ilf.io.block_files import write_blocks
@@ -117,7 +118,7 @@ def _project(folder: Path) -> Write:
     def write(target: Path, version: int) -> None:
         target.mkdir(exist_ok=True)
         frame = _frame(0.25 * version)
-        state = FrameState("a" * 32, frame, _labels())
+        state = FrameState("a" * 32, frame, Blocks(_labels()))
         save_project(
             target / "work.ilf", Project(frames=(ProjectFrame(state.id, "room", None, has_state=True),)), [state]
         )

@@ -166,7 +166,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
         again = state_of(window.workspace.session)
         assert_same(again.results, before.results)
         assert_same(again.runs[0].results, before.runs[0].results)
-        assert_same(again.labels, before.labels)
+        assert_same(again.blocks.labels, before.blocks.labels)
         assert window.project.missing.dialog is None
 
     path = moved / "room.ilf"

@@ -20,6 +20,7 @@ import pytest
 import ilf
 from ilf._runtime.named_places import NotAllowed, named_in, note_opened
 from ilf.cli import main
+from ilf.data.blocks import Blocks
 from ilf.data.frame import InputFile, RGBDFrame
 from ilf.errors import InputError, without_credentials
 from ilf.io.frame_additions import with_ground_truth_file
@@ -79,7 +80,7 @@ def project_with_work(folder: Path, frame: RGBDFrame, place: str) -> Path:
     """A project whose stored frame names a place."""
     assert frame.inputs is not None
     inputs = replace(frame.inputs, **{kind: InputFile(f"{place}/{kind}/0000.png", "0") for kind in ("rgb", "depth")})
-    state = FrameState("a1", replace(frame, inputs=inputs), np.ones(frame.shape, np.int32))
+    state = FrameState("a1", replace(frame, inputs=inputs), Blocks(np.ones(frame.shape, np.int32)))
     path, listed = folder / "stranger.ilf", ProjectFrame("a1", "desk", None, FrameSummary(Stage.RUN), True)
     save_project(path, Project((listed,)), [state])
     return path
