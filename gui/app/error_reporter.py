@@ -12,7 +12,7 @@ from types import TracebackType
 
 from PySide6.QtCore import QObject, Qt, Signal
 
-from ilf._runtime.temporary_files import remove_temporary_files
+from ilf._runtime.writing import remove_temporary_files
 
 from ..widgets.notices import Notes
 

@@ -11,12 +11,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from ilf._runtime.children import run_if_child
-from ilf._runtime.installation import __version__, asset_path, check_opencv, optional
+from ilf._runtime.installation import __version__, asset_path, check_opencv, optional, run_if_child
 from ilf._runtime.memory import check_address_space
-from ilf._runtime.temporary_files import private_file, restrict_to_owner
 from ilf._runtime.termination import log_crashes, log_error, terminating_immediately
 from ilf._runtime.threads import available_cores
+from ilf._runtime.writing import private_file, restrict_to_owner
 from ilf.errors import IlfError, InputError
 
 from ..base.display import display_problem, qt_problem

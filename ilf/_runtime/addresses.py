@@ -20,8 +20,9 @@ import platformdirs
 
 from ..errors import CREDENTIALS, ExportError, FormatError, IlfError, InputError, one_line, without_credentials
 from .cancellation import check_cancelled
-from .files import MAX_FILE_BYTES, LimitedReader, atomic_path
+from .files import MAX_FILE_BYTES, LimitedReader
 from .installation import optional
+from .writing import atomic_path
 
 _ADDRESS = re.compile(r"\s*(?:[A-Za-z][A-Za-z0-9+.-]*::)*[A-Za-z][A-Za-z0-9+.-]+://")
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -84,16 +86,19 @@ def acquired(lock: Any) -> Iterator[None]:
         lock.release()
 
 
-def run_aside(work: Callable[[], T], stop: Callable[[], None]) -> T:
+def run_aside(work: Callable[[], T], stop: Callable[[], None], seconds: float = math.inf) -> T:
     """Run work that cannot check for cancellation itself in a separate thread, and wait for its end.
 
     Parameters
     ----------
     work : callable
     stop : callable
-        Makes the work end soon. It is called if this thread's work is cancelled, or if a signal handler raises an
-        exception, which happens in the main thread.
+        Makes the work end soon. It is called if this thread's work is cancelled, if the time is up, or if a signal
+        handler raises an exception, which happens in the main thread.
+    seconds : float
+        Time limit; TimeoutError is raised then.
     """
+    end = time.monotonic() + seconds
     with ThreadPoolExecutor(1, "ilf-aside") as thread:
         check_cancelled()
         future = thread.submit(work)
@@ -101,6 +106,8 @@ def run_aside(work: Callable[[], T], stop: Callable[[], None]) -> T:
             while not future.done():  # a signal just before an endless wait would go unnoticed
                 wait([future], _POLL_S)
                 check_cancelled()
+                if time.monotonic() > end and not future.done():
+                    raise TimeoutError
         except BaseException:
             stop()
             raise

@@ -1,42 +1,436 @@
-"""Starting child processes: by the Python interpreter, or by this program itself if it is frozen."""
+"""Child processes of this program: what may crash, hang or swell is done in one, and long work is shared among them.
+
+A child ends when the process that started it ends, however that happens: its standard input closes then.
+"""
 
 from __future__ import annotations
 
+import math
+import os
+import pickle
+import signal
+import subprocess
 import sys
-from importlib import import_module
+import threading
+import time
+import traceback
+from collections.abc import Callable, Generator, Iterable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import closing, suppress
+from functools import partial
+from itertools import islice
+from queue import SimpleQueue
+from typing import Any, BinaryIO, TypeVar
 
-_CHILD = "--ilf-child"
-"""First argument of a frozen program that runs as a child; the second is the module whose `main` it runs."""
+from ..errors import FormatError, IlfError, InputError, cause
+from .cancellation import check_cancelled, run_aside
+from .installation import child_command
+from .writing import remove_temporary_files
+
+SECONDS, MEMORY = 60.0, 4 * 2**30
+"""Time limit of reading a file in a child [s], and limit of its memory [bytes] beyond what it uses before."""
+
+_GRACE_S = 0.3
+"""Time for a child to remove files that it is writing [s]."""
+
+_POLL_S = 0.05
+"""Interval of the checks for cancellation [s]."""
+
+_LENGTH = 8
+"""Size [bytes] of the length before each message."""
+
+_REMEDY = "Copy or export it again."
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
-def child_command(module: str) -> list[str]:
-    """Return the command that runs the `main` of one of this program's modules in a separate process.
+class ChildEnded(Exception):
+    """A child has ended before its work was done."""
+
+    def __init__(self, status: int) -> None:
+        with suppress(ValueError):
+            super().__init__(signal.Signals(-status).name)
+            return
+        super().__init__(f"exit status {status}")
+
+
+class Child:
+    """A separate process that calls functions, one after the other.
 
     Parameters
     ----------
-    module : str
-        Its full name.
+    quiet : bool
+        Whether to discard what its libraries print; then they use one thread, too.
+
+    Raises
+    ------
+    OSError
+        If no process can be started.
     """
-    if is_frozen():
-        return [sys.executable, _CHILD, module]
-    # -P: do not import modules from the current folder
-    return [sys.executable, "-P", "-c", f"import sys; from {module} import main; sys.exit(main())"]
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        # the same module path as here, without the current folder
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
+        environment |= {"OMP_NUM_THREADS": "1"} if quiet else {}
+        self._process = subprocess.Popen(
+            child_command(__name__),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL if quiet else None,
+            bufsize=0,
+            env=environment,
+            start_new_session=True,  # Ctrl+C reaches every process of a terminal's session; only this one handles it
+        )
+
+    def call(
+        self, function: Callable[..., Result], *arguments: Any, seconds: float = math.inf, memory: int | None = None
+    ) -> Result:
+        """Call a function at the top level of a module, or a class method, in the child, and return its result.
+
+        Raises
+        ------
+        Exception
+            Any that the function raises.
+        ChildEnded
+            If the child ends before.
+        TimeoutError, MemoryError
+            If it takes longer than `seconds`, or needs more memory [bytes] (only on Linux); then the child has ended.
+        Cancelled
+            If the work was cancelled; likewise.
+        """
+        work = pickle.dumps((function, arguments, seconds, memory))
+
+        def converse() -> bytes:
+            _send(self._process.stdin, work)
+            return _received(self._process.stdout)
+
+        try:
+            is_result, found = pickle.loads(run_aside(converse, self.end, seconds))
+        except TimeoutError:
+            raise
+        except (EOFError, OSError, ValueError, pickle.UnpicklingError):
+            self.end()
+            raise ChildEnded(self._process.returncode) from None
+        if not is_result:
+            raise found
+        result: Result = found
+        return result
+
+    def end(self) -> None:
+        """End it, whatever it is doing; it removes what it is writing."""
+        assert self._process.stdin is not None
+        with suppress(OSError):
+            self._process.stdin.close()
+        try:
+            self._process.wait(_GRACE_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def close(self) -> None:
+        """End it, when no thread waits for its answer any more."""
+        self.end()
+        assert self._process.stdout is not None
+        self._process.stdout.close()
 
 
-def run_if_child() -> None:
-    """Run the child's work if this is a frozen program started as a child of itself, by `child_command` or by
-    `multiprocessing`, and do not return. Every entry point calls this first."""
-    if not is_frozen():
+def _send(stream: Any, message: bytes) -> None:
+    left = memoryview(len(message).to_bytes(_LENGTH) + message)
+    while left:
+        left = left[stream.write(left) :]
+    stream.flush()
+
+
+def _received(stream: Any) -> bytes:
+    """Read a message; raise EOFError if the other side has ended."""
+    return _read(stream, int.from_bytes(_read(stream, _LENGTH)))
+
+
+def _read(stream: Any, size: int) -> bytes:
+    found = bytearray()
+    while len(found) < size:
+        if not (part := stream.read(min(size - len(found), 2**20))):
+            raise EOFError
+        found += part
+    return bytes(found)
+
+
+# Reading strangers' files.
+
+
+def run_in_child(
+    function: Callable[..., Result],
+    *arguments: Any,
+    file: str,
+    seconds: float = SECONDS,
+    memory: int = MEMORY,
+    doing: str = "reading it",
+) -> Result:
+    """Call a function in a child, which it may crash, exhaust or block, and return its result.
+
+    Parameters
+    ----------
+    function : callable
+        At the top level of a module, or a class method.
+    *arguments
+        Arguments of the function; anything that can be pickled.
+    file : str
+        The file that it reads, for messages.
+    seconds, memory : float, int
+        Limits [s, bytes] as for `Child.call`.
+    doing : str
+        What the function does with the file, for messages.
+
+    Raises
+    ------
+    IlfError
+        If the function raises one.
+    FormatError
+        If the function raises any other exception, crashes, or exceeds a limit.
+    InputError
+        If no process can be started.
+    Cancelled
+        If the work was cancelled; the child has ended then.
+
+    Examples
+    --------
+    >>> run_in_child(divmod, 7, 2, file="seven")
+    (3, 1)
+    """
+    try:
+        child = Child(quiet=True)
+    except OSError as error:
+        raise InputError(f"{file} cannot be checked: no process can be started ({cause(error)}). Try again.") from error
+    try:
+        with closing(child):
+            return child.call(function, *arguments, seconds=seconds, memory=memory)
+    except IlfError:
+        raise
+    except TimeoutError:
+        problem = f"takes longer than {seconds:g} s"
+    except MemoryError:
+        problem = f"needs more than {memory / 2**30:g} GiB"
+    except ChildEnded as error:
+        problem = f"crashes ({error})"
+    except Exception as error:
+        problem = f"fails ({f'{type(error).__name__}: {error}':.200})"
+    raise FormatError(f"{file} is damaged: {doing} {problem}. {_REMEDY}")
+
+
+# Work on many items.
+
+
+class _Pool:
+    """Children that share work; when the block ends, they have ended."""
+
+    def __init__(self, jobs: int) -> None:
+        self._threads = ThreadPoolExecutor(jobs, "ilf-child")
+        self._own = threading.local()
+        self._children: set[Child] = set()
+        self._closed = False
+
+    def submit(self, function: Callable[[Item], Result], item: Item) -> Future[Result]:
+        """Have a child call a function; ChildEnded is raised by the future if the child ends before."""
+        return self._threads.submit(self._call, function, item)
+
+    def _call(self, function: Callable[[Item], Result], item: Item) -> Result:
+        child: Child | None = getattr(self._own, "child", None)
+        if child is None:
+            child = self._own.child = Child()
+            self._children.add(child)
+        if self._closed:
+            child.end()
+        try:
+            return child.call(function, item)
+        except ChildEnded:
+            self._own.child = None
+            self._children.discard(child)
+            child.close()
+            raise
+
+    def __enter__(self) -> _Pool:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._closed = True
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        with ThreadPoolExecutor(len(self._children) or 1) as ending:
+            list(ending.map(Child.end, self._children.copy()))
+        self._threads.shutdown()
+        for child in self._children:
+            child.close()
+
+
+def run_in_processes(
+    work: Callable[[Item], Result],
+    items: Iterable[Item],
+    *,
+    jobs: int = 1,
+    tidy: Callable[[Item], object] = lambda item: None,
+) -> Generator[tuple[Item, Result | None], None, None]:
+    """Yield every item with its result, in the order in which they finish; None if its process crashed twice.
+
+    An item whose process crashed is repeated at the end, while no other is in progress. When this generator ends or is
+    closed, the processes have ended.
+
+    Parameters
+    ----------
+    work : callable
+        At the top level of a module, so that other processes find it; exceptions that it raises are raised here.
+    items : iterable
+        Only those in progress are held in memory.
+    jobs : int
+        Number of processes.
+    tidy : callable
+        Called in this process for every item in progress when its process ended.
+
+    Raises
+    ------
+    Cancelled
+        If the work of this thread is cancelled.
+    """
+    crashed: list[Item] = []
+    for item, result in _once(work, items, jobs, tidy):
+        if result is None:
+            crashed.append(item)
+        else:
+            yield item, result[0]
+    for item in crashed:
+        for _, result in _once(work, [item], 1, tidy):
+            yield item, None if result is None else result[0]
+
+
+def _once(
+    work: Callable[[Item], Result], items: Iterable[Item], jobs: int, tidy: Callable[[Item], object]
+) -> Generator[tuple[Item, tuple[Result] | None], None, None]:
+    """Yield every item with its result, None if its process crashed."""
+    more = iter(items)
+    under_way: dict[Future[Result], Item] = {}
+    try:
+        with _Pool(jobs) as pool:
+            under_way |= {pool.submit(work, item): item for item in islice(more, jobs)}
+            while under_way:
+                check_cancelled()
+                for future in wait(under_way, _POLL_S, FIRST_COMPLETED).done:
+                    item = under_way[future]
+                    try:
+                        result = (future.result(),)
+                    except ChildEnded:
+                        tidy(item)
+                        result = None
+                    del under_way[future]
+                    under_way |= {pool.submit(work, item): item for item in islice(more, 1)}
+                    yield item, result
+    finally:
+        for item in under_way.values():
+            tidy(item)
+
+
+def run_units(
+    function: Callable[..., Result],
+    units: Sequence[tuple[Any, ...]],
+    *,
+    jobs: int = 1,
+    on_done: Callable[[int], None] = lambda number: None,
+) -> list[Result]:
+    """Apply a function to every unit and return the results in the order of the units.
+
+    Parameters
+    ----------
+    function : callable
+        At the top level of a module, so that other processes find it.
+    units : sequence of tuple
+        Its arguments, once per unit.
+    jobs : int
+        Number of processes; 1 runs everything in this process.
+    on_done : callable
+        Called with the index of each finished unit, in any order. An exception that it raises ends the work at once.
+
+    Raises
+    ------
+    IlfError
+        If a process has ended before its work was done.
+    """
+    work, numbered = partial(_unit_done, function), list(enumerate(units))
+    results: dict[int, Result] = {}
+    here = ((one, work(one)) for one in numbered)
+    for (number, _), done in here if jobs == 1 else run_in_processes(work, numbered, jobs=jobs):
+        if done is None:
+            raise IlfError(
+                "One of the worker processes ended unexpectedly. Memory may have run out: close other programs, or use "
+                "fewer --jobs."
+            )
+        results[number] = done[0]
+        on_done(number)
+    return [results[number] for number in range(len(units))]
+
+
+def _unit_done(function: Callable[..., Result], numbered: tuple[int, tuple[Any, ...]]) -> tuple[Result]:
+    return (function(*numbered[1]),)
+
+
+# The child's side.
+
+
+def main() -> None:
+    """Do the work that comes by standard input; output that libraries print is not taken for results."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    waiting = SimpleQueue[bytes]()
+    threading.Thread(target=_listen, args=(sys.stdin.buffer, waiting), name="ilf-lifeline", daemon=True).start()
+    while True:
+        _send(answers, answer(waiting.get()))
+
+
+def _listen(stream: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
+    """Take work, until the parent closes the stream or ends: then end this process."""
+    with suppress(EOFError, OSError):
+        while True:
+            waiting.put(_received(stream))
+    remove_temporary_files()
+    os._exit(1)
+
+
+def answer(work: bytes) -> bytes:
+    """Do work within its limits and return the message for the parent."""
+    try:
+        function, arguments, seconds, memory = pickle.loads(work)
+        if memory is not None:
+            set_process_limits(seconds, memory)
+        return pickle.dumps((True, function(*arguments)))
+    except Exception as error:
+        if not isinstance(error, IlfError | MemoryError):
+            error.add_note("".join(traceback.format_exception(error)))
+        error.__cause__ = error.__context__ = error.__traceback__ = None
+        try:
+            message = pickle.dumps((False, error))
+            pickle.loads(message)
+        except Exception:  # some errors of libraries cannot be sent
+            message = pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+        return message
+
+
+def set_process_limits(seconds: float, memory: int) -> None:
+    """Set the limits of this process from now on, as far as the platform supports them; a crash leaves no core file."""
+    try:
+        import resource
+    except ImportError:  # on Windows
         return
-    import multiprocessing
+    processor_time = int(time.process_time() + seconds * (os.cpu_count() or 1)) + 1
+    limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: processor_time, resource.RLIMIT_AS: memory + _in_use()}
+    for limit, wanted in limits.items():
+        maximum = resource.getrlimit(limit)[1]
+        allowed = wanted if maximum == resource.RLIM_INFINITY else min(wanted, maximum)
+        with suppress(OSError, ValueError):  # macOS refuses the memory limit
+            resource.setrlimit(limit, (allowed, maximum))
 
-    multiprocessing.freeze_support()
-    if sys.argv[1:2] == [_CHILD]:
-        module = sys.argv[2]
-        del sys.argv[1:3]  # the rest are the arguments of that `main`, which may be an entry point, too
-        sys.exit(import_module(module).main())
 
-
-def is_frozen() -> bool:
-    """Whether a packager, such as PyInstaller, has bundled this program with Python."""
-    return bool(getattr(sys, "frozen", False))
+def _in_use() -> int:
+    """Return the address space [bytes] that this process uses already."""
+    try:
+        with open("/proc/self/statm", "rb") as stream:
+            return int(stream.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return 0

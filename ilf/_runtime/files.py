@@ -1,24 +1,21 @@
-"""Reading and writing whole files, with a clear message for everything that can be wrong with a path."""
+"""Reading whole files, with a clear message for everything that can be wrong with a path."""
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import io
 import json
 import os
 import stat
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ExportError, FormatError, InputError, cause
-from .cancellation import check_cancelled
-from .temporary_files import moving_into_place, remove_stale_files, removed_on_exit, unique_tag
+from ..errors import FormatError, InputError, cause
 
 if TYPE_CHECKING:
     import numpy as np
@@ -224,93 +221,3 @@ def zip_member(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, at_most: int) -
         raise ValueError(f"{entry.filename} is compressed by another method than deflate")
     with archive.open(entry) as stream:
         return stream.read(entry.file_size + 1)
-
-
-# Atomic writing: a file is written completely or not at all.
-
-_REMEDIES = {
-    errno.ENOENT: "the folder does not exist. Create it first",
-    errno.ENOTDIR: "the folder does not exist. Create it first",
-    errno.EACCES: "permission denied. Choose another folder",
-    errno.EPERM: "permission denied. Choose another folder",
-    errno.EROFS: "the folder is read-only. Choose another folder",
-    errno.ENOSPC: "the disk is full. Free some space or choose another folder",
-    errno.EDQUOT: "the disk quota is used up. Free some space or choose another folder",
-    errno.EEXIST: "a file of that name already exists. Move it, or choose another folder",
-    errno.EFBIG: "the file would be too large for its drive or a limit (ulimit -f). Choose another folder",
-    errno.ELOOP: "symbolic links form a loop. Choose another folder",
-    errno.ENAMETOOLONG: "the name is too long. Choose a shorter one",
-    errno.EISDIR: "a folder of that name exists. Choose another name",
-}
-
-
-def remedy(error: OSError) -> str:
-    """Describe why a file could not be written, and what to do about it."""
-    return _REMEDIES.get(error.errno or 0) or cause(error)
-
-
-@contextmanager
-def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
-    """Provide a temporary path beside `target` that replaces it when the block ends without an error.
-
-    The temporary file exists (empty) when the block starts, has the suffix of `target`, and is removed
-    afterwards. Its content is on the disk before it replaces the old file.
-
-    Raises
-    ------
-    ExportError
-        For every OSError, in the block or here: missing or read-only folder, full disk. An existing file is
-        unchanged.
-    Cancelled
-        If the work was cancelled before the file was complete; likewise.
-
-    Examples
-    --------
-    >>> with atomic_path("notes.txt") as temporary:
-    ...     _ = temporary.write_text("all or nothing")
-    >>> Path("notes.txt").read_text()
-    'all or nothing'
-    """
-    final = Path(target).absolute()
-    temporary = final.with_name(f".ilf-{unique_tag()}{final.suffix}")
-    try:
-        with removed_on_exit(temporary):
-            temporary.touch(exist_ok=False)
-            remove_stale_files(temporary)
-            try:
-                yield temporary
-                with open(temporary, "rb+") as written:
-                    os.fsync(written.fileno())
-                with moving_into_place():
-                    os.replace(temporary, final)
-            finally:
-                temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise ExportError(f"Could not write {target}: {remedy(error)}.") from error
-
-
-def write_bytes(target: str | os.PathLike[str], content: bytes) -> None:
-    """Write a whole file atomically; raise ExportError as `atomic_path` does."""
-    with atomic_path(target) as temporary:
-        temporary.write_bytes(content)
-
-
-def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
-    """Write a file atomically, part by part, without holding all of it in memory."""
-    with atomic_path(target) as temporary, open(temporary, "wb") as file:
-        for part in parts:
-            check_cancelled()
-            file.write(part)
-
-
-# Output folders.
-
-
-def ensure_folder(folder: str | Path) -> Path:
-    """Return the folder, created if it does not exist; raise ExportError if that fails."""
-    path = Path(folder)
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExportError(f"The folder {path} cannot be created: {cause(error)}. Choose another one.") from error
-    return path

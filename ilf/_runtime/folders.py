@@ -15,7 +15,8 @@ from typing import BinaryIO
 from ..errors import ExportError, InputError, cause
 from .addresses import RemoteFiles, cache_folder, is_address
 from .cancellation import check_cancelled
-from .files import atomic_path, ensure_folder, open_file
+from .files import open_file
+from .writing import atomic_path, ensure_folder
 
 
 class Folder(ABC):

@@ -12,7 +12,9 @@ from pathlib import Path
 from types import ModuleType
 
 from ..errors import InputError
-from .children import is_frozen
+
+_CHILD = "--ilf-child"
+"""First argument of a frozen program that runs as a child; the second is the module whose `main` it runs."""
 
 SYSTEM_PACKAGES = {
     "libEGL.so.1": "libegl1",
@@ -168,6 +170,38 @@ def asset_path(name: str) -> Path:
         if (root / name).exists():
             return root / name
     raise InputError(f"The bundled {name} is not part of this installation. Reinstall ilf-studio.")
+
+
+# Starting this program from itself.
+
+
+def child_command(module: str) -> list[str]:
+    """Return the command that runs the `main` of one of this program's modules in a separate process: by the Python
+    interpreter, or by this program itself if it is frozen.
+
+    Parameters
+    ----------
+    module : str
+        Its full name.
+    """
+    if is_frozen():
+        return [sys.executable, _CHILD, module]
+    # -P: do not import modules from the current folder
+    return [sys.executable, "-P", "-c", f"import sys; from {module} import main; sys.exit(main())"]
+
+
+def run_if_child() -> None:
+    """Run the child's work if this is a frozen program started as a child of itself, and do not return. Every entry
+    point calls this first."""
+    if is_frozen() and sys.argv[1:2] == [_CHILD]:
+        module = sys.argv[2]
+        del sys.argv[1:3]  # the rest are the arguments of that `main`, which may be an entry point, too
+        sys.exit(import_module(module).main())
+
+
+def is_frozen() -> bool:
+    """Whether a packager, such as PyInstaller, has bundled this program with Python."""
+    return bool(getattr(sys, "frozen", False))
 
 
 # The version, defined only here.

@@ -22,7 +22,8 @@ import platformdirs
 
 from ..errors import ExportError, InputError
 from .addresses import Address, absolute, is_address
-from .files import MAX_FILE_BYTES, file_sha256, write_bytes
+from .files import MAX_FILE_BYTES, file_sha256
+from .writing import write_bytes
 
 VARIABLE = "ILF_ALLOW_ADDRESS"
 """Environment variable with what is allowed, a line each; processes that this one starts have it, too."""

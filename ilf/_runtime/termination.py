@@ -23,7 +23,7 @@ import platformdirs
 
 from ..errors import cause, without_credentials
 from .installation import __version__
-from .temporary_files import private_file, remove_temporary_files, restrict_to_owner
+from .writing import private_file, remove_temporary_files, restrict_to_owner
 
 LIMIT_S = 0.2
 """Time after a signal until the process is ended by force [s]: a library may be busy for longer without noticing the

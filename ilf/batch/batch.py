@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from .._runtime.files import ensure_folder
+from .._runtime.children import run_in_processes
 from .._runtime.formatting import counted
-from .._runtime.processes import run_in_processes
 from .._runtime.threads import available_cores
+from .._runtime.writing import ensure_folder
 from ..errors import InputError
 from ..io.tables import write_csv
 from .frame_record import COLUMNS_WITH_UNITS, FRAME_FILE, FrameOutcome, FrameRecord, current_content, read_frame_record

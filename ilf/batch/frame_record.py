@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from .._runtime.addresses import is_address
-from .._runtime.files import file_sha256, read_json, write_bytes
+from .._runtime.files import file_sha256, read_json
 from .._runtime.named_places import may_look_at
 from .._runtime.schema import check_schema, converted
+from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, IlfError, InputError
 from ..run.options import RECORD_FILE

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from .._runtime.files import atomic_path, write_bytes
+from .._runtime.children import run_in_processes
 from .._runtime.installation import optional
-from .._runtime.processes import run_in_processes
+from .._runtime.writing import atomic_path, write_bytes
 from ..data.frame import RGBDFrame
 from ..drawing.colours import depth_colours, robust_depth_levels, sample, to_indices
 from ..errors import FormatError, IlfError, InputError

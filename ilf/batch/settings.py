@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .._runtime.files import file_sha256, read_json, write_bytes
+from .._runtime.files import file_sha256, read_json
 from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from .._runtime.schema import check_schema, converted
+from .._runtime.writing import write_bytes
 from ..errors import FormatError, InputError, cause
 from ..evaluation.hold_out import HoldOutTest
 from ..run.options import ExportOptions

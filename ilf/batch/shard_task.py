@@ -17,8 +17,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import ensure_folder, open_file, write_bytes
+from .._runtime.files import open_file
 from .._runtime.schema import plain
+from .._runtime.writing import ensure_folder, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..data.frame import RGBDFrame
 from ..data.results import Completion

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from .._runtime.addresses import is_address
-from .._runtime.files import ensure_folder, parse_json
+from .._runtime.children import run_in_processes
+from .._runtime.files import parse_json
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
-from .._runtime.processes import run_in_processes
 from .._runtime.schema import Section
-from .._runtime.temporary_files import remove_empty
 from .._runtime.threads import available_cores
+from .._runtime.writing import ensure_folder, remove_empty
 from ..errors import FormatError, InputError
 from ..run.record import PROGRAM
 from ..sources.frame_source import FrameSource

@@ -12,10 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import ensure_folder, file_sha256, write_bytes
+from .._runtime.files import file_sha256
 from .._runtime.formatting import counted, grouped
-from .._runtime.staging import restore_interrupted
-from .._runtime.temporary_files import remove, remove_empty
+from .._runtime.writing import ensure_folder, remove, remove_empty, restore_interrupted, write_bytes
 from ..completion.confidence.expected_error import error_summary, expected_error
 from ..data.frame import RGBDFrame
 from ..data.neighbours import median_of_known

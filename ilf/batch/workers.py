@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
+from .._runtime.children import run_in_processes
 from .._runtime.files import read_json
 from .._runtime.installation import optional
-from .._runtime.processes import run_in_processes
 from .._runtime.schema import Section
 from .._runtime.threads import available_cores
 from ..errors import IlfError, InputError

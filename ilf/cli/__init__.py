@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from .._runtime.children import run_if_child
+from .._runtime.installation import run_if_child
 from .._runtime.memory import check_address_space
 from .._runtime.termination import terminating_immediately
 from .._runtime.threads import available_cores

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import ensure_folder, write_bytes
 from .._runtime.formatting import covered
+from .._runtime.writing import ensure_folder, write_bytes
 from ..drawing.blocks import stage_pictures
 from ..errors import InputError
 from ..io.block_files import BLOCK_FORMATS, write_blocks

@@ -18,7 +18,7 @@ from .._runtime.addresses import is_address
 from .._runtime.files import read_file
 from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
-from .._runtime.staging import interrupted
+from .._runtime.writing import interrupted
 from ..batch.shard_files import check_shards
 from ..data.camera import CameraIntrinsics, camera_doubt, camera_text
 from ..data.declarations import Value

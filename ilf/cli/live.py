@@ -6,7 +6,7 @@ import argparse
 import subprocess
 import sys
 
-from .._runtime.children import child_command
+from .._runtime.installation import child_command
 from .._runtime.plugins import entry_points
 from ..errors import InputError
 from ..sources.realsense import connected_realsense

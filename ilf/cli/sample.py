@@ -6,9 +6,8 @@ import argparse
 import os
 from pathlib import Path
 
-from .._runtime.files import write_bytes
 from .._runtime.installation import asset_path
-from .._runtime.staging import move_into_place, staging
+from .._runtime.writing import move_into_place, staging, write_bytes
 from ..errors import ExportError
 from .usage import Parser
 

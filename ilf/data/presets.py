@@ -14,8 +14,9 @@ from typing import Annotated, Any
 import msgspec
 import platformdirs
 
-from .._runtime.files import ensure_folder, read_json, write_bytes
+from .._runtime.files import read_json
 from .._runtime.schema import check_schema, converted
+from .._runtime.writing import ensure_folder, write_bytes
 from ..errors import ExportError, FormatError, IlfError, InputError, ParameterError, PathKind, cause, check_kind
 from .declarations import Value
 from .parameters import (

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.files import read_file, read_json, write_bytes
+from .._runtime.files import read_file, read_json
+from .._runtime.writing import write_bytes
 from ..errors import ExportError, FormatError, InputError, cause
 from .annotations import blocks_of_coco, blocks_of_labelme, blocks_of_mask_list, coco_of_blocks, labelme_of_blocks
 from .labels import LoadedBlocks, blocks_of_mask_folder, checked_for_writing, read_labels, write_labels

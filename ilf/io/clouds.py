@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import write_parts
+from .._runtime.writing import write_parts
 from ..data.points import LENGTHS, PointCloud, axes_signs
 from ..errors import ExportError, ParameterError, check_kind, path_first
 

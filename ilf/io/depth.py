@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import plain_array
-from .._runtime.files import FileContent, FileSource, read_file, write_bytes
+from .._runtime.files import FileContent, FileSource, read_file
 from .._runtime.formatting import as_float, counted
+from .._runtime.writing import write_bytes
 from ..data.frame import DEPTH_LIMITS
 from ..errors import ExportError, FormatError, ParameterError, path_first
 from .float_images import (

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import plain_array
-from .._runtime.files import FileSource, read_file, write_bytes
+from .._runtime.files import FileSource, read_file
 from .._runtime.formatting import grouped
+from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, InputError
 from .images import encode_image, image_header, read_indices

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import write_parts
+from .._runtime.writing import write_parts
 from ..data.points import axes_signs
 from ..data.surface import Mesh
 from ..errors import ExportError, check_kind, path_first

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from .._runtime.closing import Closeable
 from .._runtime.installation import optional
-from .._runtime.temporary_files import moving_into_place, remove, removed_on_exit
+from .._runtime.writing import moving_into_place, remove, removed_on_exit
 from ..data.camera import CameraIntrinsics
 from ..errors import ExportError, ParameterError, cause
 from .depth import UINT16_MAX

@@ -8,7 +8,7 @@ import os
 import re
 from collections.abc import Iterable
 
-from .._runtime.files import write_bytes
+from .._runtime.writing import write_bytes
 
 _FORMULA = re.compile(r"(^|[;\t\n])(?=\s*[=+\-@＝＋－＠]|[\t\n])")
 """Places where a spreadsheet would start a formula: at the beginning of a cell, or after a character that separates

@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import BinaryIO, Protocol
 
 from .._runtime.closing import Closeable
-from .._runtime.files import atomic_path, open_file
+from .._runtime.files import open_file
 from .._runtime.formatting import counted
+from .._runtime.writing import atomic_path
 from ..errors import FormatError, InputError, cause
 
 MAX_INFLATED = 2**28

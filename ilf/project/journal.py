@@ -20,10 +20,10 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import MAX_FILE_BYTES, parse_json, remedy
+from .._runtime.files import MAX_FILE_BYTES, parse_json
 from .._runtime.installation import __version__
 from .._runtime.schema import check_schema, converted
-from .._runtime.temporary_files import private_file
+from .._runtime.writing import private_file, remedy
 from ..errors import ExportError, FormatError, InputError
 from ..io.sqlite_files import DEFINITIONS, LimitedConnection, check_plain
 from .packing import chunks

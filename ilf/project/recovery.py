@@ -13,7 +13,7 @@ from pathlib import Path
 import platformdirs
 
 from .._runtime.files import parse_json
-from .._runtime.temporary_files import restrict_to_owner
+from .._runtime.writing import restrict_to_owner
 from ..errors import IlfError, InputError
 from .archive import Parts
 from .encoding import frame_part

@@ -7,7 +7,7 @@ import os
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
-from .._runtime.files import write_bytes
+from .._runtime.writing import write_bytes
 from ..completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ..errors import InputError
 from ..evaluation.evaluation import Step, run_to_end, scaled_progress

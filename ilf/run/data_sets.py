@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from .._runtime.files import write_bytes
 from .._runtime.formatting import counted
+from .._runtime.writing import write_bytes
 from ..data.camera import CameraIntrinsics
 from ..data.points import in_world, point_cloud
 from ..errors import ExportError, InputError, ParameterError, cause

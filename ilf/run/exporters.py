@@ -8,8 +8,8 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Protocol
 
-from .._runtime.files import atomic_path, ensure_folder
 from .._runtime.plugins import EXPORTERS, call, entry_of_file, entry_points, load, package_of
+from .._runtime.writing import atomic_path, ensure_folder
 from ..data.results import Completion
 from ..errors import ExportError, ParameterError
 

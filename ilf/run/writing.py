@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
-from .._runtime.files import file_sha256, read_json, write_bytes
+from .._runtime.files import file_sha256, read_json
 from .._runtime.formatting import counted
-from .._runtime.staging import move_into_place, staging
+from .._runtime.writing import move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..completion.confidence.features import default_edge_notes
 from ..data.frame import FrameInputs, RGBDFrame

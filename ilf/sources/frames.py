@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.addresses import is_address
-from .._runtime.files import FileContent, read_file, read_json, write_bytes
+from .._runtime.files import FileContent, read_file, read_json
 from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_opened
+from .._runtime.writing import write_bytes
 from ..data.camera import CAMERA_DOUBT, CameraIntrinsics, as_camera, camera_doubt, checked_transform
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import (

@@ -17,7 +17,7 @@ from typing import Any
 from .._runtime.cancellation import check_cancelled
 from .._runtime.files import MAX_FILE_BYTES
 from .._runtime.installation import optional
-from .._runtime.temporary_files import remove, removed_on_exit
+from .._runtime.writing import remove, removed_on_exit
 from ..errors import FormatError, InputError, cause
 
 _COMMANDS = {

@@ -7,19 +7,24 @@ import hashlib
 import os
 import re
 import shutil
-import stat
 import tempfile
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 from .._runtime.addresses import Address, RemoteFiles, cache_folder, is_address
 from .._runtime.cancellation import check_cancelled
-from .._runtime.files import ensure_folder, reading_through, write_bytes
-from .._runtime.temporary_files import CREATOR_PATTERN, creator_has_ended, is_own, removed_on_exit, unique_tag
+from .._runtime.files import reading_through
+from .._runtime.writing import (
+    ensure_folder,
+    left_in,
+    removed_on_exit,
+    temporary_name,
+    write_bytes,
+)
 from ..data.frame import FrameInputs, RGBDFrame
 from ..errors import ExportError, FormatError, IlfError, InputError, cause
 from .poses import pose_files
@@ -68,7 +73,7 @@ def _copy_of(address: str, root: Path) -> Path:
 @contextmanager
 def _temporary_folder() -> Iterator[Path]:
     _remove_stale_folders(tempfile.gettempdir())
-    folder = Path(tempfile.gettempdir(), f"{_PREFIX}{unique_tag()}")
+    folder = Path(tempfile.gettempdir(), temporary_name(_PREFIX))
     try:
         folder.mkdir(0o700)
     except OSError as error:
@@ -83,14 +88,8 @@ def _temporary_folder() -> Iterator[Path]:
 @cache
 def _remove_stale_folders(root: str) -> None:
     """Remove temporary folders that ended processes of this user have left; once in a process."""
-    with suppress(OSError), os.scandir(root) as entries:
-        for entry in entries:
-            match = re.fullmatch(f"{_PREFIX}{CREATOR_PATTERN}", entry.name)
-            if match is not None and creator_has_ended(match):
-                with suppress(OSError):
-                    status = entry.stat(follow_symlinks=False)
-                    if stat.S_ISDIR(status.st_mode) and is_own(status):
-                        shutil.rmtree(entry, ignore_errors=True)
+    for folder in left_in(Path(root), _PREFIX):
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 # Listing.

@@ -21,7 +21,7 @@ QUICK = (
     ("faults", "--only preset --every 5", "preset"),
     ("frame_split", "choosing FRAMES", "nyu_0433"),
     ("fuzz", "--sound", "journal-log: 1 valid files are read"),
-    ("fuzz", "--cases 10 --format interrupted-set", "| interrupted-set | 10 |"),
+    ("fuzz", "--cases 10 --format pose", "| pose | 10 |"),
     ("kill", "--rounds 1", "1 kills"),
     ("kill.writers", "--kills 4 --only preset blocks", "complete after kills"),
     ("mirrored", "FRAME", "median"),

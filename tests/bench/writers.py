@@ -14,11 +14,10 @@ from unittest.mock import patch
 import numpy as np
 
 import ilf
-from ilf._runtime import temporary_files as left_over
-from ilf._runtime.files import write_bytes
+from ilf._runtime import writing as left_over
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import new_model_path
-from ilf._runtime.staging import restore_interrupted
+from ilf._runtime.writing import restore_interrupted, write_bytes
 from ilf.cli.sample import run as write_sample
 from ilf.data.blocks import Blocks
 from ilf.data.camera import CameraIntrinsics

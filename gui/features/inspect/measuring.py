@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication
 
-from ilf._runtime.files import write_bytes
 from ilf._runtime.formatting import counted
+from ilf._runtime.writing import write_bytes
 from ilf.data.camera import CameraIntrinsics
 from ilf.errors import InputError
 from ilf.evaluation.measuring import (

@@ -20,8 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf._runtime.files import ensure_folder
-from ilf._runtime.temporary_files import restrict_to_owner
+from ilf._runtime.writing import ensure_folder, restrict_to_owner
 from ilf.errors import InputError
 from ilf.project.archive import Archive, Parts
 from ilf.project.encoding import frame_part

@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
 
-from ilf._runtime.files import write_bytes
+from ilf._runtime.writing import write_bytes
 from ilf.data.parameters import Parameters
 from ilf.data.results import compose
 from ilf.errors import IlfError

@@ -3,48 +3,39 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import logging
 import os
-import re
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from functools import cache
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache, partial
 from pathlib import Path
 from threading import Lock, Timer
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError, InputError
-from ..files import read_file, read_json
+from ..files import read_file
 from ..installation import asset_path
-from ..sandbox import run_in_sandbox
-from ..temporary_files import CREATOR_PATTERN, creator_has_ended, removed_on_exit, unique_tag
+from ..memory import memory_limit
 from .models import models_folder
 from .protobuf import has_external_data
-from .session import Session, device, runtime_version
-
-# Record of tested networks, by content: the bundled ones, and those recorded as tested; and of networks that were
-# running when the program closed unexpectedly.
-
-_TESTED = ".tried"
-"""Folder beside the user's own networks, with an empty file for each tested one."""
-
-_RUNNING = ".look"
-"""Suffix of the files there that exist while a network runs."""
-
-_MAX_RUN_S = 3600.0
-
-TRIAL_S = 30.0
-"""Time limit of a trial, and time from which the user is told that a network still runs [s]."""
+from .session import RefusedInputError, Session, device, runtime_version
 
 Shapes = dict[str, tuple[int, ...]]
 """Shapes of a network's inputs, by name."""
 
-_tested: set[str] = set()
+# Networks of users are tried in a child first, and with every size of images, since they can crash the program.
+
+_TRIED = ".tried"
+"""Folder beside the user's own networks, with an empty file for each trial that was passed."""
+
+TRIAL_S, _LONGEST_TRIAL_S = 30.0, 3600.0
+"""Time limits of a trial with small images and with others [s]; after the first, the user is told that a network still
+runs."""
+
+_tried: set[str] = set()
 
 
 def is_bundled(sha256: str) -> bool:
@@ -52,62 +43,18 @@ def is_bundled(sha256: str) -> bool:
     return sha256 in _bundled()
 
 
-def is_tested(sha256: str, kind: str) -> bool:
-    """Whether a network is bundled, or has been tested with this version of ONNX Runtime.
-
-    Parameters
-    ----------
-    sha256 : str
-        Hash of its content.
-    kind : str
-        Name of the network class that tested it.
-    """
-    mark = _mark(sha256, kind)
-    return is_bundled(sha256) or mark in _tested or (models_folder() / _TESTED / mark).exists()
-
-
-def mark_tested(sha256: str, kind: str) -> None:
-    """Record a network as tested, in this process and, if the record can be written, in later ones."""
-    mark = _mark(sha256, kind)
-    _tested.add(mark)
-    folder = models_folder() / _TESTED
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / mark).touch()
-    except OSError:  # then the next process tests it again
+def tried_once(trial: Callable[[], object], *what: str) -> None:
+    """Call a function, unless it was called for the same before, with this version of ONNX Runtime on this device, by
+    this process or an earlier one, and raised no exception."""
+    name = "-".join((*what, runtime_version(), device()))
+    mark = models_folder() / _TRIED / name
+    if name in _tried or mark.exists():
         return
-
-
-@contextmanager
-def recorded_run(sha256: str, kind: str, shapes: Shapes) -> Iterator[None]:
-    """Keep a file with the shapes of a network's inputs during the block. If the network crashes the program, the file
-    is left behind."""
-    mark = models_folder() / _TESTED / f"{_mark(sha256, kind)}-{unique_tag()}{_RUNNING}"
-    with removed_on_exit(mark):
-        with suppress(OSError):  # then a crash is not recorded
-            mark.parent.mkdir(parents=True, exist_ok=True)
-            mark.write_text(json.dumps(shapes), encoding="ascii")
-        try:
-            yield
-        finally:
-            with suppress(OSError):
-                mark.unlink(missing_ok=True)
-
-
-def crashed_runs(sha256: str, kind: str) -> list[tuple[Path, Shapes]]:
-    """Return the runs of a network during which programs closed unexpectedly: their files, and shapes of inputs."""
-    named = re.compile(rf"{re.escape(_mark(sha256, kind))}-{CREATOR_PATTERN}{re.escape(_RUNNING)}")
-    found = []
-    for path in sorted((models_folder() / _TESTED).glob(f"*{_RUNNING}")):
-        match = named.fullmatch(path.name)
-        with suppress(OSError, ValueError, InputError):  # removed meanwhile, or truncated: the network had not started
-            if match is not None and (creator_has_ended(match) or time.time() - path.stat().st_mtime > _MAX_RUN_S):
-                found.append((path, read_json(path)))
-    return found
-
-
-def _mark(sha256: str, kind: str) -> str:
-    return f"{sha256}-{kind}-{runtime_version()}-{device()}"
+    trial()
+    _tried.add(name)
+    with suppress(OSError):  # then the next process tries it again
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        mark.touch()
 
 
 @cache
@@ -139,11 +86,11 @@ class OnnxNetwork:
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
-        self._tested_shapes: set[tuple[tuple[int, ...], ...]] | None = None
-        """Shapes of inputs that this network has processed; None if they need not be tracked."""
+        self._untried: NDArray[np.uint8] | None = None
+        """The content, if inputs of new sizes are tried in a child."""
         self._try()
         if not is_bundled(self.sha256):
-            self._tested_shapes = set()
+            self._untried = content
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -180,8 +127,7 @@ class OnnxNetwork:
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
         """Read the network in a file's content and test it with small images, without caching it.
 
-        Networks not yet tested are first tested in a separate process, since they can crash the reader. If the program
-        closed unexpectedly while this network ran on an image, that size is tested again, too.
+        Networks not yet tried are first tried in a child, since they can crash the reader.
 
         Parameters
         ----------
@@ -192,32 +138,26 @@ class OnnxNetwork:
         Raises
         ------
         FormatError
-            If it is not an ONNX network, or not one of this kind, reads weights from other files, crashes the reader,
-            or has crashed the program and would do so again.
+            If it is not an ONNX network, not one of this kind, reads weights from other files, or crashes the reader.
         InstallationError
             If ONNX Runtime cannot be imported: then the file is not the cause, and no other detector is used instead.
         """
         cls._check_content(content, path)
-        sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
-        if not is_tested(sha256, kind):
-            cls._in_sandbox(cls._load_once, content, path)
-            mark_tested(sha256, kind)
-        for mark, shapes in crashed_runs(sha256, kind):
-            try:
-                cls._in_sandbox(cls._run_again, content, path, shapes)
-            except FormatError as error:
-                height, width = next(iter(shapes.values()))[-2:]
-                raise FormatError(
-                    f"{path.name} crashed the program on an image of about {width} x {height} pixels, and fails again. "
-                    f"{error} Or choose another network."
-                ) from error
-            mark.unlink(missing_ok=True)
+        sha256 = hashlib.sha256(content.data).hexdigest()
+        if not is_bundled(sha256):
+            tried_once(partial(cls._try_in_child, content, path, {}), sha256, cls.__name__)
         return cls(content, path)
 
-    @staticmethod
-    def _in_sandbox(trial: Callable[..., None], content: NDArray[np.uint8], path: Path, *more: Any) -> None:
-        """Run a trial in a process that it may crash, for `TRIAL_S` at most."""
-        run_in_sandbox(trial, content, path, *more, file=path.name, seconds=TRIAL_S, doing="running it")
+    @classmethod
+    def _try_in_child(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
+        """Load a network in a child, which it may crash, and run it on empty images of these shapes."""
+        from ..children import MEMORY, run_in_child  # not before: few networks are tried
+
+        seconds, memory, doing = TRIAL_S, MEMORY, "running it"
+        for *_, height, width in shapes.values():
+            seconds, memory = _LONGEST_TRIAL_S, int(memory_limit())
+            doing = f"running it on an image of about {width} x {height} pixels"
+        run_in_child(cls._trial, content, path, shapes, file=path.name, seconds=seconds, memory=memory, doing=doing)
 
     @classmethod
     def _unreadable(cls, path: Path) -> FormatError:
@@ -239,36 +179,32 @@ class OnnxNetwork:
             )
 
     @classmethod
-    def _load_once(cls, content: NDArray[np.uint8], path: Path) -> None:
-        """Load the network once, in a process that it may crash."""
-        cls(content, path)
-
-    @classmethod
-    def _run_again(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
-        """Run the network on empty images of these shapes, in a process that it may crash."""
-        cls(content, path)._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
+    def _trial(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
+        """Load the network, which runs it on small images, and run it on empty images of these shapes if there are
+        any."""
+        network = cls(content, path)
+        with suppress(RefusedInputError):
+            if shapes:
+                network._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """Return all outputs; raise RefusedInputError if the network does not accept these inputs. "" is the first
-        input."""
-        shapes = {name: values.shape for name, values in inputs.items()}
-        key = tuple(shapes.values())
-        if self._tested_shapes is None or key in self._tested_shapes:
-            return self._results(inputs)
-        # a record of the run for inputs of a new size, which may crash the program
-        with recorded_run(self.sha256, type(self).__name__, shapes):
-            found = self._results(inputs)
-        self._tested_shapes.add(key)
-        return found
-
-    def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        """Return all outputs; raise RefusedInputError if the network does not accept these inputs, FormatError if it
+        crashes with inputs of their size. "" is the first input."""
         told = Timer(TRIAL_S, self._tell_that_it_runs)
         told.daemon = True
         told.start()
         try:
-            return self._session.run({name or self._session.first_input: values for name, values in inputs.items()})
+            if self._untried is not None:
+                shapes = {name: values.shape for name, values in inputs.items()}
+                sizes = ("x".join(map(str, shape)) for shape in shapes.values())
+                trial = partial(self._try_in_child, self._untried, self.path, shapes)
+                tried_once(trial, self.sha256, type(self).__name__, *sizes)
+            return self._results(inputs)
         finally:
             told.cancel()
+
+    def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        return self._session.run({name or self._session.first_input: values for name, values in inputs.items()})
 
     def _tell_that_it_runs(self) -> None:
         logging.getLogger(__name__).warning(

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._runtime.children import run_units
 from ..._runtime.installation import optional
-from ..._runtime.processes import run_units
 from ...data.frame import RGBDFrame
 from ...data.parameters import PAPER_BLOCKS
 from ...errors import IlfError, InputError

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._runtime.children import run_units
 from ..._runtime.installation import asset_path, optional
-from ..._runtime.processes import run_units
 from ...completion.completion import prepare
 from ...completion.interpolation import nearest
 from ...data.frame import RGBDFrame

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.files import write_bytes
 from ..._runtime.installation import __version__
 from ..._runtime.machine import library_versions
+from ..._runtime.writing import write_bytes
 from ...data.parameters import PRESETS, BlockParameters
 from ...run.record import PROGRAM
 from ..hold_out import AREA_SEMI_AXES, AREAS_HIDDEN, RANDOM_KEPT

@@ -12,8 +12,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._runtime.children import run_units
 from ..._runtime.files import read_json
-from ..._runtime.processes import run_units
 from ..._runtime.schema import converted
 from ...completion.completion import prepare
 from ...completion.confidence.expected_error import DEFAULT_MODEL, depth_error

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.files import ensure_folder, read_file, write_bytes
+from ..._runtime.files import read_file
 from ..._runtime.installation import optional
 from ..._runtime.networks import protobuf as wire
 from ..._runtime.networks.models import name_from, new_model_path
+from ..._runtime.writing import ensure_folder, write_bytes
 from ...errors import FormatError, InputError
 from .detectors import EdgeNetwork, OutputRangeError
 from .hed_weights import INPUTS, check_layers, normalisation, read_caffemodel, read_keras_weights

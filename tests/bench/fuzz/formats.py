@@ -152,7 +152,6 @@ _ALL = (
     Format("batch-preview", "out/preview.png", seeds.colour_png, of_png, lambda path: read_preview(path.parent)),
     Format("scheduler-file", "scheduler.json", seeds.scheduler, of_json, lambda path: scheduler_address(str(path))),
     Format("bench-result", "earlier.json", program_seeds.earlier, of_json, readers.earlier),
-    Format("interrupted-set", "names", program_seeds.interrupted, of_text, readers.unfinished),
     Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
     Format("journal", "left/left.journal", program_seeds.journal, of_bytes, readers.journal),
     Format("journal-sql", "left/left.journal", program_seeds.journal, of_sql, readers.journal),

@@ -5,8 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -80,18 +78,6 @@ def earlier(folder: Path) -> list[bytes]:
     row = Row(9, 0.1, 0.1, 0.1, 0.1, 0.9, 1.0, **names, seconds=0.1, extraction_seconds=None)
     facts = {field.name: "room" for field in dataclasses.fields(TaskFacts)} | {"pattern": "random"}
     return [json.dumps({"rows": [dataclasses.asdict(row)], "tasks": [facts], "skipped": []}).encode()]
-
-
-def interrupted(folder: Path) -> list[bytes]:
-    """List of a file set that an ended process started to write; the folder is `sound`."""
-    print_it = "from ilf._runtime.temporary_files import unique_tag; print(unique_tag())"
-    gone = subprocess.run([sys.executable, "-c", print_it], capture_output=True, check=True, text=True)
-    target = folder / "sound"
-    begun = target / f".ilf-export-{gone.stdout.strip()}"
-    (begun / "before").mkdir(parents=True)
-    for place in (target / "depth.npy", target / "other.txt", begun / "errors.npy", begun / "before" / "run.json"):
-        place.write_text(place.name)
-    return [b"depth.npy\nerrors.npy\nrun.json"]
 
 
 def journal(folder: Path) -> list[bytes]:

@@ -14,7 +14,6 @@ import ilf.batch.batch
 import ilf.segmentation.edges.detectors
 from gui.features.frame_list.thumbnails import read_thumbnail
 from ilf._runtime.networks.models import models_folder
-from ilf._runtime.staging import restore_interrupted
 from ilf.batch.batch import frame_states, write_manifest
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, differences, read_settings
@@ -227,19 +226,6 @@ def batch(path: Path) -> None:
     ilf.batch.batch.run_in_processes = lambda work, items, **_: ((item, work(item)) for item in items)
     frame_states(task, frames)
     write_manifest(folder, frames)
-
-
-def unfinished(path: Path) -> None:
-    """Clean-up of a folder of results after an ended process."""
-    target = path.parent / "out"
-    shutil.rmtree(target, ignore_errors=True)
-    shutil.copytree(path.parent / "sound", target)
-    (begun,) = target.glob(".ilf-export-*")
-    shutil.copy(path, begun / ".names")
-    restore_interrupted(target)
-    left = {entry.name for entry in target.iterdir()}
-    # replaced files that the damaged list does not name stay in the temporary folder
-    assert {"other.txt"} <= left <= {"other.txt", "depth.npy", "errors.npy", "run.json", begun.name}, left
 
 
 def window(path: Path) -> None:

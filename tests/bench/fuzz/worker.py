@@ -20,10 +20,10 @@ from typing import TextIO
 import cv2
 import numpy as np
 
-import ilf._runtime.sandbox
+import ilf._runtime.children
 from ilf.errors import DepthWarning, IlfError
 
-from .forked import run_forked
+from .forked import ForkedChild
 from .formats import FORMATS, Format
 
 MEMORY = 4 * 2**30
@@ -106,8 +106,8 @@ def main() -> None:
     os.dup2(2, 1)
     cv2.setNumThreads(1)
     form = FORMATS[name]
-    ilf._runtime.sandbox.run_in_child = run_forked
-    ilf._runtime.sandbox.set_process_limits(3600 * 24, MEMORY)
+    ilf._runtime.children.Child = ForkedChild
+    ilf._runtime.children.set_process_limits(3600 * 24, MEMORY)
     work(form, *map(int, numbers), place, keep, out)
 
 

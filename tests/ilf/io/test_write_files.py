@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf._runtime.files import atomic_path, read_file
+from ilf._runtime.files import read_file
+from ilf._runtime.writing import atomic_path
 from ilf.data.open3d_images import load_open3d
 from ilf.data.points import PointCloud
 from ilf.data.results import EdgeAwareRecord, PassBandRecord

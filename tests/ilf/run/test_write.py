@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime import staging
 from ilf._runtime.formatting import counted
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import expected_error, unsupported
@@ -243,14 +242,14 @@ def test_failing_writer_leaves_the_folder_as_it_was(run, completion, tmp_path, m
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.parametrize("failing", range(1, 22))
+@pytest.mark.parametrize("failing", range(1, 23))
 def test_failing_move_takes_the_earlier_ones_back(run, completion, tmp_path, monkeypatch, failing):
-    """Ten files go aside and eleven go in: whichever move fails, the folder is as before."""
+    """Ten files go aside, eleven go in, and their folder is renamed: whichever move fails, all is as before."""
     out = tmp_path / "out"
     write(out, run, completion, ALL)
     (out / "depth.tiff").unlink()
     before = contents(out)
-    real_replace, real_move_in = os.replace, staging.move_into_place
+    real_replace, real_move_in = os.replace, module.move_into_place
     moves = []
 
     def fails_once(source, target):

@@ -12,12 +12,10 @@ import numpy as np
 import pytest
 
 from ilf import RGBDFrame, Run, extract_blocks
-from ilf._runtime import temporary_files as being_written
+from ilf._runtime import writing as being_written
 from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, current_cancel_events, set_cancel_events
-from ilf._runtime.files import write_bytes
-from ilf._runtime.staging import move_into_place, staging
-from ilf._runtime.temporary_files import remove_temporary_files, removed_on_exit
 from ilf._runtime.threads import SLICE_S, run_in_parallel
+from ilf._runtime.writing import move_into_place, remove_temporary_files, removed_on_exit, staging, write_bytes
 from ilf.completion.completion import CompletionRun
 from ilf.data.presets import preset
 from ilf.errors import Cancelled

@@ -12,9 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from ilf._runtime.children import child_command
-from ilf._runtime.installation import optional
-from ilf._runtime.sandbox import run_in_sandbox
+from ilf._runtime.children import run_in_child
+from ilf._runtime.installation import child_command, optional
 from ilf.errors import InputError
 
 from ..batch_frames import write_frames
@@ -22,23 +21,10 @@ from ..batch_frames import write_frames
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="scripts that are programs")
 
 _PROGRAM = """#!{python} -P
-import multiprocessing
-import multiprocessing.spawn
 import sys
 
 sys.frozen, sys.executable = True, __file__
 sys.path[:0] = {path}
-multiprocessing.set_executable(__file__)
-
-
-def freeze_support():  # packagers put in their own, which knows of this child, too
-    if sys.argv[-2:-1] == ["-c"] and sys.argv[-1].startswith("from multiprocessing.resource_tracker import main"):
-        exec(sys.argv[-1])
-        sys.exit()
-    multiprocessing.spawn.freeze_support()
-
-
-multiprocessing.freeze_support = freeze_support
 if __name__ == "__main__":
     from {room} import main
 
@@ -57,7 +43,7 @@ def _frozen(folder: Path, room: str) -> str:
 def test_a_frozen_program_tries_readers_in_a_child(tmp_path: Path, monkeypatch, room: str) -> None:
     monkeypatch.setattr(sys, "executable", _frozen(tmp_path, room))
     monkeypatch.setattr(sys, "frozen", True, raising=False)
-    assert run_in_sandbox(divmod, 7, 2, file="seven") == [3, 1]
+    assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
 
 
 def test_a_frozen_program_shares_work_among_processes(tmp_path: Path) -> None:

@@ -377,7 +377,7 @@ def write_endless(path: Path) -> Path:
 
 @pytest.fixture
 def endless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(network, "is_tested", lambda *_: False)
+    monkeypatch.setattr(network, "is_bundled", lambda _: False)
     monkeypatch.setattr(network, "TRIAL_S", 3.0)
     return write_endless(tmp_path / "endless.onnx")
 

@@ -10,14 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from ilf._runtime.files import atomic_path, write_bytes
-from ilf._runtime.temporary_files import unique_tag
+from ilf._runtime.writing import atomic_path, temporary_name, write_bytes
 
 _DAY_S = 24 * 3600
 
 _KILLED = """
 import os, sys
-from ilf._runtime.files import atomic_path
+from ilf._runtime.writing import atomic_path
 with atomic_path(sys.argv[1]) as temporary:
     os.kill(os.getpid(), 9)
 """
@@ -38,7 +37,7 @@ def test_what_a_killed_writer_has_left_goes_with_the_next(tmp_path: Path) -> Non
 
 
 def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path: Path) -> None:
-    ours = f".ilf-{unique_tag()}"
+    ours = temporary_name(".ilf-")
     names = {
         "of a living process": f"{ours}.json",
         "of another computer": ours.replace("-", "-elsewhere.", 1),
@@ -55,7 +54,7 @@ def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path: Path) -> Non
 
 
 def test_temporary_files_of_other_users_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    left = tmp_path / f".ilf-{unique_tag()}".replace(f"-{os.getpid()}-", f"-{10**30}-")
+    left = tmp_path / temporary_name(".ilf-").replace(f"-{os.getpid()}-", f"-{10**30}-")
     left.touch()
     monkeypatch.setattr(os, "geteuid", lambda: left.stat().st_uid + 1, raising=False)
     write_bytes(tmp_path / "notes.txt", b"whole")
@@ -63,7 +62,7 @@ def test_temporary_files_of_other_users_stay(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_number_that_no_process_can_have_is_of_a_dead_one(tmp_path: Path) -> None:
-    name = f".ilf-{unique_tag()}".replace(f"-{os.getpid()}-", f"-{10**30}-")
+    name = temporary_name(".ilf-").replace(f"-{os.getpid()}-", f"-{10**30}-")
     (tmp_path / name).touch()
     write_bytes(tmp_path / "notes.txt", b"whole")
     assert {path.name for path in tmp_path.iterdir()} == {"notes.txt"}
@@ -85,7 +84,7 @@ def test_two_that_write_at_once_do_not_hurt_each_other(tmp_path: Path) -> None:
         writing = [
             sys.executable,
             "-c",
-            "import sys; from ilf._runtime.files import write_bytes as w; w(sys.argv[1], b'2')",
+            "import sys; from ilf._runtime.writing import write_bytes as w; w(sys.argv[1], b'2')",
         ]
         subprocess.run([*writing, tmp_path / "second"], check=True)
         first.write_bytes(b"1")

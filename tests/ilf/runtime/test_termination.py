@@ -8,11 +8,12 @@ import stat
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from ilf._runtime.processes import process_pool, result_of, run_units
+from ilf._runtime.children import run_in_processes, run_units
 from ilf._runtime.termination import Interrupted, error_log_path, log_error, terminating_on_signal
 from ilf.cli import info, main
 from ilf.errors import IlfError
@@ -23,14 +24,27 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 
 def test_a_process_that_ends_is_told_of() -> None:
-    with process_pool(1) as pool:
-        assert result_of(pool.submit(abs, -3)) == 3
-        with pytest.raises(IlfError, match="ended unexpectedly"):
-            result_of(pool.submit(sys.exit, 0))
-        with pytest.raises(ZeroDivisionError):
-            result_of(pool.submit(divmod, 1, 0))
-        with pytest.raises(IlfError, match="ended unexpectedly"):
-            result_of(pool.submit(os._exit, 0))
+    with pytest.raises(IlfError, match="ended unexpectedly"):
+        run_units(os._exit, [(0,), (1,)], jobs=2)
+    with pytest.raises(ZeroDivisionError):
+        run_units(divmod, [(1, 0)], jobs=2)
+
+
+def only_once(folder: Path, name: str) -> str:
+    """Crash the first time that this name is given, and always if it is "bad"."""
+    if name == "bad" or not (folder / name).exists():
+        (folder / name).touch()
+        os.abort()
+    return name
+
+
+def test_items_whose_process_crashes_are_tried_once_more_and_the_others_are_not_lost(tmp_path: Path) -> None:
+    (tmp_path / "good").touch()
+    tidied: list[str] = []
+    items = ["good", "bad", "good", "unlucky"]
+    found = list(run_in_processes(partial(only_once, tmp_path), items, jobs=2, tidy=tidied.append))
+    assert sorted(found, key=str) == [("bad", None), ("good", "good"), ("good", "good"), ("unlucky", "unlucky")]
+    assert sorted(tidied) == ["bad", "bad", "unlucky"]
 
 
 def test_units_in_this_process_are_done_in_order() -> None:
@@ -43,14 +57,15 @@ _BUSY = """
 import os, sys, threading, time
 from pathlib import Path
 from ilf._runtime.termination import terminating_on_signal
-from ilf._runtime.temporary_files import removed_on_exit
-from ilf._runtime.processes import process_pool
+from ilf._runtime.writing import removed_on_exit
+from ilf._runtime.children import Child
 
 half = Path(sys.argv[1])
 half.touch()
-with terminating_on_signal(), removed_on_exit(half), process_pool(1) as pool:
-    helper = pool.submit(os.getpid).result()
-    pool.submit(time.sleep, 600)
+with terminating_on_signal(), removed_on_exit(half):
+    child = Child()
+    helper = child.call(os.getpid)
+    threading.Thread(target=child.call, args=(time.sleep, 600), daemon=True).start()
     while True:
         try:
             print(helper, flush=True)
@@ -75,27 +90,23 @@ def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(t
         while _runs(helper):
             time.sleep(0.01)
         assert command.stderr is not None
-        # and whoever tracks the semaphores that its processes share has none to warn of
         assert command.stderr.read() == "ilf: error: ended by SIGTERM\n"
 
 
 _STARTING = """
-import os, signal
-from ilf._runtime.processes import process_pool
+import os
+from ilf._runtime.children import run_in_processes
 
-if __name__ == "__main__":
-    with process_pool(1) as pool:
-        print(pool.submit(abs, -1).result())
-else:  # the other process is being started
-    os.kill(os.getpid(), signal.SIGINT)
+for _, group in run_in_processes(os.getpgid, [0]):
+    print(group != os.getpgid(0))
 """
 
 
 @posix
-def test_a_process_that_is_being_started_leaves_the_terminal_s_interrupt_to_who_starts_it(tmp_path: Path) -> None:
+def test_a_program_without_a_main_guard_has_children_that_leave_the_terminal_s_interrupt_to_it(tmp_path: Path) -> None:
     (tmp_path / "program.py").write_text(_STARTING)
     ended = subprocess.run([sys.executable, tmp_path / "program.py"], capture_output=True, text=True)
-    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "1\n", "")
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "True\n", "")
 
 
 _BATCH = """
@@ -141,9 +152,9 @@ def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: P
 
 _TRYING = """
 import sys
-from ilf._runtime.sandbox import run_in_sandbox
+from ilf._runtime.children import run_in_child
 reader = "import os, time; print(os.getpid(), file=open(%r, 'w'), flush=True); time.sleep(600)" % sys.argv[1]
-run_in_sandbox(exec, reader, file="a")
+run_in_child(exec, reader, file="a")
 """
 
 

@@ -48,12 +48,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture(autouse=True)
 def networks_are_tried_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without a process for each; test_trial.py has them."""
+    """Without a process for each; test_trials.py has them."""
 
     def at_once(function: Callable[..., object], *arguments: object, **_: object) -> object:
         return function(*arguments)
 
-    monkeypatch.setattr("ilf._runtime.networks.network.run_in_sandbox", at_once)
+    monkeypatch.setattr("ilf._runtime.children.run_in_child", at_once)
 
 
 def picture(height: int, width: int) -> np.ndarray:

@@ -6,23 +6,19 @@ import hashlib
 import os
 import signal
 import time
-import warnings
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from ilf._runtime.children import run_in_child
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks import network as onnx_network
 from ilf._runtime.networks.models import models_folder
-from ilf._runtime.sandbox import run_in_sandbox
-from ilf._runtime.temporary_files import remove_temporary_files
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.segmentation.edges.detectors import EdgeNetwork
 
-from ...bench.fuzz.forked import run_forked
+from ...bench.fuzz.forked import ForkedChild
 from ..small_frames import write_small_frame
 from ..small_runs import contents
 from ..tiny_onnx import message, node, number, write_network
@@ -47,32 +43,32 @@ def crash() -> None:
 @pytest.fixture
 def forked(monkeypatch: pytest.MonkeyPatch) -> None:
     """No interpreter is started for each trial."""
-    monkeypatch.setattr("ilf._runtime.sandbox.run_in_child", run_forked)
+    monkeypatch.setattr("ilf._runtime.children.Child", ForkedChild)
 
 
 def test_a_child_gives_what_the_function_gives() -> None:
-    assert run_in_sandbox(divmod, 7, 2, file="seven") == [3, 1]
+    assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes longer than 0\.1 s"):
-        run_in_sandbox(time.sleep, 60, file="a.file", seconds=0.1)
+        run_in_child(time.sleep, 60, file="a.file", seconds=0.1)
 
 
 @fork
 @pytest.mark.usefixtures("forked")
 def test_a_child_raises_what_the_function_raises() -> None:
     with pytest.raises(InputError, match=r"^Not this one\.$"):
-        run_in_sandbox(refuse, file="a.file")
+        run_in_child(refuse, file="a.file")
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it fails .ZeroDivisionError"):
-        run_in_sandbox(divmod, 1, 0, file="a.file")
+        run_in_child(divmod, 1, 0, file="a.file")
 
 
 @fork
 @pytest.mark.usefixtures("forked")
 def test_what_ends_a_child_is_told() -> None:
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it crashes .SIGSEGV"):
-        run_in_sandbox(crash, file="a.file")
+        run_in_child(crash, file="a.file")
     if os.path.exists("/proc/self/statm"):
         with pytest.raises(FormatError, match=r"a\.file is damaged: reading it needs more than 1 GiB"):
-            run_in_sandbox(exhaust, file="a.file", memory=2**30)
+            run_in_child(exhaust, file="a.file", memory=2**30)
 
 
 def tensor(external: bytes) -> bytes:
@@ -111,7 +107,7 @@ def test_weights_in_other_files_are_refused_wherever_they_are_named(external: by
 
 def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried = []
-    monkeypatch.setattr(onnx_network, "run_in_sandbox", lambda function, *arguments, file, **_: tried.append(file))
+    monkeypatch.setattr("ilf._runtime.children.run_in_child", lambda *_, file, **__: tried.append(file))
     for line in asset_path("models/SHA256SUMS").read_text().splitlines():
         sha256, name = line.split()
         assert hashlib.sha256(asset_path(f"models/{name}").read_bytes()).hexdigest() == sha256, f"SHA256SUMS: {name}"
@@ -122,60 +118,29 @@ def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, mo
     for _ in range(2):
         EdgeNetwork.read(other, Path("own.onnx"))
     assert tried == ["own.onnx"]
-    monkeypatch.setattr("ilf._runtime.networks.network._tested", set())
+    monkeypatch.setattr("ilf._runtime.networks.network._tried", set())
     EdgeNetwork.read(other, Path("own.onnx"))
     assert tried == ["own.onnx"], "later processes know it, too"
 
 
-def _look_and_end(path: Path, end: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Look at a large image in another process, which comes to an end meanwhile."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
-        child = os.fork()
-    if child == 0:
-        network = EdgeNetwork.load(path)
-        network.strength(np.zeros((64, 64, 3), np.uint8))
-        monkeypatch.setattr(EdgeNetwork, "_results", lambda *_: end())
-        network.strength(np.zeros((200, 300, 3), np.uint8))
-        os._exit(0)
-    os.waitpid(child, 0)
-
-
 @fork
 @pytest.mark.usefixtures("forked")
-def test_a_network_that_crashes_with_larger_images_is_refused_at_the_next_start(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = write_network(tmp_path / "own.onnx", OWN)
-    _look_and_end(path, kill, monkeypatch)
-    with monkeypatch.context() as still_crashing:
-        looks = EdgeNetwork._results
-        still_crashing.setattr(
+def test_a_network_that_crashes_with_larger_images_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    content = write_network(tmp_path / "own.onnx", OWN).read_bytes() + number(2**20, 7)  # not that of the other tests
+    network = EdgeNetwork.read(np.frombuffer(content, np.uint8), tmp_path / "own.onnx")
+    small, large = np.zeros((64, 64, 3), np.uint8), np.zeros((200, 300, 3), np.uint8)
+    looks = EdgeNetwork._results
+    with monkeypatch.context() as crashing:
+        crashing.setattr(
             EdgeNetwork, "_results", lambda self, inputs: kill() if inputs[""].size > 10**5 else looks(self, inputs)
         )
+        network.strength(small)
         for _ in range(2):
-            with pytest.raises(FormatError, match=r"own\.onnx .* image of about 352 x 256 pixels, and fails again"):
-                EdgeNetwork.load(path)
-    # what was killed for another reason is no longer suspected
-    network = EdgeNetwork.load(path)
-    monkeypatch.setattr(onnx_network, "run_in_sandbox", None)
-    monkeypatch.setattr(onnx_network, "_networks", {})
-    assert EdgeNetwork.load(path) is not network
-
-
-@fork
-def test_a_program_that_ends_by_itself_while_a_network_looks_does_not_suspect_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = write_network(tmp_path / "own.onnx", OWN)
-
-    def end() -> None:
-        remove_temporary_files()
-        os._exit(0)
-
-    _look_and_end(path, end, monkeypatch)
-    monkeypatch.setattr(onnx_network, "run_in_sandbox", None)
-    EdgeNetwork.load(path)
+            with pytest.raises(FormatError, match=r"own\.onnx .* image of about 352 x 256 pixels crashes .SIGKILL"):
+                network.strength(large)
+    assert network.strength(large).shape == (200, 300)
+    monkeypatch.setattr("ilf._runtime.children.run_in_child", None)
+    assert network.strength(large).shape == (200, 300), "it is not tried again"
 
 
 @pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"no files that crashed readers in {HOSTILE}")
