@@ -32,8 +32,8 @@ from .run.run import extrapolate as extrapolate
 from .segmentation.edges.frame_edges import edge_strength as edge_strength
 from .segmentation.extraction import extract_blocks as extract_blocks
 from .segmentation.selection import select_region as select_region
-from .sources.frames import load_frame as load_frame
 from .sources.neighbours import with_neighbours as with_neighbours
+from .sources.reading import load_frame as load_frame
 from .sources.source import Source as Source
 from .sources.source import open_source as open_source
 from .stream.stream import Stream as Stream

@@ -21,7 +21,7 @@ from ilf.errors import IlfError, InputError
 from ..base.display import display_problem, qt_problem
 
 if TYPE_CHECKING:
-    from ilf.sources.frame_source import FrameSource
+    from ilf.sources.frame_ref import FrameRef
     from ilf.sources.reading_options import ReadingOptions
 
     from .main_window import MainWindow
@@ -188,7 +188,7 @@ class _Inputs(NamedTuple):
 
     projects: list[Path]
     records: list[Path]
-    sources: list[FrameSource]
+    sources: list[FrameRef]
     single: list[Path]
 
 
@@ -220,18 +220,18 @@ def _missing_partner(path: Path) -> str:
 
 def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> _Inputs:
     """Sort the arguments; raises IlfError if there is no frame with the key of --frame."""
-    from ilf.sources.frame_source import FrameSource
+    from ilf.sources.frame_ref import FrameRef
     from ilf.sources.source import Source
 
     from ..base.paths import sort_paths
 
     if options.frame is not None:
-        found = Source.of(options.frames[0], reading).frame_source(options.frame)
+        found = Source.of(options.frames[0], reading).ref(options.frame)
         return _Inputs([], [], [replace(found, options=reading.or_else(found.options))], [])
     projects, folders, records, files = sort_paths(options.frames)
-    sources = [FrameSource(str(path), options=reading) for path in folders]
+    sources = [FrameRef(str(path), options=reading) for path in folders]
     pairs = zip(files[::2], files[1::2], strict=False)
-    sources += [FrameSource(str(rgb), str(depth), options=reading) for rgb, depth in pairs]
+    sources += [FrameRef(str(rgb), str(depth), options=reading) for rgb, depth in pairs]
     return _Inputs(projects, records, sources, files[len(files) // 2 * 2 :])
 
 

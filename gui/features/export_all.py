@@ -24,6 +24,7 @@ from ilf.project.exporting import (
 )
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run, RunConfiguration
+from ilf.sources.reading import read_frame
 
 from ..base.commands import Command
 from ..project.store import WorkStore
@@ -97,7 +98,7 @@ def _of_store(entry: Entry, store: WorkStore, for_all: Parameters | None) -> tup
 def _of_files(entry: Entry, configuration: RunConfiguration) -> tuple[Run, Completion | None]:
     if entry.source is None:
         raise InputError("It has not been read, and where from is not known. Open it first.")
-    return configuration.make_run(entry.source.load()), None
+    return configuration.make_run(read_frame(entry.source)), None
 
 
 # The command, and the progress.

@@ -36,8 +36,9 @@ from ilf.data.parameters import Parameters
 from ilf.data.results import Completion
 from ilf.drawing.colours import robust_depth_levels, to_indices
 from ilf.errors import IlfError
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import write_frame
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.frame_writing import write_frame
+from ilf.sources.reading import read_frame
 from ilf.sources.reading_options import ReadingOptions
 from ilf.sources.realsense import camera_pairs
 from ilf.sources.registration import register
@@ -131,7 +132,7 @@ def play(
             usual, frames = USUAL_RATE, _captured()
         else:
             source = Source.of(path, ReadingOptions())
-            usual, frames = _rate_of(source), _readable(source.frame_source(key).load for key in source.keys)
+            usual, frames = _rate_of(source), _readable(partial(read_frame, source.ref(key)) for key in source.keys)
         chosen = rate or usual
         yield chosen
         with closing(frames), Stream(parameters, rate=chosen) as stream, closing(stream.play(frames)) as played:
@@ -196,7 +197,7 @@ class LiveWindow(QDialog):
 
     Signals
     -------
-    frozen(FrameSource)
+    frozen(FrameRef)
         The frame to be opened as a normal one.
     """
 
@@ -275,7 +276,7 @@ class LiveWindow(QDialog):
         frame = self.shown.completion.frame
         self.worker.cancel()
         if frame.inputs is not None:
-            self.frozen.emit(FrameSource.of(frame.inputs))
+            self.frozen.emit(FrameRef.of(frame.inputs))
             return
         path, _ = QFileDialog.getSaveFileName(
             self, "Folder for the frozen frame", f"{last_folder(_FOLDER_KEY)}/frame", "Folder (*)"
@@ -286,10 +287,10 @@ class LiveWindow(QDialog):
     def save(self, frame: RGBDFrame, folder: str) -> None:
         """Write a frame into a folder, and open it from there."""
 
-        def job() -> Generator[None, None, FrameSource]:
+        def job() -> Generator[None, None, FrameRef]:
             yield None
             write_frame(folder, frame)
-            return FrameSource(folder)
+            return FrameRef(folder)
 
         if not self.saver.busy:
             self.saver.start(job)
@@ -449,7 +450,7 @@ class LiveFeature(Feature):
         self.window.close()
         return ended
 
-    def _open(self, source: FrameSource) -> None:
+    def _open(self, source: FrameRef) -> None:
         self.context.window.raise_()
         self.context.window.activateWindow()
         self.context.feature(DocumentsFeature).open_source(source)

@@ -24,7 +24,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.neighbours import NeighbourDepth
 from ilf.evaluation.hold_out import HoldOutResult, comparison_steps
 from ilf.run.run import Run
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.neighbours import around, neighbour_steps
 
 from ..base.commands import Command
@@ -38,7 +38,7 @@ from .context import Context, Feature
 from .documents.file_dialogs import Preview
 from .sequence.moments import place_of
 
-Sides = tuple[Sequence[FrameSource], Sequence[FrameSource]]
+Sides = tuple[Sequence[FrameRef], Sequence[FrameRef]]
 """Frames before a frame and after it, the nearest first."""
 
 # The dialog: how many neighbours, how far apart, and what they add.

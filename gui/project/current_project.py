@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject
 
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.project.project import FrameSummary, Project, ProjectFrame
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ..state.entries import Entry
 from ..state.parameters import SharedParameters
@@ -44,11 +44,11 @@ def has_content(session: Session | None) -> bool:
     return session is not None and (bool(session.counts()) or session.unsaved or session.undo_stack.count() > 0)
 
 
-def source_of(entry: Entry) -> FrameSource | None:
+def source_of(entry: Entry) -> FrameRef | None:
     """Return the source of an entry's frame, with absolute paths; None if it comes from no file."""
     source, session = entry.source, entry.session
     if source is None and session is not None and session.frame.inputs is not None:
-        source = FrameSource.of(session.frame.inputs)
+        source = FrameRef.of(session.frame.inputs)
     return None if source is None else source.absolute()
 
 
@@ -62,7 +62,7 @@ def apply_settings(workspace: Workspace, project: Project) -> None:
 class ProjectSettings(NamedTuple):
     """The settings of a project apart from its frames' states, to detect unsaved changes."""
 
-    frames: tuple[tuple[str, FrameSource | None], ...]
+    frames: tuple[tuple[str, FrameRef | None], ...]
     shared: Parameters | None
     """Parameters of all frames; None if each frame has its own."""
     extraction: BlockParameters
@@ -110,7 +110,7 @@ class CurrentProject(QObject):
         self.read_only = ""
         self._mark: FileMark | None = None
         self._is_new = False
-        self._frames: tuple[tuple[str, FrameSource | None], ...] | None = None
+        self._frames: tuple[tuple[str, FrameRef | None], ...] | None = None
         """The frames; None if the list has changed."""
         for signal in (workspace.frames.entries.added, workspace.frames.entries.removed):
             signal.connect(lambda *_: self._forget_frames())

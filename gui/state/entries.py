@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf.data.results import Status
 from ilf.project.project import FrameSummary, Stage
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .session import Session
 
@@ -27,7 +27,7 @@ class Entry:
     key : str
         The path of its depth file, or of the record that it was opened from.
     name : str
-    source : FrameSource or None
+    source : FrameRef or None
         How to read it; None if it can only be read from its stored state.
     session : Session or None
         None while it is not open.
@@ -42,7 +42,7 @@ class Entry:
     id: str
     key: str
     name: str
-    source: FrameSource | None = None
+    source: FrameRef | None = None
     session: Session | None = None
     has_state: bool = False
     from_folder: bool = False
@@ -53,7 +53,7 @@ class Entry:
     _unsaved_words: str = ""
 
     @classmethod
-    def of(cls, source: FrameSource, from_folder: bool = False) -> Self:
+    def of(cls, source: FrameRef, from_folder: bool = False) -> Self:
         """Make an entry for a frame that has not been read; its name comes from its files."""
         return cls(uuid.uuid4().hex, source.key, source.name, source, from_folder=from_folder)
 
@@ -169,7 +169,7 @@ class Entries(QObject):
         """Attach an opened frame to its entry and return it; a new entry if there is none."""
         entry = self.of(session.id) or self.of_key(session.key)
         if entry is None:
-            source = session.origin if isinstance(session.origin, FrameSource) else None
+            source = session.origin if isinstance(session.origin, FrameRef) else None
             entry = Entry(session.id, session.key, session.name, source, session)
             self.add([entry])
             return entry

@@ -24,10 +24,11 @@ from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import is_frame_folder
+from ilf.sources.frame_folder import is_frame_folder
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.opening import is_recording
+from ilf.sources.reading import described_beside, read_depth, read_frame
 
 from ..state.block_notes import BlockNotes
 from ..state.entries import Entry
@@ -66,14 +67,14 @@ def contains_frames(path: str) -> bool:
     return is_recording(path) or (Path(path).is_dir() and not is_frame_folder(path))
 
 
-def preview_folder(how: FrameSource) -> FolderPreview:
+def preview_folder(how: FrameRef) -> FolderPreview:
     """List the frames of the folder or recording `how.rgb` and read the first; raises what `list_frames` does."""
     listing = list_frames(how.rgb, how.options)
     first = listing.sources[0]
     try:
-        frame = first.load()
+        frame = read_frame(first)
         return FolderPreview(
-            listing, frame, plausibility_warnings=first.read_depth().plausibility_warnings if frame.notes else ()
+            listing, frame, plausibility_warnings=read_depth(first).plausibility_warnings if frame.notes else ()
         )
     except IlfError as error:
         return FolderPreview(listing, None, str(error))
@@ -132,7 +133,7 @@ class _Opened:
     """Data for a session, which is made in the GUI's thread because of its undo stack."""
 
     run: Run
-    origin: FrameSource | Path
+    origin: FrameRef | Path
     key: str
     record_replay: Replay | None = None
     """The record that the run was read from; None if its blocks are not extracted yet."""
@@ -154,7 +155,7 @@ class FrameLoader(QObject):
     replayed(object)
         A session that was opened from a record.
     listed(object, object)
-        The FrameSource of a folder, and the Listing of its frames, which are now in the list.
+        The FrameRef of a folder, and the Listing of its frames, which are now in the list.
     opening_failed(object, object)
         An Entry, and the exception that was raised on opening it.
     incomplete(object, object)
@@ -212,7 +213,7 @@ class FrameLoader(QObject):
 
     # opening
 
-    def open(self, source: FrameSource) -> None:
+    def open(self, source: FrameRef) -> None:
         """Read a frame, show it, and extract its blocks.
 
         A frame that is already open is only shown; if it is open with other units or intrinsics, it is read again and
@@ -233,7 +234,7 @@ class FrameLoader(QObject):
         elif not self._shown_already(record, str(record)):
             self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
 
-    def open_folder(self, how: FrameSource, show: bool = True) -> None:
+    def open_folder(self, how: FrameRef, show: bool = True) -> None:
         """Add the frames of a folder to the list, with the units and intrinsics of `how`; with `show`, open the
         first."""
         what = f"Look for frames in {Path(how.rgb).name}"
@@ -252,7 +253,7 @@ class FrameLoader(QObject):
             do: Callable[[], object] = lambda: stored.read(entry.id)  # noqa: E731
             take: Callable[[Any], None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
         else:
-            source, parameters = entry.source or FrameSource(entry.key), self._workspace.parameters.extraction
+            source, parameters = entry.source or FrameRef(entry.key), self._workspace.parameters.extraction
             do, take = lambda: _open(source, parameters), lambda opened: self._take_entry(entry, opened)
 
         def wanted() -> bool:
@@ -269,7 +270,7 @@ class FrameLoader(QObject):
             )
         )
 
-    def open_new(self, source: FrameSource, name: str) -> None:
+    def open_new(self, source: FrameRef, name: str) -> None:
         """Open a frame as a new one of the list, beside others of the same files."""
         entry = Entry(uuid.uuid4().hex, source.key, name, source)
         self._workspace.frames.add_entries([entry])
@@ -294,7 +295,7 @@ class FrameLoader(QObject):
 
         self._reading.add(Job(what, do, take, report))
 
-    def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
+    def _shown_already(self, origin: FrameRef | Path, key: str) -> bool:
         session = self._workspace.frames.session_of(key)
         if session is None or session.origin != origin:
             return False
@@ -329,7 +330,7 @@ class FrameLoader(QObject):
         if decoded.problems:
             self.incomplete.emit(session, decoded.problems)
 
-    def _take_listing(self, how: FrameSource, listing: Listing, found: Sequence[Entry], show: bool) -> None:
+    def _take_listing(self, how: FrameRef, listing: Listing, found: Sequence[Entry], show: bool) -> None:
         entries = self._workspace.frames.entries
         self._workspace.frames.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
         self.listed.emit(how, listing)
@@ -421,7 +422,7 @@ class FrameLoader(QObject):
         if self._workspace.frames.is_current(session):
             self.extracted.emit(found)
         self._workspace.blocks.set_first(session, found.extraction, found.parameters)
-        beside = session.origin.beside() if isinstance(session.origin, FrameSource) else ""
+        beside = described_beside(session.origin) if isinstance(session.origin, FrameRef) else ""
         self._report_blocks(session, beside, *session.frame.notes, *found.extraction.notes)
 
     def _take_extraction(self, session: Session, found: FoundBlocks) -> None:
@@ -459,13 +460,13 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
     return text
 
 
-def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
+def _list(how: FrameRef) -> tuple[Listing, list[Entry]]:
     listing = list_frames(how.rgb, how.options)
     return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
 
 
-def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
-    frame = source.load()
+def _open(source: FrameRef, parameters: BlockParameters) -> _Opened:
+    frame = read_frame(source)
     no_blocks = np.zeros(frame.shape, np.int32)
     return _Opened(Run(frame, no_blocks, extraction=parameters), source, source.key)
 

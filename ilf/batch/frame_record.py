@@ -21,8 +21,9 @@ from ..data.frame import RGBDFrame
 from ..errors import FormatError, IlfError, InputError
 from ..run.options import RECORD_FILE
 from ..run.record import PROGRAM, array_sha256
-from ..sources.frame_source import FrameSource
-from ..sources.frames import META_NAME
+from ..sources import reading
+from ..sources.frame_ref import FrameRef
+from ..sources.naming import META_NAME
 from ..sources.neighbours import with_neighbours
 from ..sources.reading_options import OPTIONS
 from .frames import BatchFrame
@@ -55,9 +56,9 @@ class LoadedFrame:
 
 
 def read_frame(frame: BatchFrame) -> LoadedFrame:
-    """Read a frame and its neighbours; raises as `FrameSource.load` for the frame itself."""
+    """Read a frame and its neighbours; raises as `ilf.sources.reading.read_frame` for the frame itself."""
     before = source_files(frame)  # stamps from before reading, so that changes meanwhile are noticed
-    read = frame.source.load()
+    read = reading.read_frame(frame.source)
     if frame.neighbour_step:
         read = with_neighbours(read, frame.before, frame.after, step=frame.neighbour_step)
         return LoadedFrame(read, (), _content_of([read]), {**file_stamps(read.files), **before})
@@ -87,7 +88,7 @@ def reading_sha256(frame: BatchFrame) -> str:
 
 
 def source_files(frame: BatchFrame) -> dict[str, list[int]]:
-    """Return the files of a frame's sources, as in `LoadedFrame.files`; raises as `FrameSource.allowed`."""
+    """Return the files of a frame's sources, as in `LoadedFrame.files`; raises as `FrameRef.allowed`."""
     paths: list[str] = []
     for source in (one.allowed() for one in (frame.source, *frame.neighbours)):
         paths += source.paths
@@ -108,10 +109,10 @@ def file_stamps(paths: Iterable[str]) -> dict[str, list[int]]:
     return found
 
 
-def _read_or_none(source: FrameSource) -> RGBDFrame | None:
+def _read_or_none(source: FrameRef) -> RGBDFrame | None:
     """Load a neighbour; None if it cannot be read."""
     try:
-        return source.load()
+        return reading.read_frame(source)
     except IlfError:
         return None
 

@@ -12,8 +12,9 @@ from pathlib import Path
 
 from .._runtime.addresses import is_address
 from ..errors import InputError, cause
-from ..sources.frame_source import FrameSource
+from ..sources.frame_ref import FrameRef
 from ..sources.neighbours import around
+from ..sources.own_results import is_result
 from ..sources.source import Source
 
 _MAX_NAME_LENGTH = 100
@@ -31,28 +32,28 @@ class BatchFrame:
     ----------
     key : str
         Name of the frame in the batch; depends only on its files.
-    source : FrameSource
+    source : FrameRef
         Its files and how to read them, with absolute paths.
     time : float or None
         Timestamp [s]; None if unknown.
     folder : str
         Name of the folder of its results.
-    before, after : tuple of FrameSource
+    before, after : tuple of FrameRef
         Frames before it and after it, the nearest first, as far as they are used.
     neighbour_step : int
         Every so many of them gives its depth, as for `with_neighbours`; 0 if they are those of a static camera.
     """
 
     key: str
-    source: FrameSource
+    source: FrameRef
     time: float | None
     folder: str
-    before: tuple[FrameSource, ...] = ()
-    after: tuple[FrameSource, ...] = ()
+    before: tuple[FrameRef, ...] = ()
+    after: tuple[FrameRef, ...] = ()
     neighbour_step: int = 0
 
     @property
-    def neighbours(self) -> tuple[FrameSource, ...]:
+    def neighbours(self) -> tuple[FrameRef, ...]:
         """The frames before and after it, in their order."""
         return *reversed(self.before), *self.after
 
@@ -92,12 +93,12 @@ def frames_of_sources(
     for name, source in zip(names, sources, strict=True):
         times = source.timestamps or [None] * len(source)
         own = [
-            (f"{name}/{key}" if len(sources) > 1 else key, source.frame_source(key), time)
+            (f"{name}/{key}" if len(sources) > 1 else key, source.ref(key), time)
             for key, time in zip(source.keys, times, strict=True)
         ]
         if excluded_folder is not None:
             own = [one for one in own if not _is_in(one[1], os.fspath(excluded_folder))]
-        own = [one for one in own if not one[1].is_result]
+        own = [one for one in own if not is_result(one[1])]
         files = [file.absolute() for _, file, _ in own]
         found += own
         neighbours += [around(files, place, reach) for place in range(len(own))]
@@ -112,7 +113,7 @@ def frames_of_sources(
     ]
 
 
-def frames_of_files(sources: Sequence[FrameSource]) -> list[BatchFrame]:
+def frames_of_files(sources: Sequence[FrameRef]) -> list[BatchFrame]:
     """List frames of arbitrary files; their keys are the paths of the colour files below the common folder."""
     found = [source.absolute() for source in sources]
     files = [path for source in found for path in (source.rgb, source.depth) if path is not None]
@@ -125,7 +126,7 @@ def frames_of_files(sources: Sequence[FrameSource]) -> list[BatchFrame]:
     )
 
 
-def named_frames(found: Iterable[tuple[str, FrameSource, float | None]]) -> list[BatchFrame]:
+def named_frames(found: Iterable[tuple[str, FrameRef, float | None]]) -> list[BatchFrame]:
     """Build frames from keys, sources and times, each with a unique folder name."""
     frames = [BatchFrame(key, source.absolute(), time, folder_name(key)) for key, source, time in found]
     counts = Counter(frame.folder.casefold() for frame in frames)
@@ -218,13 +219,13 @@ def shard_of(frames: Sequence[BatchFrame], number: int, count: int) -> list[Batc
     return list(frames[number - 1 :: count])
 
 
-def _key_below(root: str, source: FrameSource, path: str, whole: bool = False) -> str:
+def _key_below(root: str, source: FrameRef, path: str, whole: bool = False) -> str:
     below = Path(os.path.relpath(path, root))
     key = (below if whole or source.depth is None else below.with_suffix("")).as_posix()
     return key if source.frame is None else f"{key}/{source.frame}"
 
 
-def _is_in(source: FrameSource, folder: str) -> bool:
+def _is_in(source: FrameRef, folder: str) -> bool:
     if is_address(source.rgb) or is_address(folder):
         return source.rgb.startswith(f"{folder.rstrip('/')}/")
     return Path(os.path.abspath(source.rgb)).is_relative_to(os.path.abspath(folder))

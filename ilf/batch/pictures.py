@@ -18,7 +18,8 @@ from ..data.frame import RGBDFrame
 from ..drawing.colours import depth_colours, robust_depth_levels, sample, to_indices
 from ..errors import FormatError, IlfError, InputError
 from ..io.images import read_colour
-from ..sources.frame_source import FrameSource
+from ..sources.frame_ref import FrameRef
+from ..sources.reading import read_frame
 from .frame_record import FrameOutcome, FrameStatus
 from .frames import BatchFrame
 from .settings import Levels
@@ -43,10 +44,10 @@ def depth_levels(frames: Sequence[BatchFrame]) -> Levels:
     return robust_depth_levels(np.concatenate(found)) if found else (0.0, 1.0)
 
 
-def _some_depth(source: FrameSource) -> NDArray[np.floating] | None:
+def _some_depth(source: FrameRef) -> NDArray[np.floating] | None:
     """Return the depth [m] of a frame at evenly spaced pixels; None if it cannot be read."""
     try:
-        return sample(source.load().depth)
+        return sample(read_frame(source).depth)
     except IlfError:
         return None
 

@@ -28,6 +28,7 @@ from ..io.depth import encode_depth, encode_expected_error
 from ..io.images import encode_image
 from ..io.labels import encode_labels, with_more_invalid
 from ..run.run import Run
+from ..sources.reading import read_frame
 from ..sources.shards import COLOUR, DEPTH, FACTS
 from .frame_record import COLUMNS_WITH_UNITS, FrameOutcome, FrameStatus
 from .frames import BatchFrame, folder_name, with_hash
@@ -169,7 +170,7 @@ def failed_part(frame: BatchFrame, message: str) -> tuple[FrameOutcome, Part]:
 
 def _completed(task: ShardTask, frame: BatchFrame, threads: int | None) -> tuple[FrameOutcome, Part]:
     settings = task.settings
-    loaded = frame.source.load()
+    loaded = read_frame(frame.source)
     plausibility_warnings = " ".join(loaded.plausibility_warnings)
     if plausibility_warnings and task.strict:
         raise InputError(plausibility_warnings)

@@ -27,8 +27,9 @@ from .._runtime.threads import available_cores
 from .._runtime.writing import ensure_folder, remove_empty
 from ..errors import FormatError, InputError
 from ..run.record import PROGRAM
-from ..sources.frame_source import FrameSource
-from ..sources.shards import LIST_FILE, SCHEMA, SHARDS_FILE, ShardSet, ShardTable, read_shard_set, table_ends
+from ..sources.frame_ref import FrameRef
+from ..sources.own_results import SHARDS_FILE
+from ..sources.shards import LIST_FILE, SCHEMA, ShardSet, ShardTable, read_shard_set, table_ends
 from .batch import some
 from .frame_record import FrameOutcome, FrameStatus
 from .frames import BatchFrame
@@ -469,7 +470,7 @@ def frame_of_line(line: bytes, request: Mapping[str, Any]) -> BatchFrame:
     """
     data = parse_json(line, LIST_FILE)
     stated = Section(LIST_FILE, data if isinstance(data, dict) else {})
-    key, source = stated.get("key", str), FrameSource.from_json(stated, "")
+    key, source = stated.get("key", str), FrameRef.from_json(stated, "")
     given = tuple(map(_as_folder, (*request.get("sources", ()), *map(str, request.get("reading", {}).values()))))
     paths = *source.paths, *source.options.camera_paths.values()
     if any("/../" in path or not _as_folder(path).startswith(given) for path in paths):

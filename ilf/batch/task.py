@@ -27,7 +27,7 @@ from ..io.labels import with_more_invalid
 from ..run.options import RECORD_FILE, drop_impossible_cloud
 from ..run.run import Run
 from ..run.writing import check_write, write
-from ..sources.frames import load_frame
+from ..sources.reading import load_frame
 from .frame_record import (
     FRAME_FILE,
     FrameOutcome,

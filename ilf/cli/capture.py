@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ..sources.frames import new_frame_files, write_frame
+from ..sources.frame_writing import new_frame_files, write_frame
 from ..sources.realsense import SETTLING, capture_frame
 from .output import warn
 from .usage import Parser, count

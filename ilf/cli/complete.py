@@ -15,7 +15,7 @@ from ..run.options import ExportOptions, output_folder_name
 from ..run.replaying import Replay, replay
 from ..run.run import Run, RunConfiguration
 from ..run.writing import check_not_an_input, check_write, write
-from ..sources.frames import frame_folder
+from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
 from .options import (
     add_export_options,

@@ -6,7 +6,7 @@ import argparse
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,7 +27,7 @@ from ..data.parameters import BlockParameters, nearest_preset
 from ..data.results import BlockOutcome
 from ..errors import IlfError, InputError
 from ..io.cameras import IntrinsicsSpec, frame_camera, intrinsics_from
-from ..io.depth_reading import DepthReading, read_depth, unique_warnings
+from ..io.depth_reading import DepthReading, unique_warnings
 from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
@@ -46,23 +46,18 @@ from ..run.options import RECORD_FILE
 from ..run.record import RunRecord
 from ..run.record_file import read_record
 from ..run.replaying import file_problems
-from ..sources.frame_source import FrameSource
-from ..sources.frames import (
-    COMPLETED_DEPTH,
-    META_NAME,
-    FrameFiles,
-    files_of,
-    frame_folder,
-    is_frame_folder,
-    meta_beside,
-    unlike_companions,
-)
+from ..sources.frame_folder import FrameFiles, frame_folder, is_frame_folder, two_files
+from ..sources.frame_ref import FrameRef
+from ..sources.image_pair import depth_of_files, unlike_companions
 from ..sources.layouts import all_layouts, layouts_folder
+from ..sources.naming import META_NAME
 from ..sources.opening import is_recording
-from ..sources.own_results import is_result
+from ..sources.own_results import COMPLETED_DEPTH, is_result, is_shards
+from ..sources.reading import files_of, read_frame
 from ..sources.reading_options import ReadingOptions
-from ..sources.remote import restored
-from ..sources.shards import is_shards, read_shard_set
+from ..sources.recorded import read_recorded
+from ..sources.remote import copied, restored
+from ..sources.shards import read_shard_set
 from ..sources.source import Source
 from .output import print_json
 from .parsing import (
@@ -200,7 +195,7 @@ def source_facts(source: Source) -> list[Fact]:
         span = f"{start:.6f} to {end:.6f} s, {end - start:.3f} s in all" if len(times) > 1 else f"{start:.6f} s"
         facts.append(Fact("time", span, {"start_s": start, "end_s": end}))
     first, registered = source.calibration(keys[0]), source.is_registered
-    one = source.frame_source(keys[0])
+    one = source.ref(keys[0])
     is_on_reading = one.frame is not None or one.options.depth_intrinsics is not None
     way = "registered on reading" if is_on_reading else "not registered on reading"
     return [
@@ -217,7 +212,7 @@ def plausibility_facts(source: Source) -> list[Fact]:
     facts = []
     for key in dict.fromkeys(source.keys[at] for at in (0, len(source) // 2, -1)):
         try:
-            frame = source.frame_source(key).load()
+            frame = read_frame(source.ref(key))
             found = [("warning" if text in frame.plausibility_warnings else "note", text) for text in frame.notes]
         except IlfError as error:
             found = [("problem", str(error))]
@@ -302,7 +297,7 @@ def _sections_at_addresses(arguments: argparse.Namespace) -> list[Section]:
     """Make the sections of a frame or a source at an address; those of a frame's files from copies."""
     if len(arguments.inputs) > 1 and arguments.frame is None:
         given = reading_options(arguments)
-        with FrameSource(arguments.inputs[0], arguments.inputs[1], options=given).copied() as here:
+        with copied(FrameRef(arguments.inputs[0], arguments.inputs[1], options=given)) as here:
             changed = argparse.Namespace(**{**vars(arguments), **here.options.paths})
             sections = _input_sections([Path(path) for path in (here.rgb, here.depth) if path is not None], changed)
     elif arguments.frame is not None:
@@ -335,18 +330,10 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
         return _folder_sections(inputs[0], arguments)
     if len(inputs) == 1:
         return [Section("frame", _colour_facts(inputs[0], *read_colour_with_warning(inputs[0])))]
-    beside = meta_beside(*inputs)
-    if beside is not None:
-        return [_frame_section(beside, arguments)]
-    given = reading_options(arguments).or_else(files_of(inputs[0], inputs[1], beside=True).options)
-    depth = read_depth(read_file(inputs[1]), given.depth_encoding, None, given.invalid)
-    facts = [
-        *_pair_facts(inputs[0], inputs[1], depth, given),
-        *_ground_truth_facts(given, depth),
-        *_guide_facts(given.guide, depth.metres),
-        *_confidence_facts(given, depth.metres),
-    ]
-    return [Section("frame", facts)]
+    files, given = two_files(*inputs), reading_options(arguments)
+    if files.has_meta:
+        return [_frame_section(files, given)]
+    return [Section("frame", _frame_facts(replace(files, rgb=inputs[0], depth=inputs[1]), given))]
 
 
 def _is_source(folder: Path) -> bool:
@@ -384,16 +371,19 @@ def _source_sections(source: Source, arguments: argparse.Namespace) -> list[Sect
     """Make the section of a source, with plausibility warnings; for a single frame, also its section."""
     if len(source) > 1:
         return [Section("source", [*source_facts(source), *plausibility_facts(source)])]
-    frame = _source_frame(source.frame_source(source.keys[0]), arguments)
+    frame = _source_frame(source.ref(source.keys[0]), arguments)
     return [Section("source", source_facts(source)), frame]
 
 
-def _source_frame(source: FrameSource, arguments: argparse.Namespace) -> Section:
+def _source_frame(source: FrameRef, arguments: argparse.Namespace) -> Section:
     """Make the section of a frame of a source."""
     if source.frame is None:
-        with source.copied() as here:
-            return _frame_section(here.files(), arguments)
-    frame, recorded = source.load(), source.recorded()
+        with copied(source) as here:
+            files = files_of(here)
+            files = replace(files, options=here.options.or_else(files.options))
+            return _frame_section(files, reading_options(arguments))
+    frame, options = read_frame(source), source.options
+    recorded = read_recorded(source.rgb, source.frame, options.depth_encoding, options.invalid)
     depth, levels = recorded.reading, recorded.stored.confidence
     height, width = frame.shape
     sure = [] if levels is None else _confidence_value_facts(None, levels, source.options.min_confidence, depth.metres)
@@ -418,34 +408,38 @@ def _registered_text(frame: RGBDFrame) -> str:
 def _folder_sections(folder: Path, arguments: argparse.Namespace) -> list[Section]:
     """Make the sections of a folder with a frame, a run or both."""
     record, left = folder / RECORD_FILE, interrupted(folder)
-    is_frame = is_frame_folder(folder)
     if left and not record.is_file():
         raise InputError(
             f"{folder} contains an interrupted export: its files do not belong together. Export again; that first "
             "restores the earlier files."
         )
-    frame = [_frame_section(frame_folder(folder), arguments)] if is_frame or not record.is_file() else []
-    return [*frame, *([_record_section(record)] if record.is_file() else [])]
+    sections = []
+    if is_frame_folder(folder) or not record.is_file():
+        sections.append(_frame_section(frame_folder(folder), reading_options(arguments)))
+    if record.is_file():
+        sections.append(_record_section(record))
+    return sections
 
 
-def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
-    """Make the section of a frame with a meta.json."""
-    given = reading_options(arguments)
-    options = given.or_else(files.options)
-    depth = read_depth(read_file(files.depth), given.depth_encoding, files.options.depth_encoding, options.invalid)
+def _frame_section(files: FrameFiles, given: ReadingOptions) -> Section:
+    """Make the section of a frame of files, with its name."""
+    return Section("frame", [Fact("name", files.name, {"name": files.name}), *_frame_facts(files, given)])
+
+
+def _frame_facts(files: FrameFiles, given: ReadingOptions) -> list[Fact]:
+    """List the facts of a frame of files, without its name."""
+    options, depth = given.or_else(files.options), depth_of_files(files, given)
     ground_truth = _ground_truth_facts(options, depth)
-    if not ground_truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
+    if files.has_meta and not ground_truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
         ground_truth = [
             Fact("ground truth", f"none: according to {META_NAME}, {filled[0].name} is not measured or exact depth")
         ]
-    facts = [
-        Fact("name", files.name, {"name": files.name}),
+    return [
         *_pair_facts(files.rgb, files.depth, depth, options),
         *ground_truth,
         *_guide_facts(options.guide, depth.metres),
         *_confidence_facts(options, depth.metres),
     ]
-    return Section("frame", facts)
 
 
 def _record_section(path: Path) -> Section:
@@ -470,7 +464,7 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, options: ReadingO
     orientation = pair_orientation(read_file(colour), rgb, read_file(path), depth.metres)
     if orientation.note:
         facts.append(Fact("warning" if orientation.is_doubt else "orientation", orientation.note))
-    if is_result(str(colour), str(path), None):
+    if is_result(FrameRef(str(colour), str(path))):
         facts.append(Fact("note", f"{path.name}: {COMPLETED_DEPTH}"))
     rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
     if depth_camera is not None and rgb.shape[:2] != metres.shape:

@@ -16,8 +16,9 @@ from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Paramete
 from ..data.presets import UserPreset, find_preset
 from ..errors import InputError, ParameterError
 from ..io.labels import with_more_invalid
-from ..sources.frame_source import FrameSource
+from ..sources.frame_ref import FrameRef
 from ..sources.neighbours import with_neighbours
+from ..sources.reading import read_frame
 from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions
 from ..sources.source import Source
 from ..sources.times import MAX_TIME_GAP_S
@@ -269,9 +270,9 @@ def source_from(arguments: argparse.Namespace) -> Source:
     return source
 
 
-def frame_of_source(arguments: argparse.Namespace, source: Source | None = None) -> FrameSource:
+def frame_of_source(arguments: argparse.Namespace, source: Source | None = None) -> FrameRef:
     """Return the frame that --frame selects, from a source if it is already open."""
-    found = (source or source_from(arguments)).frame_source(arguments.frame)
+    found = (source or source_from(arguments)).ref(arguments.frame)
     return replace(found, options=reading_options(arguments).or_else(found.options))
 
 
@@ -280,11 +281,11 @@ def _frame_with_neighbours(arguments: argparse.Namespace, count: int, step: int)
     if arguments.frame is None:
         raise UsageError("--neighbours applies to frames of a folder or a recording: select one with --frame.")
     source = source_from(arguments)
-    frame = frame_of_source(arguments, source).load()
+    frame = read_frame(frame_of_source(arguments, source))
     return with_neighbours(frame, *source.around(arguments.frame, count * step), step=step)
 
 
-def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
+def _frame_of_files(arguments: argparse.Namespace) -> FrameRef:
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder, not {len(inputs)} paths.")
@@ -293,7 +294,7 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
             "--max-gap, --topics and --layout apply to frames of a folder or a recording: select one with --frame."
         )
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
-    return FrameSource(rgb, depth, options=reading_options(arguments))
+    return FrameRef(rgb, depth, options=reading_options(arguments))
 
 
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
@@ -303,7 +304,7 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     if neighbours:
         frame = _frame_with_neighbours(arguments, neighbours, step)
     else:
-        frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
+        frame = read_frame(_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments))
     check_plausibility(frame.plausibility_warnings, vars(arguments).get("strict", False))
     warn(frame.notes)
     return frame if arguments.invalid_mask is None else with_more_invalid(frame, arguments.invalid_mask)

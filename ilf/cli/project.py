@@ -25,9 +25,10 @@ from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
 from ..run.run import Run, RunConfiguration
-from ..sources.frame_source import FrameSource
+from ..sources.frame_ref import FrameRef
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
+from ..sources.reading import read_frame
 from .options import add_export_options, export_options, geometry_flags
 from .output import print_json, shows_progress, table, warn
 from .parsing import add_allowed, add_look_in, add_reading, reading_options
@@ -265,7 +266,8 @@ def run_export(arguments: argparse.Namespace) -> None:
 def _run_of(opened: OpenedProject, frame: ProjectFrame, complete: bool) -> tuple[Run, Completion | None]:
     """A frame's run and its completion, None if it has to be completed first; otherwise its present results."""
     if not frame.has_state and frame.source is not None:
-        return RunConfiguration(opened.project.common, opened.project.extraction).make_run(frame.source.load()), None
+        configuration = RunConfiguration(opened.project.common, opened.project.extraction)
+        return configuration.make_run(read_frame(frame.source)), None
     state = opened.state(frame.id).state
     return run_and_completion(state) if complete else (present_run(state), present_completion(state))
 
@@ -294,7 +296,7 @@ def _completed(run: Run, shown: bool) -> Completion:
     return steps.completion()
 
 
-def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
+def _sources(arguments: argparse.Namespace) -> Iterator[FrameRef]:
     """Yield the frames that the arguments name."""
     inputs, how = arguments.inputs, reading_options(arguments)
     if all(os.path.isdir(path) or is_recording(path) for path in inputs):
@@ -306,8 +308,8 @@ def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
     if len(inputs) != 2 or any(os.path.isdir(path) for path in inputs):
         raise UsageError("Give folders and recordings, or the colour and the depth file of one frame.")
     rgb, depth = (str(Path(path).absolute()) for path in inputs)
-    source = FrameSource(rgb, depth, options=how)
-    warn(source.load().notes)  # reports a wrong file now
+    source = FrameRef(rgb, depth, options=how)
+    warn(read_frame(source).notes)  # reports a wrong file now
     yield source
 
 

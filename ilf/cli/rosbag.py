@@ -21,7 +21,7 @@ from ..io.rosbags import (
 from ..run.options import RECORD_FILE
 from ..run.record_file import read_record
 from ..run.stored_results import StoredResults, result_folders
-from ..sources.pairing import stamp_of
+from ..sources.stamps import stamp_of
 from .parsing import add_allowed
 from .usage import Parser
 

@@ -12,8 +12,8 @@ from .._runtime.formatting import counted
 from ..data.frame import RGBDFrame
 from ..errors import Cancelled, IlfError, InputError
 from ..io.rosbags import ENCODINGS_OF_ROS
-from ..sources.pairing import stamp_of
 from ..sources.source import Source
+from ..sources.stamps import stamp_of
 from ..stream.recording import MCAP, StreamRecorder
 from ..stream.stream import Stream
 from .output import advance, unit_bar, warn

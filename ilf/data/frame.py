@@ -121,6 +121,26 @@ class FrameInputs:
         turned."""
         return self.frame is None and self.orientations is None and not is_address(self.rgb.path)
 
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of `ilf.load_frame` to read the same files again, ready for JSON."""
+        truth = self.ground_truth
+        optional = {
+            "frame": self.frame,
+            "encoding": self.encoding,
+            "invalid": self.invalid,
+            "depth_intrinsics": None if self.depth_intrinsics is None else list(self.depth_intrinsics),
+            "ground_truth": None if truth is None else truth.path,
+            "ground_truth_units": None if truth is None else truth.units,
+        }
+        return {
+            "rgb": self.rgb.path,
+            "depth": self.depth.path if self.frame is None else None,
+            "depth_units": self.depth_units if self.encoding is None else None,
+            "intrinsics": None if self.intrinsics is None else list(self.intrinsics),
+            **{name: value for name, value in optional.items() if value is not None},
+        }
+
 
 @dataclass(frozen=True, eq=False)
 class RGBDFrame:
@@ -329,26 +349,7 @@ class RGBDFrame:
     @property
     def sources(self) -> dict[str, object]:
         """Arguments of `ilf.load_frame` to read the same files again, ready for JSON; empty if there are no files."""
-        if self.inputs is None:
-            return {}
-        camera, ground_truth = self.inputs.intrinsics, self.inputs.ground_truth
-        return {
-            "rgb": self.inputs.rgb.path,
-            "depth": self.inputs.depth.path if self.inputs.frame is None else None,
-            **({} if self.inputs.frame is None else {"frame": self.inputs.frame}),
-            "depth_units": self.inputs.depth_units if self.inputs.encoding is None else None,
-            "intrinsics": None if camera is None else list(camera),
-            **({} if self.inputs.encoding is None else {"encoding": self.inputs.encoding}),
-            **({} if self.inputs.invalid is None else {"invalid": self.inputs.invalid}),
-            **(
-                {} if self.inputs.depth_intrinsics is None else {"depth_intrinsics": list(self.inputs.depth_intrinsics)}
-            ),
-            **(
-                {}
-                if ground_truth is None
-                else {"ground_truth": ground_truth.path, "ground_truth_units": ground_truth.units}
-            ),
-        }
+        return {} if self.inputs is None else self.inputs.arguments
 
     def with_invalid_mask(self, mask: ArrayLike | None) -> Self:
         """Return the frame with another invalid mask, bool (H, W), or with none."""

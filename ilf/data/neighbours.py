@@ -49,7 +49,7 @@ class Neighbour:
     sha256 : tuple of str
         SHA-256 of its colour and depth in its files; empty if it was not read from files.
     source : mapping
-        Location and reading options of its files, as `FrameSource.to_json`; empty if it was not read from files.
+        Location and reading options of its files, as `FrameRef.to_json`; empty if it was not read from files.
     """
 
     name: str

@@ -18,8 +18,8 @@ from ..data.frame_cache import once_per_frame
 from ..data.results import Completion
 from ..errors import InputError, ParameterError, check_kind
 from ..run.run import CompletedRun, Run
-from ..sources.frame_source import FrameSource
-from ..sources.frames import COMPLETED_DEPTH
+from ..sources.frame_ref import FrameRef
+from ..sources.own_results import COMPLETED_DEPTH, is_result
 from .evaluation import (
     Evaluated,
     Evaluation,
@@ -79,7 +79,7 @@ def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.b
     """
     if pattern not in HOLD_OUT_PATTERNS:
         raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(HOLD_OUT_PATTERNS)}.")
-    if frame.inputs is not None and FrameSource.of(frame.inputs).is_result:
+    if frame.inputs is not None and is_result(FrameRef.of(frame.inputs)):
         raise InputError(f"{frame.inputs.depth.path}: {COMPLETED_DEPTH}")
     return _hidden_pixels(frame, pattern, seed)
 

@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..run.record import array_sha256
 from ..run.replaying import depth_difference_text
 from ..run.run import Run
-from ..sources.frame_source import FrameSource
+from ..sources.frame_ref import FrameRef
 from .encoding import frame_part
 from .file import OpenedProject
 from .frame_state import FrameState
@@ -100,7 +100,7 @@ def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tupl
             yield file.path, "embedded" if embedded else "present"
 
 
-def _places(source: FrameSource) -> dict[str, str]:
+def _places(source: FrameRef) -> dict[str, str]:
     """Return the state of each file of a frame without stored work, whose hashes are unknown."""
     try:
         paths = source.allowed().paths

@@ -12,6 +12,7 @@ from .._runtime.files import parse_json
 from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError
+from ..sources.reading import read_frame
 from .archive import Archive, Part, Parts, write_archive
 from .decoding import Decoded, load_state
 from .encoding import SCHEMA, Encoder, frame_part
@@ -121,7 +122,7 @@ class PartCollector:
             self.notes.append(f"The stored work on {frame.name} was not found and is not saved.")
         if not has and self._embed and frame.source is not None:
             try:
-                self._encode(encoder, empty_state(frame.id, frame.source.load()))
+                self._encode(encoder, empty_state(frame.id, read_frame(frame.source)))
                 has = True
             except IlfError as error:
                 self.notes.append(f"{frame.name} is not embedded: {error}")
@@ -278,7 +279,7 @@ class OpenedProject(Closeable):
         """
         frame = self.frame(frame_id)
         if not frame.has_state and frame.source is not None:
-            return Decoded(empty_state(frame_id, frame.source.load()))
+            return Decoded(empty_state(frame_id, read_frame(frame.source)))
         return load_state(frame_id, self.parts, places or self.places)
 
     def close(self) -> None:

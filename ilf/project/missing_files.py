@@ -14,7 +14,7 @@ import platformdirs
 from .._runtime.files import file_sha256
 from ..data.frame import InputFile
 from ..errors import InputError
-from ..sources.frame_source import FrameSource
+from ..sources.frame_ref import FrameRef
 from .archive import Parts
 from .encoding import frame_part
 from .file import SUFFIX
@@ -144,12 +144,12 @@ def locate(wanted: Collection[InputFile], places: Places) -> Generator[float, No
     return found
 
 
-def relocated(source: FrameSource, found: Mapping[str, Path]) -> FrameSource:
+def relocated(source: FrameRef, found: Mapping[str, Path]) -> FrameRef:
     """Return a frame's source with files replaced by their new paths; `found` maps old to new paths.
 
     Examples
     --------
-    >>> relocated(FrameSource("/old/a"), {"/old/a/rgb.png": Path("/new/a/rgb.png")}).rgb
+    >>> relocated(FrameRef("/old/a"), {"/old/a/rgb.png": Path("/new/a/rgb.png")}).rgb
     '/new/a'
     """
     return source.with_paths(lambda path: _relocated(path, found))

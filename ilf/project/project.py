@@ -9,7 +9,7 @@ from typing import Any
 
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import preset
-from ..sources.frame_source import FrameSource
+from ..sources.frame_ref import FrameRef
 
 
 class Stage(StrEnum):
@@ -75,7 +75,7 @@ class ProjectFrame:
     id : str
         Permanent id of the frame.
     name : str
-    source : FrameSource or None
+    source : FrameRef or None
         Its files and how to read them; paths are absolute. None if the frame exists only in its stored state.
     summary : FrameSummary
     has_state : bool
@@ -84,7 +84,7 @@ class ProjectFrame:
 
     id: str
     name: str
-    source: FrameSource | None
+    source: FrameRef | None
     summary: FrameSummary = field(default_factory=FrameSummary)
     has_state: bool = False
 

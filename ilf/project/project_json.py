@@ -18,7 +18,7 @@ from .._runtime.schema import Section, check_schema, converted, plain, strict_js
 from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, InputError
 from ..run.record_file import parsed_inputs
-from ..sources.frame_source import FrameSource
+from ..sources.frame_ref import FrameRef
 from .archive import Parts
 from .encoding import PROGRAM, SCHEMA
 from .project import FrameSummary, Project, ProjectFrame, Stage
@@ -194,7 +194,7 @@ def _frame(row: Section, places: Places, moved: bool) -> ProjectFrame:
     """Decode a frame of the list; `places` locates the files of a project that has been moved."""
     source = None
     if row.get("source", dict, type(None)) is not None:
-        source = FrameSource.from_json(row.section("source"), places.stated_in)
+        source = FrameRef.from_json(row.section("source"), places.stated_in)
         if moved:
             source = source.with_paths(lambda path: _present(path, places))
     identity = row.get("id", str)
@@ -232,7 +232,7 @@ def _frame_from_part(identity: str, parts: Parts, stated_in: str | None) -> Proj
     except UNREADABLE as error:
         problem = f"The work on this frame cannot be read: {error}"
         return ProjectFrame(identity, identity, None, FrameSummary(Stage.FAILED, problem=problem), True)
-    source = None if inputs is None else replace(FrameSource.of(inputs), stated_in=stated_in)
+    source = None if inputs is None else replace(FrameRef.of(inputs), stated_in=stated_in)
     summary = FrameSummary(
         _stage(stored), stored.note, stored.frame.shape, completed=len(stored.results), done=stored.done
     )

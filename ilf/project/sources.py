@@ -24,7 +24,7 @@ from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import invalid_of, read_ground_truth
 from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
-from ..sources.frames import frame_of_images
+from ..sources.image_pair import frame_of_images
 from ..sources.poses import camera_pose
 from ..sources.recorded import read_recorded
 from .archive import Parts
@@ -86,7 +86,7 @@ class Places:
         Folders in which the files are now, by their names or the last parts of their paths.
     stated_in : str or None
         The opened folder of the file that states these places and the frames' files, "" if it is not known; None if the
-        user states them. See `FrameSource`.
+        user states them. See `FrameRef`.
     """
 
     project: Path | None = None

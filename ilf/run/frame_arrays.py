@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from .._runtime.addresses import is_address
 from ..data.frame import RGBDFrame
 from ..errors import InputError, ParameterError
-from ..sources.shards import is_shards
+from ..sources.own_results import is_shards
+from ..sources.reading import read_frame
 from ..sources.source import Source, open_source
 from .options import RECORD_FILE
 from .stored_results import StoredResult, StoredResults, has_results
@@ -116,7 +117,7 @@ class FrameArrays:
     def _item(self, number: int, warn: bool = False) -> RGBDFrame | StoredResult:
         if isinstance(self._items, StoredResults):
             return self._items[number]
-        return self._items.frame_source(self.keys[number]).load(warn)
+        return read_frame(self._items.ref(self.keys[number]), warn=warn)
 
     def _values(self, number: int, item: RGBDFrame | StoredResult) -> dict[str, Any]:
         values = {name: self._value(number, item, name) for name in self.fields}
@@ -161,7 +162,7 @@ def _why_absent(item: RGBDFrame | StoredResult, name: str) -> str:
 
 def _of_measured_frames(source: Source) -> Source:
     """The source, unless its depth was completed: it would be taken for measured depth."""
-    frames = (source.frame_source(key) for key in source.keys)
+    frames = (source.ref(key) for key in source.keys)
     whole = {(one.rgb, one.frame is not None) for one in frames if one.depth is None}
     for path, is_recording in whole:
         is_completed = is_recording and is_shards(path)

@@ -31,9 +31,9 @@ from ..io.depth import depth_in_metres, read_depth_values
 from ..io.frame_additions import invalid_of, load_guide, read_ground_truth
 from ..io.labels import read_labels, read_mask
 from ..segmentation.extraction import found_blocks
-from ..sources.frame_source import FrameSource
-from ..sources.frames import load_frame
+from ..sources.frame_ref import FrameRef
 from ..sources.neighbours import seen_by
+from ..sources.reading import load_frame, read_frame
 from .options import DEPTH_FILES, LABELS_FILE, ExportOptions
 from .record import (
     RecordedByHand,
@@ -360,11 +360,11 @@ def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFra
         sha256 = hashes.get(path, "")
         return first_allowed(paths, folders[0], lambda one: is_address(one) or os.path.exists(one), sha256) or path
 
-    source = FrameSource.from_json(Section("neighbour", dict(recorded.source)), "")
+    source = FrameRef.from_json(Section("neighbour", dict(recorded.source)), "")
     hashes = {} if source.depth is None else dict(zip((source.rgb, source.depth), recorded.sha256, strict=False))
     try:
         source = dataclasses.replace(source.with_paths(present, cameras=True), stated_in=None)
-        frame = source.load()
+        frame = read_frame(source)
     except NotAllowed:
         raise
     except IlfError as error:

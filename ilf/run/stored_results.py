@@ -22,11 +22,13 @@ from ..io.cameras import intrinsics_from
 from ..io.depth import depth_in_metres, read_depth_values
 from ..io.images import read_colour
 from ..io.labels import read_mask
-from ..sources.frames import FrameFiles, frame_folder
+from ..sources.frame_folder import FrameFiles, frame_folder
 from ..sources.opening import is_recording, opened
+from ..sources.own_results import is_shards
 from ..sources.pairing import natural
+from ..sources.poses import stated_pose
 from ..sources.remote import spelled
-from ..sources.shards import Shards, is_shards
+from ..sources.shards import Shards
 from .options import RECORD_FILE, UNSUPPORTED_FILE
 from .record import RunRecord
 from .record_file import modes_in, read_record
@@ -164,7 +166,7 @@ class _FolderResult(StoredResult):
 
     @property
     def pose(self) -> NDArray[np.float64] | None:
-        return None if self._files.pose is None else np.array(self._files.pose)
+        return None if self._files.options.pose is None else stated_pose(self._files.options.pose)
 
     @property
     def keeps_measured(self) -> bool:

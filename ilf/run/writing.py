@@ -32,7 +32,7 @@ from ..io.images import encode_image
 from ..io.labels import write_labels, write_mask
 from ..io.meshes import write_mesh
 from ..io.tables import write_csv
-from ..sources.frames import META_NAME
+from ..sources.naming import META_NAME
 from .options import (
     BY_HAND_FILE,
     CLOUD_FILES,

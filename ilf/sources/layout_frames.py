@@ -18,7 +18,7 @@ from ..io.camera_files import ENTRY_MARK, read_camera_file
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import ray_encoding
 from .file_patterns import FilePattern, Folders, Match, alternatives, filled, placeholders
-from .frame_source import FrameSource
+from .frame_ref import FrameRef
 from .layout import GIVEN, LIST_SUFFIX, Layout, camera_numbers
 from .pairing import Pairs, natural
 from .reading_options import AS_STATED, ReadingOptions
@@ -66,7 +66,7 @@ class LayoutFrames:
         self.not_found: tuple[str, ...] = ()
         """Keys of the layout of whose files none was found, after `sources`."""
 
-    def sources(self, given: ReadingOptions = AS_STATED) -> list[FrameSource]:
+    def sources(self, given: ReadingOptions = AS_STATED) -> list[FrameRef]:
         """The frames, in natural order of their colour files; empty if there are none.
 
         Raises
@@ -82,7 +82,7 @@ class LayoutFrames:
         is_list = any(one.endswith(LIST_SUFFIX) for text in patterns for one in alternatives(text))
         stated_in = root if is_list else None
         sources = [
-            FrameSource(
+            FrameRef(
                 os.path.join(root, frame.rgb),
                 os.path.join(root, frame.depth),
                 options=given.or_else(self._options(frame, pose, given)),

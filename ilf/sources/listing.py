@@ -3,124 +3,36 @@
 from __future__ import annotations
 
 import os
-import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from .._runtime.addresses import Address, is_address
-from .._runtime.files import open_file, read_file
+from .._runtime.files import open_file
 from .._runtime.formatting import counted
 from .._runtime.named_places import note_opened
-from ..data.camera import camera_from_numbers
-from ..errors import FormatError, InputError, ParameterError, cause
-from ..io.cameras import CAMERA_FILE, read_cameras
+from ..errors import InputError, ParameterError, cause
+from ..io.cameras import CAMERA_FILE
 from ..io.kinds import kind_at
+from .data_sets import bop_frames, has_time_lists, is_bop, is_sun, sun_frame, timed_frames
 from .file_patterns import Folders, is_folder
-from .frame_source import FrameSource
-from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, is_frame_folder
+from .frame_folder import is_frame_folder
+from .frame_ref import FrameRef
 from .layout import Layout
 from .layout_frames import LayoutFrames
 from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
+from .naming import META_NAME
 from .opening import forget, is_recording, opened, recording_suffixes
-from .pairing import Pairs, natural, paired, paired_by_time, shared_text, split_by_kind, time_of, why_unpaired
+from .own_results import is_result
+from .pairing import natural, paired, paired_by_time, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
 from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
 from .remote import address_of, names_at, restored
-from .times import (
-    ASSOCIATION_FILES,
-    MAX_TIME_GAP_S,
-    TUM_UNITS,
-    associated,
-    gap_text,
-    read_associations,
-    read_time_list,
-)
-
-# Data sets whose files state how each frame is read: BOP, SUN RGB-D.
+from .times import MAX_TIME_GAP_S
 
 _MOST_NAMES = 5
 """Maximum number of folders that a note names."""
-
-_SUN = "frames of SUN RGB-D"
-_SUN_CAMERA_FILE = "intrinsics.txt"
-_SUN_FOLDERS = "image", "depth"
-_BOP_COLOUR_FOLDERS = "rgb", "gray"
-
-
-def is_bop(files: Collection[str]) -> bool:
-    """Whether a folder with these files is a scene of BOP."""
-    return CAMERA_FILE in files
-
-
-def bop_frames(root: str | Path, given: ReadingOptions) -> list[FrameSource]:
-    """The frames of a BOP scene that have colour and depth, by number; each has its own intrinsics and scale."""
-    cameras = read_cameras(Path(root) / CAMERA_FILE)
-    colours = {
-        int(path.stem): path
-        for folder in reversed(_BOP_COLOUR_FOLDERS)
-        for path in _files(Path(root) / folder, COLOUR_SUFFIXES)
-        if path.stem.isdecimal()
-    }
-    return [
-        FrameSource(
-            str(colours[int(path.stem)]),
-            str(path),
-            options=given.or_else(ReadingOptions(depth_units=1000 / scale, intrinsics=camera)),
-        )
-        for path in _files(Path(root) / "depth", DEPTH_FILE_SUFFIXES)
-        if path.stem.isdecimal() and int(path.stem) in colours
-        for camera, scale in (cameras.get(int(path.stem), (None, None)),)
-        if camera is not None and scale is not None
-    ]
-
-
-def is_sun(files: Collection[str], folders: Collection[str]) -> bool:
-    """Whether a folder with these files and folders is a frame of SUN RGB-D."""
-    return _SUN_CAMERA_FILE in files and set(_SUN_FOLDERS) <= set(folders)
-
-
-def sun_frame(root: str | Path, given: ReadingOptions) -> FrameSource:
-    """The frame of a SUN RGB-D folder; raises InputError unless it has exactly one colour and one depth file."""
-    colours, depths = (
-        _files(Path(root) / folder, suffixes)
-        for folder, suffixes in zip(_SUN_FOLDERS, (COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES), strict=True)
-    )
-    if len(colours) != 1 or len(depths) != 1:
-        raise InputError(
-            f"{root} looks like a frame of SUN RGB-D, but has {len(colours)} colour and {len(depths)} depth files "
-            "instead of one each."
-        )
-    path = Path(root) / _SUN_CAMERA_FILE
-    try:
-        numbers = np.array(read_file(path).data.tobytes().split(), float)
-        camera = camera_from_numbers(numbers, "")
-    except (ValueError, InputError) as error:
-        raise FormatError(f"{path} must contain the nine numbers of a camera matrix ({error!s:.200}).") from error
-    options = given.or_else(ReadingOptions(encoding="sun", intrinsics=camera))
-    return FrameSource(str(colours[0]), str(depths[0]), options=options)
-
-
-def camera_by_name(root: Path) -> str | None:
-    """The preset of the camera of a sequence of TUM or Bonn, by its folder's name; None for others."""
-    name = root.name.lower()
-    if number := re.search(r"freiburg([123])", name):
-        return f"tum-fr{number[1]}"
-    return "bonn" if name.startswith("rgbd_bonn") else None
-
-
-def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
-    """Files with one of these extensions, by name; none if there is no such folder."""
-    try:
-        with os.scandir(folder) as entries:
-            names = [entry.name for entry in entries if not entry.name.startswith(".") and os.path.isfile(entry)]
-    except OSError:
-        return []
-    return [folder / name for name in sorted(names) if Path(name).suffix.lower() in suffixes]
-
 
 _COLOUR_FOLDERS = ("rgb", "color", "colour", "image", "images")
 _DEPTH_FOLDERS = ("depth", "depths")
@@ -140,7 +52,7 @@ class Listing:
 
     Attributes
     ----------
-    sources : tuple of FrameSource
+    sources : tuple of FrameRef
         With absolute paths; in natural order of their names, or in order of time where that is known.
     notes : tuple of str
         Notes for the user, a sentence each.
@@ -153,7 +65,7 @@ class Listing:
         What the folder was recognised as.
     """
 
-    sources: tuple[FrameSource, ...]
+    sources: tuple[FrameRef, ...]
     notes: tuple[str, ...] = ()
     times: tuple[float, ...] = ()
     is_registered: bool = True
@@ -238,13 +150,14 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     """The frames of a folder that is no recording, by what is in it."""
     content = _content(root)
     if META_NAME in content.files:
-        return Listing((FrameSource(str(root), options=given),), layout=f"a frame folder with {META_NAME}")
-    if {"rgb.txt", "depth.txt"} <= content.files or content.file(ASSOCIATION_FILES) is not None:
-        return _by_time(root, content, given, max_gap)
+        return Listing((FrameRef(str(root), options=given),), layout=f"a frame folder with {META_NAME}")
+    if has_time_lists(content.files):
+        sources, times, notes = timed_frames(root, content.files, given, max_gap)
+        return Listing(tuple(sources), notes, times, layout="lists of files by time, as in the TUM benchmark")
     if is_bop(content.files):
         return _of_scenes(root, [str(root)], given)
     if is_sun(content.files, content.folders):
-        return Listing((sun_frame(root, given),), layout=_SUN)
+        return Listing((sun_frame(root, given),), layout="frames of SUN RGB-D")
     folders = Folders(str(root))
     if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
         return found
@@ -272,9 +185,9 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     return Listing(tuple(sources), (*notes, *left_out), _times(sources), layout=what)
 
 
-def _without_results(sources: list[FrameSource]) -> tuple[list[FrameSource], tuple[str, ...]]:
+def _without_results(sources: list[FrameRef]) -> tuple[list[FrameRef], tuple[str, ...]]:
     """The frames without folders that this program wrote, and a note that names these; all if there are no others."""
-    results = [source for source in sources if source.depth is None and source.is_result]
+    results = [source for source in sources if source.depth is None and is_result(source)]
     if not results or len(results) == len(sources):
         return sources, ()
     names = _first_names([source.name for source in results])
@@ -308,13 +221,13 @@ def _at_address(
     return replace(found, notes=tuple(map(restored, found.notes)))
 
 
-def _at(address: Address, source: FrameSource) -> FrameSource:
+def _at(address: Address, source: FrameRef) -> FrameRef:
     """A frame that was listed below copies of the names at an address."""
     stated_in = None if source.stated_in is None else str(address)
     return replace(source.with_paths(address_of), stated_in=stated_in)
 
 
-def _times(sources: Sequence[FrameSource]) -> tuple[float, ...]:
+def _times(sources: Sequence[FrameRef]) -> tuple[float, ...]:
     """The times in the names of the frames' colour files; empty if they are not times."""
     times = tuple(time for source in sources if (time := time_of(source.rgb)) is not None)
     return times if len(times) == len(sources) else ()
@@ -332,7 +245,7 @@ def _by_layout(
         if found is not None:
             others += [layout.text] if listed.has_frames else []
         elif sources := listed.sources(given):
-            notes = [*([layout.note] if layout.note else []), *_unmatched_notes(listed.unmatched, "of that name")]
+            notes = [*([layout.note] if layout.note else []), *listed.unmatched.notes("of that name")]
             if is_given and listed.not_found:
                 notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
             is_registered = layout.registered and not layout.depth_K
@@ -399,7 +312,7 @@ def _recorded(path: Path | Address, given: ReadingOptions, max_gap: float, topic
             raise ParameterError(f"{path} is {recording.kind}: it has no topics. Leave the topics out.")
         index = recording.index(max_gap, topics)
         registered, kind = recording.cameras(index.keys[0]).is_registered, recording.kind
-    sources = tuple(FrameSource(str(path), frame=key, options=given) for key in index.keys)
+    sources = tuple(FrameRef(str(path), frame=key, options=given) for key in index.keys)
     return Listing(sources, index.notes, index.times, registered, kind)
 
 
@@ -409,42 +322,6 @@ def _of_scenes(root: Path, scenes: list[str], given: ReadingOptions) -> Listing:
     if not found:
         raise InputError(f"{root}: none of its BOP scenes has both colour and depth of an image.")
     return Listing(tuple(found), layout="scenes of BOP")
-
-
-def _by_time(root: Path, content: _Content, given: ReadingOptions, max_gap: float) -> Listing:
-    listed = content.file(ASSOCIATION_FILES)
-    notes: list[str] = []
-    if {"rgb.txt", "depth.txt"} <= content.files:
-        colours, depths = read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt")
-        pairs = associated(colours, depths, max_gap)
-        if not pairs:
-            raise FormatError(f"{root}, rgb.txt and depth.txt: {gap_text(colours, depths, max_gap)}")
-        unmatched = Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs))
-        notes += _unmatched_notes(unmatched, f"within {max_gap:g} s")
-        times = {name: time for time, name in colours}
-        rows = [(times[rgb], rgb, depth) for rgb, depth in pairs]
-    else:
-        rows = read_associations(root / str(listed))
-    options = given.or_else(ReadingOptions(depth_units=TUM_UNITS, intrinsics=camera_by_name(root)))
-    encoding_text = (
-        f"the encoding {options.encoding}"
-        if options.depth_units is None
-        else f"{options.depth_units:g} units per metre"
-    )
-    sources = (
-        FrameSource(os.path.join(root, rgb), os.path.join(root, depth), options=options, stated_in=str(root))
-        for _, rgb, depth in rows
-    )
-    times_found = tuple(time for time, _, _ in rows)
-    hint = (
-        ", as in the TUM benchmark: give mm as the depth encoding (--depth-encoding mm) if it is in millimetres, as "
-        "many recorders write it"
-    )
-    is_guess = given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics
-    note = f"Depth is read with {encoding_text}{hint if is_guess else ''}."
-    return Listing(
-        tuple(sources), (note, *notes), times_found, layout="lists of files by time, as in the TUM benchmark"
-    )
 
 
 def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str], str]:
@@ -465,14 +342,14 @@ def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[t
     if at[0] == at[1]:
         pairs = pairs._replace(unmatched_colours=0)  # they may be other images
     paths = [(os.path.join(at[0], one), os.path.join(at[1], other)) for one, other in pairs.pairs]
-    return paths, _unmatched_notes(pairs, match_condition), ""
+    return paths, pairs.notes(match_condition), ""
 
 
-def _frame_in(folder: str, given: ReadingOptions) -> list[FrameSource]:
+def _frame_in(folder: str, given: ReadingOptions) -> list[FrameRef]:
     """The frame of a folder: the folder itself if it has a meta.json, a frame of SUN RGB-D, or its only pair; empty if
     there is no pair, or more than one."""
     if os.path.isfile(os.path.join(folder, META_NAME)):
-        return [FrameSource(folder, options=given)]
+        return [FrameRef(folder, options=given)]
     try:
         content = _content(folder)
         if is_sun(content.files, content.folders):
@@ -485,21 +362,9 @@ def _frame_in(folder: str, given: ReadingOptions) -> list[FrameSource]:
     return [_of_pair(os.path.join(folder, pairs[0][0]), os.path.join(folder, pairs[0][1]), given, pairs)]
 
 
-def _of_pair(rgb: str, depth: str, given: ReadingOptions, pairs: Sequence[tuple[str, str]]) -> FrameSource:
+def _of_pair(rgb: str, depth: str, given: ReadingOptions, pairs: Sequence[tuple[str, str]]) -> FrameRef:
     """The frame of a pair of files: their folder, if they are its only pair and it is a frame folder."""
     folder = os.path.dirname(rgb)
     if len(pairs) == 1 and folder == os.path.dirname(depth) and is_frame_folder(folder):
-        return FrameSource(folder, options=given)
-    return FrameSource(rgb, depth, options=given)
-
-
-def _unmatched_notes(pairs: Pairs, match_condition: str) -> list[str]:
-    counts = (("colour", "depth", pairs.unmatched_colours), ("depth", "colour", pairs.unmatched_depths))
-    return [
-        *(
-            f"{counted(count, f'{what} file')} left out: there is no {other} file {match_condition}."
-            for what, other, count in counts
-            if count
-        ),
-        *([f"Left out: {shared_text(pairs.shared)}."] if pairs.shared else []),
-    ]
+        return FrameRef(folder, options=given)
+    return FrameRef(rgb, depth, options=given)

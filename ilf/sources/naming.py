@@ -1,4 +1,4 @@
-"""Names of frames from the names of their files."""
+"""Names of the files of frames, and names of frames from them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,18 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ..errors import InputError
+from ..io.depth import DEPTH_READERS
+
+META_NAME = "meta.json"
+"""File beside the images of a frame that states how they are read."""
+
+CALIBRATION_NAME = "calibration.json"
+"""File beside the images of a raw pair that states their two cameras."""
+
+COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
+USUAL_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
+DEPTH_FILE_SUFFIXES = tuple(dict.fromkeys((*USUAL_DEPTH_SUFFIXES, *DEPTH_READERS)))
+"""Suffixes of colour files, of depth files that are likely nothing else, and of all depth files."""
 
 _PLAIN_NAMES = frozenset({"rgb", "color", "colour", "image"})
 """File names that do not identify the frame."""

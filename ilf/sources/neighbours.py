@@ -20,8 +20,9 @@ from ..data.frame import RGBDFrame, checked_frame
 from ..data.neighbours import Neighbour, NeighbourDepth, agrees, beside_jumps
 from ..data.open3d_images import load_open3d
 from ..errors import IlfError, InputError, ParameterError
-from .frame_source import FrameSource
+from .frame_ref import FrameRef
 from .poses import motion_between
+from .reading import read_frame
 from .registration import Camera, projected_depth
 
 Array = NDArray[np.float32]
@@ -50,8 +51,8 @@ _MAX_DEPTH_DIFFERENCE = 0.07
 
 def with_neighbours(
     frame: RGBDFrame,
-    before: Sequence[RGBDFrame | FrameSource] | RGBDFrame = (),
-    after: Sequence[RGBDFrame | FrameSource] | RGBDFrame = (),
+    before: Sequence[RGBDFrame | FrameRef] | RGBDFrame = (),
+    after: Sequence[RGBDFrame | FrameRef] | RGBDFrame = (),
     *,
     step: int = 1,
 ) -> RGBDFrame:
@@ -65,7 +66,7 @@ def with_neighbours(
     ----------
     frame : RGBDFrame
         With intrinsics.
-    before, after : sequence of RGBDFrame or FrameSource
+    before, after : sequence of RGBDFrame or FrameRef
         Frames before it and after it, the nearest first, with intrinsics. Those that are not needed are not read.
     step : int
         Use the depth of every `step`-th of them; without poses, the others link the motion.
@@ -107,8 +108,8 @@ def with_neighbours(
 
 def neighbour_steps(
     frame: RGBDFrame,
-    before: Sequence[RGBDFrame | FrameSource] | RGBDFrame = (),
-    after: Sequence[RGBDFrame | FrameSource] | RGBDFrame = (),
+    before: Sequence[RGBDFrame | FrameRef] | RGBDFrame = (),
+    after: Sequence[RGBDFrame | FrameRef] | RGBDFrame = (),
     *,
     step: int = 1,
 ) -> Generator[float, None, RGBDFrame]:
@@ -116,7 +117,7 @@ def neighbour_steps(
     and returns the frame."""
     if step < 1:
         raise ParameterError(f"The step of neighbours must be at least 1, not {step}.")
-    before, after = ([side] if isinstance(side, RGBDFrame | FrameSource) else side for side in (before, after))
+    before, after = ([side] if isinstance(side, RGBDFrame | FrameRef) else side for side in (before, after))
     _camera_of(checked_frame(frame))
     count = len(before) // step + len(after) // step
     layers: list[Array] = []
@@ -182,8 +183,8 @@ def seen_by(frame: RGBDFrame, other: RGBDFrame, motion: Matrix) -> Array:
 
 
 def _moved(
-    frame: RGBDFrame, side: Sequence[RGBDFrame | FrameSource], step: int
-) -> Iterator[tuple[RGBDFrame | FrameSource, RGBDFrame | None, Matrix | None]]:
+    frame: RGBDFrame, side: Sequence[RGBDFrame | FrameRef], step: int
+) -> Iterator[tuple[RGBDFrame | FrameRef, RGBDFrame | None, Matrix | None]]:
     """Every `step`-th frame of a side, as given and as read, and its motion; None for a frame that cannot be read, and
     for a motion that is not known."""
     posed = frame.pose is not None
@@ -248,22 +249,22 @@ def _grey_image(o3d: Any, frame: RGBDFrame) -> Any:
     return create(o3d.geometry.Image(grey), o3d.geometry.Image(depth), depth_scale=1.0, depth_trunc=100.0)
 
 
-def _read(given: RGBDFrame | FrameSource) -> RGBDFrame | None:
+def _read(given: RGBDFrame | FrameRef) -> RGBDFrame | None:
     """A neighbour, without its own neighbours; None if it cannot be read."""
     if isinstance(given, RGBDFrame):
         return given
     try:
-        return given.load()
+        return read_frame(given)
     except IlfError:
         return None
 
 
-def _neighbour(given: RGBDFrame | FrameSource, read: RGBDFrame, motion: Matrix) -> Neighbour:
+def _neighbour(given: RGBDFrame | FrameRef, read: RGBDFrame, motion: Matrix) -> Neighbour:
     files = read.inputs
     if files is None:
         return Neighbour(read.name, motion)
-    source = given if isinstance(given, FrameSource) else FrameSource.of(files)
-    return Neighbour(read.name, motion, (files.rgb.sha256, files.depth.sha256), source.absolute().to_json())
+    ref = given if isinstance(given, FrameRef) else FrameRef.of(files)
+    return Neighbour(read.name, motion, (files.rgb.sha256, files.depth.sha256), ref.absolute().to_json())
 
 
 def _agrees(layer: Array, depth: Array) -> bool:

@@ -7,39 +7,20 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from pathlib import Path
 
 from .._runtime.addresses import Address, is_address
 from .._runtime.folders import folder_at
 from ..errors import FormatError, InputError
 from ..io.kinds import check_is_there
-from .arkit_scenes import ARKitScenes
-from .azure_kinect import AzureKinect
-from .nyu import NyuLabelledFrames, NyuRawFolder
+from .frame_folder import is_frame_folder
+from .naming import CALIBRATION_NAME
+from .own_results import is_shards
 from .packed import unpacking_command
 from .plugins import source_plugins
-from .raw_pairs import RawPairs
-from .record3d import Record3D
 from .recording import Recording
 from .remote import forget_recording, has_copy, recording_copy, reported, spelled
-from .ros import RosBag
-from .scannet import ScanNet
-from .shards import Shards, is_shards
-from .stray_scanner import StrayScanner
-
-KINDS: tuple[type[Recording], ...] = (
-    RosBag,
-    AzureKinect,
-    Record3D,
-    ScanNet,
-    NyuLabelledFrames,
-    StrayScanner,
-    ARKitScenes,
-    NyuRawFolder,
-    RawPairs,
-    Shards,
-)
-"""The built-in kinds, in the order in which they are tried, before those of plugins."""
 
 _MAX_OPEN = 2
 
@@ -47,10 +28,30 @@ _access = threading.RLock()
 _open: OrderedDict[tuple[int, str, tuple[int, ...]], Recording] = OrderedDict()
 
 
+@cache
+def built_in_kinds() -> tuple[type[Recording], ...]:
+    """The built-in kinds, in the order in which they are tried, before those of plugins. They are imported when they
+    are asked for the first time: frames of image files need none of them."""
+    from .arkit_scenes import ARKitScenes
+    from .azure_kinect import AzureKinect
+    from .nyu import NyuLabelledFrames, NyuRawFolder
+    from .raw_pairs import RawPairs
+    from .record3d import Record3D
+    from .ros import RosBag
+    from .scannet import ScanNet
+    from .shards import Shards
+    from .stray_scanner import StrayScanner
+
+    return (
+        *(RosBag, AzureKinect, Record3D, ScanNet, NyuLabelledFrames),
+        *(StrayScanner, ARKitScenes, NyuRawFolder, RawPairs, Shards),
+    )
+
+
 def kind_of(path: Path) -> type[Recording] | None:
     """The kind of recording at a path, by file names alone; None if there is none."""
     try:
-        built_in = next((kind for kind in KINDS if kind.fits(path)), None)
+        built_in = next((kind for kind in built_in_kinds() if kind.fits(path)), None)
     except (OSError, ValueError, InputError):  # no file can have that name, or it cannot be looked at
         return None
     return built_in or source_plugins().kind_of(path)
@@ -61,6 +62,8 @@ def is_recording(path: str | os.PathLike[str]) -> bool:
     compressed recording counts, although `opened` refuses it."""
     if is_address(path):
         return _is_recording_file(Address(path)) or is_shards(path)
+    if is_frame_folder(path) and not os.path.isfile(os.path.join(path, CALIBRATION_NAME)):
+        return False
     return kind_of(Path(path)) is not None or (_is_compressed(path) and os.path.isfile(path))
 
 
@@ -75,7 +78,7 @@ def _is_compressed(path: str | os.PathLike[str]) -> bool:
 
 def recording_suffixes() -> tuple[str, ...]:
     """Extensions of recordings."""
-    return tuple(suffix for kind in (*KINDS, *source_plugins().kinds) for suffix in kind.suffixes)
+    return tuple(suffix for kind in (*built_in_kinds(), *source_plugins().kinds) for suffix in kind.suffixes)
 
 
 @contextmanager
@@ -107,7 +110,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
         if found.is_file() and found.stat().st_size == 0:
             raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
         check_is_there(found)
-        with source_plugins().using(kind) if kind not in KINDS else nullcontext():
+        with source_plugins().using(kind) if kind not in built_in_kinds() else nullcontext():
             yield _kept((os.getpid(), str(found), kind.state(found)), lambda: kind(found))
 
 
@@ -128,6 +131,8 @@ def _opened_at(address: Address) -> Iterator[Recording]:
         is_file = _is_recording_file(address)
         if not is_file and not has_copy(address) and (name in _open or is_shards(address)):
             with reported():
+                from .shards import Shards
+
                 yield _kept(name, lambda: Shards(spelled(address), folder_at(address)))
             return
     with reported(), opened(recording_copy(address, is_file)) as recording:

@@ -6,30 +6,39 @@ import os
 
 from .._runtime.addresses import is_address
 from .._runtime.files import read_json
+from .._runtime.folders import folder_at
 from ..errors import InputError
+from .frame_ref import FrameRef
 
 RECORD_FILE = "run.json"
 """File of the record of a run, beside its results."""
 
+SHARDS_FILE = "shards.json"
+"""File of a folder of shards that states what they contain."""
 
-def is_result(rgb: str, depth: str | None, frame: str | None) -> bool:
-    """Whether the depth of a frame, as `FrameSource` gives it, was completed by this program, so that not all of it was
-    measured. False at addresses."""
-    if frame is not None:
-        from .shards import is_shards
+COMPLETED_DEPTH = (
+    "the depth was completed by ILF Studio, so that filled depth counts as measured. Give the frame that was completed."
+)
 
-        return not is_address(rgb) and is_shards(rgb)
-    record = os.path.join(rgb if depth is None else os.path.dirname(depth), RECORD_FILE)
+
+def is_shards(path: str | os.PathLike[str]) -> bool:
+    """Whether a folder or an address contains shards, finished or not."""
+    return folder_at(path).exists(SHARDS_FILE)
+
+
+def is_result(ref: FrameRef) -> bool:
+    """Whether the depth of a frame was completed by this program, so that not all of it was measured. False at
+    addresses."""
+    if ref.frame is not None:
+        return not is_address(ref.rgb) and is_shards(ref.rgb)
+    record = os.path.join(ref.rgb if ref.depth is None else os.path.dirname(ref.depth), RECORD_FILE)
     if is_address(record) or not os.path.isfile(record):
         return False
-    return depth is None or os.path.basename(depth) in output_names(record)
-
-
-def output_names(record: str) -> frozenset[str]:
-    """The names of the files that a run wrote, by its record; none if the file is no record."""
+    if ref.depth is None:
+        return True
     try:
         data = read_json(record)
     except InputError:
-        return frozenset()
+        return False
     outputs = data.get("outputs") if isinstance(data, dict) else None
-    return frozenset(outputs) if isinstance(outputs, dict) else frozenset()
+    return isinstance(outputs, dict) and os.path.basename(ref.depth) in outputs

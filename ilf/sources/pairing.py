@@ -1,17 +1,14 @@
-"""Matching colour files with depth files by their names alone, and the timestamps of frames."""
+"""Matching colour files with depth files by their names alone."""
 
 from __future__ import annotations
 
 import os
 import re
 from collections.abc import Callable, Collection, Iterable
-from pathlib import Path
 from typing import NamedTuple
 
-from .._runtime.named_places import named_in
-from ..data.frame import FrameInputs
-from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
-from .opening import opened
+from .._runtime.formatting import counted
+from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
 from .times import associated, gap_text
 
 _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])", re.IGNORECASE)
@@ -30,6 +27,16 @@ class Pairs(NamedTuple):
     unmatched_colours: int
     unmatched_depths: int
     shared: tuple[tuple[str, ...], ...] = ()
+
+    def notes(self, match_condition: str) -> list[str]:
+        """Notes on files that were left out: they lack a file of the other kind of that name, or within a time."""
+        counts = (("colour", "depth", self.unmatched_colours), ("depth", "colour", self.unmatched_depths))
+        notes = [
+            f"{counted(count, f'{what} file')} left out: there is no {other} file {match_condition}."
+            for what, other, count in counts
+            if count
+        ]
+        return [*notes, f"Left out: {shared_text(self.shared)}."] if self.shared else notes
 
 
 def natural(name: str) -> str:
@@ -227,28 +234,3 @@ def shared_text(shared: Iterable[tuple[str, ...]]) -> str:
         f"some files, but for punctuation and ending, have the same name ({told}): leave one of each out, or give "
         "their endings (--layout)"
     )
-
-
-# Timestamps of frames.
-
-_SECONDS = re.compile(r"(\d+)\.(\d{1,9})")
-
-
-def stamp_of(inputs: FrameInputs, folder: Path | None = None) -> int | None:
-    """Return the timestamp of a frame's colour [ns], from its key in a recording, the recording, or its file name; None
-    if unknown. `folder` is that of the record that states these inputs.
-
-    Raises
-    ------
-    InputError
-        If the recording has to be read for it and cannot be read; and as `named_in`.
-    """
-    if inputs.frame is None:
-        time = time_of(inputs.rgb.path)
-        return None if time is None else round(time * 1e9)
-    found = _SECONDS.fullmatch(inputs.frame.rpartition("/")[2])
-    if found is not None:
-        return int(found[1]) * 10**9 + int(found[2].ljust(9, "0"))
-    with opened(inputs.rgb.path if folder is None else named_in(inputs.rgb.path, folder)) as recording:
-        taken = recording.frame(inputs.frame).time
-    return None if taken is None else round(taken * 1e9)

@@ -16,12 +16,11 @@ from ..errors import FormatError, InputError, ParameterError
 from ..io.depth import read_depth_values
 from ..io.encodings import EncodingSpec, encoding_of, single_encoding
 from ..io.images import read_colour
-from .naming import by_stem
+from .naming import CALIBRATION_NAME, META_NAME, by_stem
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .registration import Camera
 from .times import MAX_TIME_GAP_S
 
-_CALIBRATION = "calibration.json"
 _MOTION = "depth_to_colour"
 _COLOUR, _DEPTH = ("colour", "color", "rgb"), ("depth",)
 _COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".ppm")
@@ -46,7 +45,7 @@ class RawPairs(Recording):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self._calibration = read_file(path / _CALIBRATION)
+        self._calibration = read_file(path / CALIBRATION_NAME)
         data = read_json(self._calibration)
         try:
             if not isinstance(data, dict):
@@ -64,20 +63,20 @@ class RawPairs(Recording):
                 encoding_of(self._encoding)
             self._invalid: float | None = invalid
         except (InputError, ParameterError) as error:
-            raise FormatError(f"{path / _CALIBRATION}: {error}") from error
+            raise FormatError(f"{path / CALIBRATION_NAME}: {error}") from error
         colours, depths = _images(path, _COLOUR, _COLOUR_SUFFIXES), _images(path, _DEPTH, _DEPTH_SUFFIXES)
         self._files = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
         self._unmatched = len(colours.keys() ^ depths.keys())
         if not self._files:
             raise InputError(
-                f"{path} has no pair: put colour.* and depth.* beside {_CALIBRATION}, or folders of these names with "
-                "files of the same names."
+                f"{path} has no pair: put colour.* and depth.* beside {CALIBRATION_NAME}, or folders of these names "
+                "with files of the same names."
             )
 
     @classmethod
     def fits(cls, path: Path) -> bool:
-        file = path / _CALIBRATION
-        if (path / "meta.json").is_file() or not file.is_file():
+        file = path / CALIBRATION_NAME
+        if (path / META_NAME).is_file() or not file.is_file():
             return False
         try:
             is_small = file.stat().st_size <= _MAX_CALIBRATION_BYTES
@@ -87,7 +86,7 @@ class RawPairs(Recording):
 
     @classmethod
     def state(cls, path: Path) -> tuple[int, ...]:
-        return *super().state(path), *super().state(path / _CALIBRATION)
+        return *super().state(path), *super().state(path / CALIBRATION_NAME)
 
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         note = f"{counted(self._unmatched, 'image')} left out: no matching image of the same name."

@@ -10,9 +10,10 @@ from types import NoneType
 from typing import Any, Self, get_args, get_type_hints
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .._runtime.schema import Section, converted, plain
-from ..data.camera import INTRINSICS, CameraIntrinsics, is_preset
+from ..data.camera import INTRINSICS, CameraIntrinsics, checked_transform, is_preset
 from ..io.cameras import IntrinsicsSpec
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
 from ..io.frame_additions import checked_min_confidence
@@ -251,8 +252,14 @@ class ReadingOptions:
 
     @classmethod
     def from_arguments(cls, arguments: Mapping[str, Any]) -> Self:
-        """The options among parsed arguments of the command line, by name."""
-        return cls(**{name: arguments.get(name) for name in OPTIONS})
+        """The options among the arguments of a function or of the command line, by name; raises InputError for a pose
+        that is no pose."""
+        given = {name: arguments.get(name) for name in OPTIONS}
+        for name, value in given.items():
+            if value is None or not OPTIONS[name].is_path:
+                continue
+            given[name] = _pose_numbers(value) if name == "pose" else os.fspath(value)
+        return cls(**given)
 
     def to_json(self) -> dict[str, Any]:
         """The given options as values for JSON, by name."""
@@ -273,9 +280,13 @@ class ReadingOptions:
         return cls(**found)
 
 
-def path_text(path: str | os.PathLike[str] | None) -> str | None:
-    """A path as the options hold it; None for none."""
-    return None if path is None else os.fspath(path)
+def _pose_numbers(pose: str | os.PathLike[str] | ArrayLike) -> PoseSpec:
+    """A pose as the options hold it; raises InputError for a matrix that is no pose."""
+    if isinstance(pose, str | os.PathLike):
+        return os.fspath(pose)
+    numbers = np.asarray(pose)
+    matrix = numbers.reshape(4, 4) if numbers.shape == (16,) else numbers
+    return tuple(checked_transform(matrix, "pose").ravel().tolist())
 
 
 def _camera_to_json(given: IntrinsicsSpec) -> Any:

@@ -27,14 +27,13 @@ from .._runtime.writing import (
 )
 from ..data.frame import FrameInputs, RGBDFrame
 from ..errors import ExportError, FormatError, IlfError, InputError, cause
+from .frame_ref import FrameRef
+from .naming import META_NAME
 from .poses import pose_files
-from .reading_options import ReadingOptions
 
 _PREFIX, _RECORDINGS = "ilf-at-", "recordings"
 _MAX_FILES = 1000
 """Maximum number of files in the folder of a single frame."""
-
-_META = "meta.json"
 
 
 def restored(text: str) -> str:
@@ -188,36 +187,40 @@ def forget_recording(address: Address) -> None:
 
 
 @contextmanager
-def copied_frame(
-    rgb: str, depth: str | None, options: ReadingOptions, *, is_recorded: bool = False
-) -> Iterator[tuple[str, str | None, ReadingOptions]]:
-    """Provide copies of the files of a frame, of which some are at addresses, with what lies beside them: meta.json and
-    poses; `rgb` stays as it is if it is a recording. Within the block, errors name the addresses.
+def copied(ref: FrameRef) -> Iterator[FrameRef]:
+    """Provide a frame on this machine: itself, or with copies of its files at addresses and of what lies beside them,
+    meta.json and poses; a recording stays where it is. Within the block, errors name the addresses.
 
     Raises
     ------
     InputError
-        If a file does not exist, or cannot be read.
+        If a file does not exist, or cannot be read, and as `FrameRef.allowed`.
     """
-    own = (*(() if is_recorded else (rgb,)), depth, *options.paths.values())
-    given = [Address(path) for path in own if path is not None and is_address(path)]
+    own = ref.allowed()
+    if not any(map(is_address, own.paths)):
+        yield own
+        return
+    files = own.paths if own.depth is not None else own.paths[1:]
+    given = [Address(path) for path in files if is_address(path)]
     with _temporary_folder() as temporary, reported():
 
         def local(path: str) -> str:
             return str(_copy_of(Address(path), temporary)) if is_address(path) else path
 
-        if depth is None and rgb in given:
-            _copy_folder(Address(rgb), temporary)
-            given.remove(Address(rgb))
-        beside: list[str] = []
-        if depth is not None and is_address(depth):
-            beside = [restored(str(path)) for path in pose_files(local(depth))]
-            if is_address(rgb) and rgb.rpartition("/")[0] == depth.rpartition("/")[0]:
-                beside.append(f"{rgb.rpartition('/')[0]}/{_META}")
+        here, folder, beside = own.with_paths(local), "", list[str]()
+        if own.frame is not None:
+            here = replace(here, rgb=own.rgb)
+        elif own.depth is None and is_address(own.rgb):
+            _copy_folder(Address(own.rgb), temporary)
+        elif own.depth is not None and is_address(own.depth):
+            beside = [restored(str(path)) for path in pose_files(local(own.depth))]
+            if is_address(own.rgb) and own.rgb.rpartition("/")[0] == own.depth.rpartition("/")[0]:
+                folder = own.rgb.rpartition("/")[0]
+                beside.append(f"{folder}/{META_NAME}")
         _copy_files(given, beside, temporary)
-        if beside and beside[-1].endswith(f"/{_META}") and Path(local(beside[-1])).exists():
-            _copy_folder(Address(beside[-1].rpartition("/")[0]), temporary)
-        yield rgb if is_recorded else local(rgb), None if depth is None else local(depth), options.with_paths(local)
+        if folder and Path(local(f"{folder}/{META_NAME}")).exists():
+            _copy_folder(Address(folder), temporary)
+        yield here
 
 
 def _copy_files(addresses: Collection[str], wanted: Iterable[str], root: Path) -> None:
@@ -239,9 +242,9 @@ def _copy_files(addresses: Collection[str], wanted: Iterable[str], root: Path) -
 def _copy_folder(address: Address, root: Path) -> None:
     """Copy the folder of a single frame."""
     names = [*RemoteFiles(address).sizes()]
-    if _META not in names and not {"rgb", "depth"} <= {name.partition(".")[0] for name in names}:
+    if META_NAME not in names and not {"rgb", "depth"} <= {name.partition(".")[0] for name in names}:
         raise InputError(
-            f"{address}: a frame is a colour and a depth file, or a folder with {_META} or rgb.* and depth.*. Give "
+            f"{address}: a frame is a colour and a depth file, or a folder with {META_NAME} or rgb.* and depth.*. Give "
             "both files, or the key of a frame (--frame)."
         )
     if len(names) > _MAX_FILES:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bisect
 import io
 import json
-import os
 import tarfile
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
@@ -27,13 +26,14 @@ from ..data.camera import camera_from_numbers, checked_transform
 from ..errors import FormatError, InputError, cause
 from ..io.depth import read_depth_values
 from ..io.images import read_colour
+from .own_results import SHARDS_FILE, is_shards
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
 from .registration import Camera
 from .times import MAX_TIME_GAP_S
 
 # The folder: shards.json, the frozen list of frames, and a tar and a table for each shard.
 
-SHARDS_FILE, LIST_FILE, MERGED_FILE = "shards.json", "frames.jsonl", "merged.parquet"
+LIST_FILE, MERGED_FILE = "frames.jsonl", "merged.parquet"
 SCHEMA = 1
 """Version of the format of shards.json, the frozen list and the tables."""
 
@@ -108,11 +108,6 @@ class ShardSet:
     def finished(self, names: Container[str]) -> list[int]:
         """Return the shards that are finished: those whose table is among the files, as it is written last."""
         return [index for index in range(self.count) if self.table(index) in names]
-
-
-def is_shards(path: str | os.PathLike[str]) -> bool:
-    """Whether a folder or an address contains shards, finished or not."""
-    return folder_at(path).exists(SHARDS_FILE)
 
 
 def read_shard_set(folder: Folder) -> ShardSet:

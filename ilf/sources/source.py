@@ -19,14 +19,17 @@ from ..data.frame import RGBDFrame
 from ..errors import InputError, ParameterError, PathKind, check_kind
 from ..io.cameras import IntrinsicsSpec, frame_camera, intrinsics_from
 from ..io.encodings import EncodingSpec
-from .frame_source import FrameSource
-from .frames import frame_folder
+from .frame_folder import frame_folder
+from .frame_ref import FrameRef
+from .image_pair import pose_of_files
 from .listing import Listing, list_frames
 from .neighbours import around, with_neighbours
 from .opening import opened
+from .reading import files_of, read_frame, read_raw_pair
 from .reading_options import ReadingOptions
 from .recording import Cameras, Topics
 from .registration import RawPair
+from .remote import copied
 from .times import MAX_TIME_GAP_S
 
 _ONE_CAMERA_NOTE = (
@@ -175,11 +178,11 @@ class Source:
         file = next((file for file in files if file.stem == Path(name).name and file.is_file()), None)
         return "" if file is None else f" No depth file, or more than one, matches {file}."
 
-    def frame_source(self, key: str) -> FrameSource:
+    def ref(self, key: str) -> FrameRef:
         """The location of a frame and its reading options; raises InputError as `find`."""
         return self._frames[self.find(key)]
 
-    def around(self, key: str, reach: int) -> tuple[tuple[FrameSource, ...], tuple[FrameSource, ...]]:
+    def around(self, key: str, reach: int) -> tuple[tuple[FrameRef, ...], tuple[FrameRef, ...]]:
         """The locations of up to `reach` frames before a frame and of as many after it, the nearest first; raises
         InputError as `find`."""
         return around([*self._frames.values()], self.keys.index(self.find(key)), reach)
@@ -192,28 +195,29 @@ class Source:
         InputError
             If there is no such frame, or the file with its calibration cannot be read.
         """
-        source = self.frame_source(key)
+        ref = self.ref(key)
         camera, depth_camera = (
-            frame_camera(given, None)[0] for given in (source.options.intrinsics, source.options.depth_intrinsics)
+            frame_camera(given, None)[0] for given in (ref.options.intrinsics, ref.options.depth_intrinsics)
         )
-        if depth_camera is not None and source.frame is None:
+        if depth_camera is not None and ref.frame is None:
             return Calibration(camera, depth_camera, np.eye(4))
-        if source.frame is not None and (camera is None or not self.is_registered):
-            with opened(source.rgb) as recording:
-                return Calibration.of(recording.cameras(source.frame))
-        if camera is None and source.depth is None:
-            with source.copied() as here:
+        if ref.frame is not None and (camera is None or not self.is_registered):
+            with opened(ref.rgb) as recording:
+                return Calibration.of(recording.cameras(ref.frame))
+        if camera is None and ref.depth is None:
+            with copied(ref) as here:
                 camera = intrinsics_from(frame_folder(here.rgb).options.intrinsics)
         return Calibration(camera, camera, np.eye(4)) if self.is_registered else Calibration(None, camera, None)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         """The camera pose of a frame, (4, 4), from its points [m] to the world; None if not known."""
-        source = self.frame_source(key)
-        if source.frame is not None:
-            with opened(source.rgb) as recording:
-                return recording.pose(source.frame)
-        with source.copied() as here:
-            return here.files().camera_pose
+        ref = self.ref(key)
+        if ref.frame is not None:
+            with opened(ref.rgb) as recording:
+                return recording.pose(ref.frame)
+        with copied(ref) as here:
+            files = files_of(here)
+            return pose_of_files(files, here.options.or_else(files.options))
 
     @overload
     def read(
@@ -255,14 +259,14 @@ class Source:
         """
         if neighbours and not registered:
             raise ParameterError("A raw pair has no neighbours: leave them out, or read the registered frame.")
-        source = self.frame_source(key)
+        ref = self.ref(key)
         if registered:
-            frame = source.load(warn=True)
+            frame = read_frame(ref, warn=True)
             if not neighbours:
                 return frame
             return with_neighbours(frame, *self.around(key, neighbours * neighbour_step), step=neighbour_step)
-        pair = source.load_pair(warn=True)
-        if self.is_registered or source.frame is not None or pair.colour_camera != pair.depth_camera:
+        pair = read_raw_pair(ref, warn=True)
+        if self.is_registered or ref.frame is not None or pair.colour_camera != pair.depth_camera:
             return pair
         return replace(pair, notes=(*pair.notes, _ONE_CAMERA_NOTE))
 
@@ -333,20 +337,13 @@ def open_source(
     True
     """
     check_kind(path, PathKind, "A source is opened by its path", "give a folder of frames, data set or recording.")
-    options = ReadingOptions(
-        encoding=encoding,
-        depth_units=depth_units,
-        invalid=invalid,
-        min_confidence=min_confidence,
-        intrinsics=intrinsics,
-        depth_intrinsics=depth_intrinsics,
-    )
+    options = ReadingOptions.from_arguments(locals())
     return Source.of(path, options, max_gap=max_gap, topics=topics, layout=layout)
 
 
-def _by_key(root: Path | Address, sources: Sequence[FrameSource]) -> dict[str, FrameSource]:
+def _by_key(root: Path | Address, sources: Sequence[FrameRef]) -> dict[str, FrameRef]:
     """Frames by key. If a key is taken, it is the colour file's path with extension, or else the depth file's path."""
-    found: dict[str, FrameSource] = {}
+    found: dict[str, FrameRef] = {}
     for source in sources:
         if source.frame is not None:
             found[source.frame] = source
@@ -364,7 +361,7 @@ def _below(root: Path | Address, path: str) -> Path:
     return Path(path[len(root) + 1 :] if isinstance(root, Address) else os.path.relpath(path, root))
 
 
-def _key(root: Path | Address, source: FrameSource) -> str:
+def _key(root: Path | Address, source: FrameRef) -> str:
     path = _below(root, source.rgb)
     if source.depth is not None:
         path = path.with_suffix("")

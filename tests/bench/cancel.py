@@ -38,7 +38,7 @@ from ilf.report.subject import Subject
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
 from ilf.segmentation.propagation.propagate import follow
-from ilf.sources.frames import write_frame
+from ilf.sources.frame_writing import write_frame
 
 from .samples import Size, scaled, size_of
 from .window import pause, wait

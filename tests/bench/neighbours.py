@@ -21,6 +21,7 @@ import ilf
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.bench.frames import as_measured
 from ilf.evaluation.hold_out import hidden_pixels
+from ilf.sources.reading import read_frame
 
 STEP, COUNT = 3, 2
 """Frames of the list between neighbours, and neighbours on either side."""
@@ -78,7 +79,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the hidden areas")
     given = parser.parse_args()
     source = ilf.open_source(given.data)
-    frames = [as_measured(source.frame_source(key).load()) for key in source.keys]
+    frames = [as_measured(read_frame(source.ref(key))) for key in source.keys]
     errors: dict[str, list[tuple[float, float]]] = {}
     shares = []
     for place in given.places:

@@ -28,6 +28,7 @@ import ilf
 from ilf.evaluation.bench.frames import as_measured
 from ilf.evaluation.flicker import flicker, moved
 from ilf.evaluation.hold_out import frame_without
+from ilf.sources.reading import read_frame
 
 from .timing import hundred_dcts, timed
 
@@ -100,7 +101,7 @@ def main() -> None:
     )
     for folder in given.sequences:
         source = ilf.open_source(folder)
-        frames = [as_measured(source.frame_source(key).load()) for key in source.keys[: given.length]]
+        frames = [as_measured(read_frame(source.ref(key))) for key in source.keys[: given.length]]
         show(folder.name, frames, given.threads)
 
 

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from gui.app.main_window import MainWindow
 from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 WAIT_MS = 60_000
 
@@ -54,7 +54,7 @@ def window(qtbot: QtBot) -> Iterator[MainWindow]:
 @pytest.fixture
 def opened(window: MainWindow, qtbot: QtBot, frame_folder: Path) -> MainWindow:
     """The window with the small frame opened and its blocks extracted."""
-    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    open_frame(window, qtbot, FrameRef(str(frame_folder)))
     return window
 
 
@@ -71,7 +71,7 @@ def run_all(qtbot: QtBot) -> Callable[[MainWindow], None]:
     return run
 
 
-def open_frame(window: MainWindow, qtbot: QtBot, source: FrameSource) -> None:
+def open_frame(window: MainWindow, qtbot: QtBot, source: FrameRef) -> None:
     """Open a frame and wait until its blocks are there."""
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.loader.open(source)

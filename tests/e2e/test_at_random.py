@@ -21,7 +21,7 @@ from gui.views.contents import COMPARABLE, DEPTHS, SIDES, TITLES
 from gui.views.layouts import LAYOUTS
 from ilf.data.frame import RGBDFrame
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
 
@@ -58,7 +58,7 @@ def test_commands_in_any_order(
     part = np.s_[:36, :50]
     smaller = RGBDFrame(small_frame.rgb[part], small_frame.depth[part], (60.0, 60.0, 24.5, 17.5))
     for number, frame in enumerate((replace(small_frame), smaller)):
-        open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / f"frame-{number}", frame))))
+        open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / f"frame-{number}", frame))))
     for title in ("Runs", "Accuracy", "Profile", "Measure", "Range", "Convergence"):
         window.panels.reveal(title)
     chance, workspace, views = random.Random(seed), window.workspace, window.views

@@ -22,7 +22,8 @@ from ilf.batch.settings import BatchSettings
 from ilf.errors import Cancelled
 from ilf.run.options import ExportOptions
 from ilf.run.run import RunConfiguration
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import read_frame
 from tests.gui.naming import unnamed
 from tests.ilf.batch_frames import work_in_this_process, write_frames
 
@@ -35,7 +36,7 @@ def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> BatchFeature:
     source = write_frames(tmp_path / "in", 3)
     (source / "depth" / "0001.png").write_bytes(b"no image")
     with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS):
-        window.documents.open_source(FrameSource(str(source)))
+        window.documents.open_source(FrameRef(str(source)))
     qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
     window.workspace.parameters.set(window.workspace.parameters.current.replace(correction=False, max_iterations=5))
     return window.feature(BatchFeature)
@@ -75,7 +76,7 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     assert part.results == {
         entry.id: (out / folder, 1000.0) for entry, folder in ((first, "rgb__0000"), (last, "rgb__0002"))
     }
-    frame = first.source.load()
+    frame = read_frame(first.source)
     assert np.allclose(part.results[first.id].read()[frame.known], frame.depth[frame.known], atol=0.001)
 
     dialog.start_button.click()  # again: there is nothing left to do

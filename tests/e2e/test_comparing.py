@@ -17,7 +17,7 @@ from gui.features.views import ErrorFeature
 from gui.views.layouts import LAYOUTS
 from ilf import preset
 from ilf.project.run_history import StoredRun
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
 
@@ -233,7 +233,7 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(
     panel.high.setValue(2.5)
     assert views.levels == pytest.approx((1.2, 2.5))
     opened.actions_["lock_range"].trigger()
-    open_frame(opened, qtbot, FrameSource(str(write_frame(tmp_path / "another", small_frame))))
+    open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "another", small_frame))))
     assert views.levels == pytest.approx((1.2, 2.5))
     opened.refresh.now()
     assert not panel.high.isEnabled()

@@ -16,7 +16,7 @@ from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
 from ilf import BlockParameters, RGBDFrame, preset
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
 from .hand import click, drag, place
@@ -254,7 +254,7 @@ def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(
     click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
     drag(editing, [(10, 10), (14, 14)], release=False)
-    open_frame(editing, qtbot, FrameSource(str(folder)))
+    open_frame(editing, qtbot, FrameRef(str(folder)))
     second = editing.workspace.session
     fresh = second.labels.copy()
     editing.actions_["cancel_stroke"].trigger()

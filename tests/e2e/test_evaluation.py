@@ -29,7 +29,7 @@ from ilf.data.parameters import PRESETS
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.project.run_history import StoredRun
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import WAIT_MS, open_frame
@@ -66,7 +66,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     panel, workspace, actions = accuracy.panel, window.workspace, window.actions_
     assert not actions["load_ground_truth"].isEnabled()
     assert not actions["hold_out_test"].isEnabled()
-    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    open_frame(window, qtbot, FrameRef(str(frame_folder)))
     run_all(window)
     window.panels.reveal("Accuracy")
     assert errors_shown(window) == ["–"] * len(workspace.session.counts())
@@ -188,9 +188,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     sweep = part(window, SweepFeature)
     assert isinstance(sweep, SweepFeature)
     workspace, shown = window.workspace, sweep.window_
-    open_frame(
-        window, qtbot, FrameSource(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file)))
-    )
+    open_frame(window, qtbot, FrameRef(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file))))
     session = workspace.session
     # from the menu of a parameter in the form
     row = window.feature(FilterFeature).panel.form.findChild(QWidget, "smoothness").parentWidget()

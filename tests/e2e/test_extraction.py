@@ -22,7 +22,7 @@ from ilf import BlockParameters, RGBDFrame
 from ilf.drawing.blocks import block_overlay
 from ilf.errors import IlfError
 from ilf.segmentation.extraction import Extraction, extract
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
 
@@ -215,7 +215,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     np.testing.assert_array_equal(_picture(opened), expected)
     assert _summary(opened).count("With these parameters") == 1
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
-    open_frame(opened, qtbot, FrameSource(str(folder)))
+    open_frame(opened, qtbot, FrameRef(str(folder)))
     opened.workspace.frames.show(session)
     _settle(opened, qtbot)
     np.testing.assert_array_equal(_picture(opened), expected)
@@ -233,7 +233,7 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(
     monkeypatch.setattr("gui.work.loading.find", after_the_view_has_been_drawn)
     monkeypatch.delattr("gui.features.extraction.panel.find")
     window.views.set_layout("extraction")
-    window.loader.open(FrameSource(str(frame_folder)))
+    window.loader.open(FrameRef(str(frame_folder)))
     qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
     window.refresh.now()
     assert window.feature(ExtractionFeature).busy
@@ -255,7 +255,7 @@ def test_the_view_says_that_the_first_extraction_failed(
     monkeypatch.setattr("gui.features.extraction.panel.find", fail)
     monkeypatch.setattr(window.notes, "report", lambda *_: None)  # which would ask to be read
     window.views.set_layout("extraction")
-    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    open_frame(window, qtbot, FrameRef(str(frame_folder)))
     _settle(window, qtbot)
     assert "The extraction failed: no edges" in _summary(window)
 
@@ -368,7 +368,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
     _slide(staged, "dilation", 5)
     assert staged.feature(ExtractionFeature).busy
-    open_frame(staged, qtbot, FrameSource(str(folder)))
+    open_frame(staged, qtbot, FrameRef(str(folder)))
     second = staged.workspace.session
     gate.set()
     _settle(staged, qtbot)
@@ -462,7 +462,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(
         return find(frame, parameters)
 
     monkeypatch.setattr("gui.work.loading.find", slow)
-    window.loader.open(FrameSource(str(frame_folder)))
+    window.loader.open(FrameRef(str(frame_folder)))
     qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
     window.refresh.now()
     session = window.workspace.session

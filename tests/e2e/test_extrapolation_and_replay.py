@@ -19,7 +19,7 @@ from gui.views.cloud.colouring import ColourBy
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
 
@@ -41,7 +41,7 @@ def margin(window: MainWindow, qtbot: QtBot, small_frame: ilf.RGBDFrame, tmp_pat
     depth[:3] = np.nan
     folder = write_frame(tmp_path / "rim", ilf.RGBDFrame(small_frame.rgb, depth, small_frame.intrinsics))
     window.workspace.parameters.set_extraction(ilf.BlockParameters(margin=3))
-    open_frame(window, qtbot, FrameSource(str(folder)))
+    open_frame(window, qtbot, FrameRef(str(folder)))
     return window
 
 

@@ -20,7 +20,7 @@ from gui.features.blocks.feature import block_rows
 from gui.features.documents.export import ExportDialog
 from gui.features.project.saving import SaveAsDialog
 from ilf.run.options import ExportOptions
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS
 
@@ -65,7 +65,7 @@ def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(
     picture = tmp_path / "picture.png"
     cv2.imwrite(str(picture), np.zeros((48, 64, 3), np.uint8))
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
-        opened.loader.open(FrameSource(str(picture), str(picture)))
+        opened.loader.open(FrameRef(str(picture), str(picture)))
     assert "not depth" in reported[0]
     assert len(reported) == 1
     assert opened.workspace.frames.sessions == [session]
@@ -137,7 +137,7 @@ def test_dropping_a_folder_without_a_frame_says_so(
 
 
 def test_opening_a_frame_twice_shows_it_once(opened: MainWindow, frame_folder: Path) -> None:
-    opened.loader.open(FrameSource(str(frame_folder)))
+    opened.loader.open(FrameRef(str(frame_folder)))
     assert not opened.loader.busy
     assert len(opened.workspace.frames.sessions) == 1
 
@@ -244,7 +244,7 @@ def test_without_intrinsics_the_cloud_tab_says_what_to_do(window: MainWindow, qt
     cv2.imwrite(str(tmp_path / "rgb.png"), np.full((20, 30, 3), 90, np.uint8))
     cv2.imwrite(str(tmp_path / "depth.png"), np.full((20, 30), 1500, np.uint16))
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
-        window.loader.open(FrameSource(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")))
+        window.loader.open(FrameRef(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")))
     window.centre.show_cloud()
     window.refresh.now()
     assert "intrinsics" in window.cloud.canvas.message

@@ -6,7 +6,7 @@ from gui.features.guide import GuideDialog
 from gui.features.project.saving import SaveRequest
 from gui.work.frame_runs import RunState
 from ilf.project.file import open_project
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame
 
@@ -14,7 +14,7 @@ from .conftest import WAIT_MS, open_frame
 def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_folder, tmp_path, run_all):
     actions, workspace = window.actions_, window.workspace
     assert not actions["load_guide"].isEnabled()
-    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    open_frame(window, qtbot, FrameRef(str(frame_folder)))
     assert not actions["remove_guide"].isEnabled()
     run_all(window)
     session = workspace.session

@@ -16,7 +16,7 @@ from gui.features.inspect.feature import InspectFeature
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
 from .hand import click, drag, hover, key
@@ -87,7 +87,7 @@ def test_a_profile_from_drawing_to_file(
     # it stays with its frame, and goes by Escape
     line = part.inspection.line
     folder = write_frame(tmp_path / "another", small_frame)
-    open_frame(window, qtbot, FrameSource(str(folder)))
+    open_frame(window, qtbot, FrameRef(str(folder)))
     assert part.profile_panel.data is None
     window.workspace.frames.show(window.workspace.frames.sessions[0])
     window.refresh.now()

@@ -9,7 +9,7 @@ from gui.features.neighbours import NeighboursDialog
 from gui.features.project.saving import SaveRequest
 from gui.work.frame_runs import RunState
 from ilf.project.file import open_project
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.small_sequences import CAMERA, exact_view, pose_of, write_sequence
 from .conftest import WAIT_MS, open_frame
@@ -17,7 +17,7 @@ from .conftest import WAIT_MS, open_frame
 
 def open_sequence(window, qtbot, folder, number=2, intrinsics=CAMERA):
     """The list with all frames of a sequence, and one of them open."""
-    source = FrameSource(str(folder)).with_options(
+    source = FrameRef(str(folder)).with_options(
         intrinsics=None if intrinsics is None else (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy)
     )
     with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS):
@@ -98,7 +98,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
 
 def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path, frame_folder):
     actions = window.actions_
-    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    open_frame(window, qtbot, FrameRef(str(frame_folder)))
     assert "no other frame of this sequence" in actions["use_neighbours"].property(WHY_NOT)
     folder = write_sequence(tmp_path / "in", count=3)
     session = open_sequence(window, qtbot, folder, number=-1)

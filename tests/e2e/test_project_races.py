@@ -16,7 +16,7 @@ from gui.features.project.saving import SaveRequest
 from gui.state.entries import Entry
 from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project, save_project
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import WAIT_MS, write_frame
@@ -64,7 +64,7 @@ def test_a_project_is_left_only_when_it_has_been_saved(
 def test_a_note_written_while_the_project_is_saved_stays_unsaved(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
 ) -> None:
-    entry = Entry.of(FrameSource(str(write_frame(tmp_path / "second", small_frame))))
+    entry = Entry.of(FrameRef(str(write_frame(tmp_path / "second", small_frame))))
     opened.workspace.frames.add_entries([entry])
     with qtbot.waitSignal(opened.project.saving.saved, timeout=WAIT_MS):
         opened.project.saving.save(SaveRequest(tmp_path / "room.ilf"))
@@ -98,7 +98,7 @@ def test_two_frames_of_the_same_files_stay_apart(opened: MainWindow, qtbot: QtBo
     (worked,) = workspace.frames.entries
     workspace.blocks.edit_info(1, "Rename", name="Wall")
     others = [
-        Entry(uuid.uuid4().hex, worked.key, "other", FrameSource(worked.key, options=ReadingOptions(depth_units=units)))
+        Entry(uuid.uuid4().hex, worked.key, "other", FrameRef(worked.key, options=ReadingOptions(depth_units=units)))
         for units in (None, 1000.0)
     ]
     workspace.frames.add_entries(others)
@@ -115,7 +115,7 @@ def test_two_frames_of_the_same_files_stay_apart(opened: MainWindow, qtbot: QtBo
 def test_a_frame_that_is_removed_while_it_is_read_does_not_come_back(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
 ) -> None:
-    entry = Entry.of(FrameSource(str(write_frame(tmp_path / "second", small_frame))))
+    entry = Entry.of(FrameRef(str(write_frame(tmp_path / "second", small_frame))))
     opened.workspace.frames.add_entries([entry])
     opened.loader.open_entry(entry)
     opened.workspace.frames.remove_entries([entry])
@@ -133,15 +133,15 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     workspace.frames.unload(workspace.session)
     documents.discard_silently = False
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
-        documents.open_source(FrameSource(os.path.relpath(frame_folder)))
+        documents.open_source(FrameRef(os.path.relpath(frame_folder)))
     assert workspace.session.info(1).name == "Wall"
     workspace.frames.unload(workspace.session)
-    documents.open_source(FrameSource(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
+    documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
     (box,) = (box for box in opened.findChildren(QMessageBox) if box.isVisible())
     box.button(QMessageBox.StandardButton.Cancel).click()
     assert list(workspace.frames.entries) == [entry]
     assert not opened.loader.busy
     documents.discard_silently = True
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
-        documents.open_source(FrameSource(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
+        documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
     assert [one.id for one in workspace.frames.entries] == [workspace.session.id] != [entry.id]

@@ -30,7 +30,7 @@ from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.project_states import assert_same
 from .conftest import WAIT_MS, open_frame, write_frame
@@ -199,7 +199,7 @@ def test_missing_files_are_asked_for_and_checked(
     for number, folder in enumerate(folders):  # files that differ
         for file in ("rgb.png", "depth.png"):
             (folder / file).write_bytes((folder / file).read_bytes() + bytes(number))
-        open_frame(window, qtbot, FrameSource(str(folder)))
+        open_frame(window, qtbot, FrameRef(str(folder)))
         window.workspace.blocks.edit_info(1, "Rename", name=f"Wall {number}")
     path = tmp_path / "project" / "p.ilf"
     path.parent.mkdir()
@@ -374,7 +374,7 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     path, workspace = tmp_path / "p.ilf", opened.workspace
     opened.documents.discard_silently = False
     assert opened.project.closing.dialog is None
-    open_frame(opened, qtbot, FrameSource(str(write_frame(tmp_path / "second", small_frame))))
+    open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "second", small_frame))))
     first, second = (entry.session for entry in workspace.frames.entries)
     assert first is not None
     assert second is not None

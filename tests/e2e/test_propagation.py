@@ -23,7 +23,8 @@ from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import read_frame
 
 from .conftest import WAIT_MS, open_frame, write_frame
 
@@ -31,19 +32,19 @@ SHIFTS = 0, 0, 3, 6, 9
 
 
 @pytest.fixture
-def sequence(tmp_path: Path, small_frame: RGBDFrame) -> list[FrameSource]:
+def sequence(tmp_path: Path, small_frame: RGBDFrame) -> list[FrameRef]:
     """`small_frame` as a camera sees it that stands still at first and then moves to the left."""
     sources = []
     for number, shift in enumerate(SHIFTS):
         rgb, depth = (np.roll(picture, shift, axis=1) for picture in (small_frame.rgb, small_frame.depth))
         rgb[:, :shift], depth[:, :shift] = small_frame.rgb[:, :1], small_frame.depth[:, :1]
         folder = write_frame(tmp_path / f"frame-{number}", replace(small_frame, rgb=rgb, depth=depth))
-        sources.append(FrameSource(str(folder)))
+        sources.append(FrameRef(str(folder)))
     return sources
 
 
 @pytest.fixture
-def listed(window: MainWindow, qtbot: QtBot, sequence: list[FrameSource]) -> MainWindow:
+def listed(window: MainWindow, qtbot: QtBot, sequence: list[FrameRef]) -> MainWindow:
     """The window with the sequence in its list, the first frame open, and two blocks there."""
     window.workspace.frames.add_entries([Entry.of(source) for source in sequence])
     open_frame(window, qtbot, sequence[0])
@@ -94,7 +95,7 @@ def test_next_frame_with_these_blocks(listed: MainWindow, part: PropagationFeatu
 
 
 def test_through_frames_that_keep_what_was_done_by_hand(
-    listed: MainWindow, part: PropagationFeature, qtbot: QtBot, sequence: list[FrameSource]
+    listed: MainWindow, part: PropagationFeature, qtbot: QtBot, sequence: list[FrameRef]
 ) -> None:
     window, workspace, entries = listed, listed.workspace, listed.workspace.frames.entries
     first = workspace.session
@@ -194,7 +195,7 @@ def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
     workspace, entries = listed.workspace, listed.workspace.frames.entries
-    workspace.frames.add_entries([Entry.of(FrameSource(f"/nowhere/{number}")) for number in range(1500)])
+    workspace.frames.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
 
     def remove() -> None:
         if part.propagator.present is entries[2]:
@@ -229,7 +230,9 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
     window, entry = listed, listed.workspace.frames.entries[1]
-    state = FrameState(entry.id, entry.source.load(), Blocks(np.zeros(window.workspace.session.labels.shape, np.int32)))
+    state = FrameState(
+        entry.id, read_frame(entry.source), Blocks(np.zeros(window.workspace.session.labels.shape, np.int32))
+    )
     damaged = SimpleNamespace(state=state, problems=("Its runs cannot be read.",))
     window.loader.stored = SimpleNamespace(has=lambda id: True, read=lambda id: damaged)
     entry.has_state = True

@@ -27,7 +27,7 @@ from gui.work.loading import restore
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.quality.remedies import Remedy
 from ilf.segmentation.editing.patches import patch_between
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
 from .hand import CTRL, click, key
@@ -47,7 +47,7 @@ def three_walls() -> RGBDFrame:
 
 
 def opened_with(window: MainWindow, qtbot: QtBot, tmp_path: Path, labels: np.ndarray) -> None:
-    open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / "walls", three_walls()))))
+    open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / "walls", three_walls()))))
     window.workspace.blocks.replace(labels.astype(np.int32), "Blocks of the test")
     window.refresh.now()
 
@@ -183,7 +183,7 @@ def test_a_remedy_leaves_no_sliver(window, qtbot, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("focus", ["film strip", "closed panel", "layout", "panels by keys"])
 def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path, frame_folder, focus):
-    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    open_frame(window, qtbot, FrameRef(str(frame_folder)))
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow, timeout=WAIT_MS)
@@ -286,7 +286,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     depth[hole] = np.nan
     depth[speck] = 12.0
     frame = RGBDFrame(np.full((HEIGHT, WIDTH, 3), 120, np.uint8), depth)
-    open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / "speck", frame))))
+    open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / "speck", frame))))
     workspace = window.workspace
     workspace.blocks.replace(np.ones((HEIGHT, WIDTH), np.int32), "One block")
     workspace.parameters.set(workspace.session.common.replace(s_criteria=0.0))
@@ -303,7 +303,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
 def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     press(window, qtbot, "next_check")
-    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    open_frame(window, qtbot, FrameRef(str(frame_folder)))
     assert not window.feature(QualityCheckFeature).strip.isVisible()
 
 

@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature
 from ilf import RGBDFrame
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
 
@@ -78,7 +78,7 @@ def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(
     folder = write_frame(tmp_path / "other", RGBDFrame(frame.rgb[:40], frame.depth[:40]))
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     pictures = _Count(monkeypatch, opened.views, "set_frame")
-    open_frame(opened, qtbot, FrameSource(str(folder)))
+    open_frame(opened, qtbot, FrameRef(str(folder)))
     assert rows.taken() <= 2, "without blocks at first, if these take their time"
     assert pictures.taken() == 1
     opened.actions_["previous_frame"].trigger()

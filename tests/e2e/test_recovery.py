@@ -27,8 +27,8 @@ from ilf.project.file import save_project
 from ilf.project.journal import Journal, JournalInUse
 from ilf.project.project import Project
 from ilf.run.run import Run
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import load_frame
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import load_frame
 from tests.gui.naming import unnamed
 
 from .conftest import WAIT_MS, open_frame, write_frame
@@ -251,7 +251,7 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     qtbot.addWidget(former)
     former.show()
     for name in ("hall", "stairs", "attic"):
-        open_frame(former, qtbot, FrameSource(str(write_frame(tmp_path / name, small_frame))))
+        open_frame(former, qtbot, FrameRef(str(write_frame(tmp_path / name, small_frame))))
         former.workspace.blocks.edit_info(1, "Rename", name="wall")
     done: list[bool] = []
     former.project.saving.save(SaveRequest(path, then=done.append))

@@ -14,7 +14,7 @@ from gui.app.main_window import MainWindow
 from gui.features.edit_summary import EditSummaryFeature
 from gui.features.project.start_page import StartPageFeature, _pictures
 from ilf.data.frame import RGBDFrame
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
 from .test_projects import save
@@ -31,7 +31,7 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(
         assert button.focusPolicy() == Qt.FocusPolicy.StrongFocus
         assert button.defaultAction().isEnabled()
     for number in range(2):
-        open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / f"frame-{number}", small_frame))))
+        open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / f"frame-{number}", small_frame))))
         assert not page.isVisible()
     assert "last edit" in summary.text()
     save(window, qtbot, tmp_path / "both.ilf")
@@ -56,5 +56,5 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(
 
 def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path: Path, small_frame: RGBDFrame) -> None:
     write_frame(tmp_path / "frame-0", small_frame)
-    ((_, image),) = _pictures([FrameSource(str(tmp_path))])
+    ((_, image),) = _pictures([FrameRef(str(tmp_path))])
     assert not image.isNull()

@@ -17,7 +17,7 @@ from gui.app.main_window import MainWindow
 from gui.features.documents.open_frame import OpenFrameDialog
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import write_frames
 from .conftest import WAIT_MS
@@ -54,7 +54,7 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, web: tuple[str, list[str]]
 ):
     address, asked = web
-    source = FrameSource(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
+    source = FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
     (tmp_path / "mail").mkdir()
     path = tmp_path / "mail" / "stranger.ilf"
     save_project(path, Project((ProjectFrame("a1", "desk", source),), "a1"))

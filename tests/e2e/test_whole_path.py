@@ -22,7 +22,7 @@ from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.data.results import Status
 from ilf.run.options import ExportOptions
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import WAIT_MS, open_frame
@@ -183,7 +183,7 @@ def test_several_frames_keep_their_own_state(opened: MainWindow, qtbot: QtBot, r
     first = opened.workspace.session
     depth = first.frame.depth + np.float32(0.5)
     second_folder = write_frame(tmp_path / "farther", ilf.RGBDFrame(first.frame.rgb, depth))
-    open_frame(opened, qtbot, FrameSource(str(second_folder)))
+    open_frame(opened, qtbot, FrameRef(str(second_folder)))
     second = opened.workspace.session
     assert second is not first
     assert second.completion() is None
@@ -295,7 +295,7 @@ def test_opening_a_run_twice_keeps_the_work_in_it(
 def test_opening_with_other_units_reads_the_frame_again(opened: MainWindow, qtbot: QtBot, frame_folder: Path) -> None:
     first = opened.workspace.session
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
-        opened.documents.open_source(FrameSource(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
+        opened.documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
     second = opened.workspace.session
     assert opened.workspace.frames.sessions == [second]
     assert np.nanmedian(second.frame.depth) == pytest.approx(np.nanmedian(first.frame.depth) / 2, rel=1e-3)

@@ -7,9 +7,9 @@ import json
 import os
 import signal
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -23,8 +23,7 @@ from ilf.batch.frame_record import FrameOutcome
 from ilf.batch.frames import BatchFrame
 from ilf.batch.shard_task import ShardFrame, ShardTask, complete_part
 from ilf.batch.task import Task, complete_frame
-from ilf.data.frame import RGBDFrame
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 H, W = 24, 32
 
@@ -48,12 +47,15 @@ def write_frames(root: Path, count: int, shape: tuple[int, int] = (H, W)) -> Pat
 
 
 @dataclass(frozen=True)
-class Deadly(FrameSource):
+class Deadly(FrameRef):
     """A frame that kills the process that reads it, as a library that crashes would."""
 
-    def load(self, warn: bool = False) -> RGBDFrame:
-        os.kill(os.getpid(), signal.SIGKILL)
-        raise AssertionError
+    maker: int = field(default_factory=os.getpid)
+
+    def allowed(self) -> Self:
+        if os.getpid() != self.maker:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return self
 
 
 def contents(folder: Path) -> dict[str, bytes]:

@@ -22,9 +22,9 @@ from ilf.io.cameras import intrinsics_from
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import write
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import load_frame
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
+from ilf.sources.reading import load_frame
 from ilf.sources.times import associated
 
 from ..bench.fuzz.formats import FORMATS
@@ -150,11 +150,11 @@ def test_a_thumbnail_takes_no_more_memory_than_the_image(tmp_path: Path) -> None
     content[at : at + 3] = b"\xff\xff\xff"
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(FormatError, match="checksum"):
-        read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"))
+        read_thumbnail(FrameRef(str(tmp_path / "a.png"), "unread.png"))
     with pytest.raises(FormatError, match="checksum"):
         stored_thumbnail(bytes(content))
     cv2.imwrite(str(tmp_path / "tower.png"), np.zeros((50_000, 1), np.uint8))
-    assert read_thumbnail(FrameSource(str(tmp_path / "tower.png"), "unread.png")).nbytes < 2**22
+    assert read_thumbnail(FrameRef(str(tmp_path / "tower.png"), "unread.png")).nbytes < 2**22
 
 
 def given_files(folder: Path) -> dict[str, str]:

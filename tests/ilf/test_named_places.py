@@ -30,7 +30,8 @@ from ilf.project.journal import Journal
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.project_json import encode_project
 from ilf.project.recovery import find_recoverable_work
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import read_frame
 from ilf.sources.reading_options import ReadingOptions
 
 from .batch_frames import work_in_this_process, write_frames
@@ -71,7 +72,7 @@ def edited(path: Path, change: Callable[[Any], None]) -> None:
     path.write_text(json.dumps(data))
 
 
-def project(folder: Path, source: FrameSource) -> Path:
+def project(folder: Path, source: FrameRef) -> Path:
     save_project(folder / "stranger.ilf", Project((ProjectFrame("a1", "desk", source),)))
     return folder / "stranger.ilf"
 
@@ -99,13 +100,13 @@ def export(path: Path) -> int:
 
 
 def by_project(folder: Path, frame: RGBDFrame, place: str) -> int:
-    return export(project(folder, FrameSource(f"{place}/rgb/0000.png", f"{place}/depth/0000.png")))
+    return export(project(folder, FrameRef(f"{place}/rgb/0000.png", f"{place}/depth/0000.png")))
 
 
 def by_option(name: str, folder: Path, frame: RGBDFrame, place: str) -> int:
     assert frame.inputs is not None
     options = ReadingOptions(**{name: f"{place}/{name}.npy"})
-    source = FrameSource(frame.inputs.rgb.path, frame.inputs.depth.path, options=options)
+    source = FrameRef(frame.inputs.rgb.path, frame.inputs.depth.path, options=options)
     return export(project(folder, source))
 
 
@@ -283,7 +284,7 @@ def test_no_form_of_an_address_passes(form: str, stranger: Path, web, capsys):
     for base in (stranger, "", None, "https://elsewhere/in"):
         with pytest.raises(InputError):
             named_in(place, base)
-    assert export(project(stranger, FrameSource(place, place))) == 1
+    assert export(project(stranger, FrameRef(place, place))) == 1
     assert not asked
     assert "Traceback" not in capsys.readouterr().err
 
@@ -315,7 +316,7 @@ def test_typed_chains_other_protocols_and_malformed_addresses_are_one_sentence(f
 
 def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(stranger: Path, web, capsys):
     address, asked = web
-    path = project(stranger, FrameSource(f"{address}/rgb/0000.png", f"{address}/depth/0000.png"))
+    path = project(stranger, FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png"))
     assert main(["project", "info", str(path)]) == 0
     assert "--allow-address" in capsys.readouterr().out
     opening = ["project", "export", str(path), "--complete", "--out", str(stranger / "out")]
@@ -332,17 +333,17 @@ def test_a_strangers_journal_does_not_call_home_and_ones_own_opens(
     tmp_path: Path, frame: RGBDFrame, web, monkeypatch: pytest.MonkeyPatch
 ):
     address, asked = web
-    source = FrameSource(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
+    source = FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
     journal = Journal(tmp_path / "autosave" / "left.journal")
     journal.commit({"project.json": encode_project(Project((ProjectFrame("a1", "desk", source),)))})
     journal.close()
     (left,) = find_recoverable_work(tmp_path / "autosave")
     (found,) = left.frames or left.read.project.frames
     with pytest.raises(NotAllowed):
-        found.source.load()
+        read_frame(found.source)
     assert not asked
-    source.load()  # by the user
-    assert found.source.load().shape == (24, 32)
+    read_frame(source)  # by the user
+    assert read_frame(found.source).shape == (24, 32)
     left.release()
 
 

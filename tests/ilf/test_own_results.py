@@ -9,7 +9,7 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.sources.frames import write_frame
+from ilf.sources.frame_writing import write_frame
 
 QUICK = ("--max-iterations", "5", "--quiet")
 

@@ -204,7 +204,7 @@ def predict(path, rgb):
     raise RuntimeError("no memory")
 """
     install(site, "broken-package", entries, source)
-    notes = ilf.open_source(tmp_path / "in").notes
+    notes = ilf.open_source(tmp_path).notes
     assert [text for note in notes for text in ("no idea", "neither a subclass of Recording") if text in note] == [
         "neither a subclass of Recording",
         "no idea",

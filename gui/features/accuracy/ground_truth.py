@@ -15,7 +15,7 @@ from ilf.data.label_map import Box
 from ilf.drawing.colours import sample
 from ilf.errors import InputError
 from ilf.io.frame_additions import with_ground_truth_file
-from ilf.sources.frames import DEPTH_FILE_SUFFIXES
+from ilf.sources.naming import DEPTH_FILE_SUFFIXES
 
 from ...state.session import Session
 from ...widgets.basics import PlainLabel, last_folder

@@ -23,7 +23,7 @@ from ilf.errors import IlfError
 from ilf.io.depth import depth_in_metres, read_depth_values
 from ilf.run.options import DEPTH_FILES, RECORD_FILE
 from ilf.run.run import RunConfiguration
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ...base.commands import Command
 from ...state.entries import Entry
@@ -278,7 +278,7 @@ class BatchFeature(Feature):
 
     def _open_results(self) -> None:
         self.context.feature(DocumentsFeature).open_source(
-            FrameSource(str(Path(self.dialog.folder.text().strip()).expanduser().absolute()))
+            FrameRef(str(Path(self.dialog.folder.text().strip()).expanduser().absolute()))
         )
 
     def _why_no_frames(self) -> str:

@@ -21,7 +21,7 @@ from ilf.io.labels import LoadedBlocks
 from ilf.run.options import ExportOptions, output_folder_name
 from ilf.run.run import Run
 from ilf.run.writing import Written, write
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ...base.commands import Command
 from ...base.paths import sort_paths
@@ -48,7 +48,7 @@ class DocumentsFeature(Feature):
     Signals
     -------
     folder_requested(object)
-        Request to open the FrameSource of a folder of frames or a recording.
+        Request to open the FrameRef of a folder of frames or a recording.
     project_requested(object)
         Request to open a project file, by its Path.
     exported(object)
@@ -70,7 +70,7 @@ class DocumentsFeature(Feature):
         self._notes = notes = context.notes
         context.actions.add(self._commands())
         self._block_questions = LatestRequest[BlockSource, LoadedBlocks](blocks_from, self)
-        self._looks = LatestRequest[FrameSource, FolderPreview](preview_folder, self)
+        self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
         self._exporter = Worker(self)
         self._exporter.finished.connect(self._note_exported)
         self._exporter.failed.connect(lambda error: notes.report("Export failed", error))
@@ -174,7 +174,7 @@ class DocumentsFeature(Feature):
     def open_sample(self) -> None:
         """Open the bundled sample frame."""
         try:
-            self.open_source(FrameSource(str(asset_path("samples/room"))))
+            self.open_source(FrameRef(str(asset_path("samples/room"))))
         except IlfError as error:
             self._notes.report("Open sample", error)
 
@@ -185,7 +185,7 @@ class DocumentsFeature(Feature):
         if projects:
             self.project_requested.emit(projects[-1])
         for folder in folders:
-            self.open_source(FrameSource(str(folder)))
+            self.open_source(FrameRef(str(folder)))
         for record in records:
             self.open_run(record)
         if len(files) > 2:
@@ -193,7 +193,7 @@ class DocumentsFeature(Feature):
         elif files:
             self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
-    def open_source(self, source: FrameSource) -> None:
+    def open_source(self, source: FrameRef) -> None:
         """Open a frame, or the frames of a folder or a recording; ask first if that would replace the same frame, read
         with other options, and the work on it, or if it is not of the folder of the project."""
         source = source.absolute()
@@ -204,7 +204,7 @@ class DocumentsFeature(Feature):
         """Open the frame, blocks and parameters of a run.json."""
         self.join(record.absolute(), lambda: self._loader.open_run(record))
 
-    def _open_joined(self, source: FrameSource) -> None:
+    def _open_joined(self, source: FrameRef) -> None:
         if source.depth is None and source.frame is None and contains_frames(source.rgb):
             self.folder_requested.emit(source)
             return

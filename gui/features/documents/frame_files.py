@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from ilf.io.frame_additions import guide_suffixes
-from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
+from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
 
 _COLOUR_WORDS = ("rgb", "colour", "color", "image")

@@ -32,9 +32,11 @@ from ilf.io.depth import read_depth_values
 from ilf.io.depth_reading import PlausibilityWarning
 from ilf.io.encodings import ENCODING_DESCRIPTIONS, encoding_of_inputs, is_name
 from ilf.io.images import read_colour
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, frame_folder
+from ilf.sources.frame_folder import frame_folder
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import is_recording
+from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import ReadingOptions
 
 from ...widgets.basics import Message, PlainLabel, last_folder
@@ -70,10 +72,10 @@ class OpenFrameDialog(QDialog):
         Computes the `FolderPreview` of a folder of frames or a recording in a worker thread.
     """
 
-    def __init__(self, looks: LatestRequest[FrameSource, FolderPreview], parent: QWidget | None = None) -> None:
+    def __init__(self, looks: LatestRequest[FrameRef, FolderPreview], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._looks = looks
-        self._wanted: FrameSource | None = None
+        self._wanted: FrameRef | None = None
         """Source whose `FolderPreview` is pending."""
         looks.answered.connect(self._show_first)
         looks.failed.connect(self._refuse_source)
@@ -159,7 +161,7 @@ class OpenFrameDialog(QDialog):
             swapped = _looks_like_depth(Path(rgb)) and not _looks_like_depth(Path(depth))
             self._set_paths(depth if swapped else rgb, rgb if swapped else depth)
 
-    def request(self) -> FrameSource:
+    def request(self) -> FrameRef:
         """Return the source to open.
 
         Raises
@@ -185,7 +187,7 @@ class OpenFrameDialog(QDialog):
             intrinsics=self._intrinsics(),
             guide=guide,
         )
-        return FrameSource(*pair, options=options)
+        return FrameRef(*pair, options=options)
 
     def read(self) -> None:
         """Read the chosen files and describe them."""
@@ -206,14 +208,14 @@ class OpenFrameDialog(QDialog):
             if contains_frames(colour):
                 self._look_into(source)
                 return
-            frame = source.load()
+            frame = read_frame(source)
         except NotAllowed as error:
             self._announce_question(error)
         except IlfError as error:
             self._refuse(str(error), "error")
         else:
-            text = " ".join(filter(None, (_describe_frame(frame), source.beside())))
-            self._show(frame, text, source.read_depth().plausibility_warnings if frame.notes else ())
+            text = " ".join(filter(None, (_describe_frame(frame), described_beside(source))))
+            self._show(frame, text, read_depth(source).plausibility_warnings if frame.notes else ())
 
     def _show(self, frame: RGBDFrame, text: str, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         self.colour_preview.show_rgb(frame.rgb)
@@ -222,7 +224,7 @@ class OpenFrameDialog(QDialog):
         self._propose(plausibility_warnings)
         self.open_button.setEnabled(True)
 
-    def _look_into(self, source: FrameSource) -> None:
+    def _look_into(self, source: FrameRef) -> None:
         """List the frames in a worker thread; meanwhile the source can be opened already."""
         if source.options.guide is not None:
             raise InputError("A guide belongs to a single frame. Clear it here, and load a guide for each frame later.")
@@ -232,7 +234,7 @@ class OpenFrameDialog(QDialog):
         self._wanted = source
         self._looks.ask(source)
 
-    def _show_first(self, source: FrameSource, look: FolderPreview) -> None:
+    def _show_first(self, source: FrameRef, look: FolderPreview) -> None:
         if source != self._wanted:
             return
         frames = f"{counted(len(look.listing.sources), 'frame')} found."
@@ -242,7 +244,7 @@ class OpenFrameDialog(QDialog):
         else:
             self._show(look.frame, f"{text} First frame:\n{_describe_frame(look.frame)}", look.plausibility_warnings)
 
-    def _refuse_source(self, source: FrameSource, error: Exception) -> None:
+    def _refuse_source(self, source: FrameRef, error: Exception) -> None:
         if source != self._wanted:
             return
         if isinstance(error, NotAllowed):
@@ -441,7 +443,7 @@ class OpenFrameDialog(QDialog):
             text = text.replace(f"{path}/", "")
         self.message.show_message(text, tone)
         self._propose(
-            _try_read(lambda: self.request().read_depth().plausibility_warnings) or () if tone == "error" else ()
+            _try_read(lambda: read_depth(self.request()).plausibility_warnings) or () if tone == "error" else ()
         )
         if _is_folder(colour):
             found = _try_read(lambda: frame_folder(colour))

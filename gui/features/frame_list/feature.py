@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QMenu
 from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
 from ilf.project.thumbnail import thumbnail_part
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing
 
 from ...base import theme
@@ -375,7 +375,7 @@ class FramesFeature(Feature):
         )
         if chosen:
             QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
-            self.context.feature(DocumentsFeature).open_source(FrameSource(chosen))
+            self.context.feature(DocumentsFeature).open_source(FrameRef(chosen))
 
     def ask_recording(self) -> None:
         """Open a recording that the user chooses."""
@@ -384,7 +384,7 @@ class FramesFeature(Feature):
         )
         if chosen:
             QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
-            self.context.feature(DocumentsFeature).open_source(FrameSource(chosen))
+            self.context.feature(DocumentsFeature).open_source(FrameRef(chosen))
 
     def write_note(self) -> None:
         """Edit the note on the selected frame."""
@@ -410,7 +410,7 @@ class FramesFeature(Feature):
 
         self.context.feature(DocumentsFeature).remove_entries(entries, go_on)
 
-    def _tell_listed(self, how: FrameSource, listing: Listing) -> None:
+    def _tell_listed(self, how: FrameRef, listing: Listing) -> None:
         count = len(listing.sources)
         text = f"{how.name}: {counted(count, 'frame')}."
         self.context.notes.show_message(" ".join((text, *listing.notes)))

@@ -18,8 +18,8 @@ from PySide6.QtGui import QImage, QPixmap
 from ilf._runtime.files import FileContent, read_file
 from ilf.errors import FormatError, IlfError
 from ilf.io.images import check_checksums, check_pixel_count, image_header, read_colour, without_log
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import frame_folder
+from ilf.sources.frame_folder import frame_folder
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.opening import opened
 
 from ...state.entries import Entry
@@ -32,7 +32,7 @@ THUMBNAIL_WIDTH = 160
 _REDUCED = ((8, cv2.IMREAD_REDUCED_COLOR_8), (4, cv2.IMREAD_REDUCED_COLOR_4), (2, cv2.IMREAD_REDUCED_COLOR_2))
 
 
-def read_thumbnail(source: FrameSource, width: int = THUMBNAIL_WIDTH) -> NDArray[np.uint8]:
+def read_thumbnail(source: FrameRef, width: int = THUMBNAIL_WIDTH) -> NDArray[np.uint8]:
     """Read a thumbnail of the colour image of a frame that is not open.
 
     Returns
@@ -102,7 +102,7 @@ class _Request:
 
     id: str
     rgb: NDArray[np.uint8] | None
-    source: FrameSource | None
+    source: FrameRef | None
 
 
 class Thumbnails(QObject):

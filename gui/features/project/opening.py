@@ -13,7 +13,7 @@ from ilf.project.file import OpenedProject, open_project
 from ilf.project.missing_files import folder_project_path, folder_projects_dir
 from ilf.project.project import Project, ProjectFrame
 from ilf.project.sources import Places
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ...project.current_project import CurrentProject, ProjectSettings, apply_settings
 from ...state.entries import Entry
@@ -193,13 +193,13 @@ class FolderProjects(QObject):
         self._open_project = open_project
         self._folder: Path | None = None
         """The folder whose project the current one is."""
-        self._coming: tuple[Path, FrameSource] | None = None
+        self._coming: tuple[Path, FrameRef] | None = None
         """Project that is being opened for a folder, and the source with the reading options of the folder."""
         context.feature(DocumentsFeature).folder_requested.connect(self.open)
         context.loader.listed.connect(self._begin)
         context.loader.failed.connect(self._open_without)
 
-    def open(self, how: FrameSource) -> None:
+    def open(self, how: FrameRef) -> None:
         """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
         context, folder = self._context, Path(how.rgb)
         if not context.panels.persistent or len(context.workspace.frames.entries) or self._present.path is not None:
@@ -246,7 +246,7 @@ class FolderProjects(QObject):
         saved = str(QSettings().value(_key(folder), ""))
         return Path(saved) if os.path.isfile(saved) else folder_project_path(folder)
 
-    def _begin(self, how: FrameSource) -> None:
+    def _begin(self, how: FrameRef) -> None:
         """Start the folder's own project for its listed frames, without a question."""
         if self._folder != Path(how.rgb):
             return

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QMainWindow, QMenu
 
 from ilf._runtime.schema import Section
 from ilf.errors import FormatError
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ...base import theme
 from ...base.commands import TEMPORARY, WHY_NOT
@@ -28,7 +28,7 @@ from ..menus import insert_menu
 
 MOST = 12
 
-Origin = FrameSource | Path
+Origin = FrameRef | Path
 """A frame's files, the record of a run, or a project file."""
 
 
@@ -69,12 +69,12 @@ class RecentOrigins:
 
 def key_of(origin: Origin) -> str:
     """Return the path that identifies an origin: of its depth or of the record."""
-    return os.path.abspath(origin.key if isinstance(origin, FrameSource) else origin)
+    return os.path.abspath(origin.key if isinstance(origin, FrameRef) else origin)
 
 
 def is_missing(origin: Origin) -> bool:
     """Whether one of its files is missing."""
-    paths = origin.paths if isinstance(origin, FrameSource) else (origin,)
+    paths = origin.paths if isinstance(origin, FrameRef) else (origin,)
     return not all(map(os.path.exists, paths))
 
 
@@ -110,7 +110,7 @@ def _read(text: str) -> list[Origin]:
 def _origin(entry: object) -> Origin:
     """Parse a stored origin; raises FormatError if it is damaged."""
     data = Section("list", {"entry": entry}).section("entry")
-    return Path(data.get("file", str)) if "file" in data.values else FrameSource.from_json(data)
+    return Path(data.get("file", str)) if "file" in data.values else FrameRef.from_json(data)
 
 
 # The menu.
@@ -222,7 +222,7 @@ class RecentFeature(Feature):
         for key, session in open_now.items():
             entry = workspace.frames.entries.of(session.id)
             brought = entry is not None and (entry.has_state or entry.from_folder)
-            if key not in self._noted and not brought and isinstance(session.origin, FrameSource | Path):
+            if key not in self._noted and not brought and isinstance(session.origin, FrameRef | Path):
                 self.menu.note(session.origin)
         self._noted = set(open_now)
 

@@ -28,7 +28,7 @@ from ilf.project.file import OpenedProject, open_project, save_project
 from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Project
 from ilf.project.thumbnail import thumbnail_part
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ...base.paths import PROJECT_SUFFIX
 from ...project.current_project import CurrentProject, ProjectSettings, has_content
@@ -277,7 +277,7 @@ class SaveAsDialog(QDialog):
         Default file.
     embedded : bool
         Whether the project includes the frames' files now.
-    sources : collection of FrameSource
+    sources : collection of FrameRef
         Sources of its frames.
     why : str
         Why the project is not saved to its former file, "" for no message.
@@ -285,7 +285,7 @@ class SaveAsDialog(QDialog):
     """
 
     def __init__(
-        self, proposed: Path, embedded: bool, sources: Collection[FrameSource], why: str, parent: QWidget
+        self, proposed: Path, embedded: bool, sources: Collection[FrameRef], why: str, parent: QWidget
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Save Project As")
@@ -376,7 +376,7 @@ def proposed_path(name: str) -> Path:
     return Path(last_folder(FOLDER_KEY)) / f"{safe or 'project'}{PROJECT_SUFFIX}"
 
 
-def _size_of(source: FrameSource) -> int:
+def _size_of(source: FrameRef) -> int:
     """Return the size of a frame's existing files [bytes]; 0 for recordings, which are never included."""
     size = 0
     if source.frame is not None:

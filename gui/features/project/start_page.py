@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 from ilf._runtime.installation import asset_path
 from ilf.errors import IlfError
 from ilf.project.archive import Archive
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 
 from ...base import theme
@@ -255,7 +255,7 @@ def _pictures(origins: Iterable[Origin]) -> Generator[tuple[str, QImage], None, 
     for origin in origins:
         image = QImage()
         with suppress(IlfError, OSError, cv2.error):
-            if isinstance(origin, FrameSource):
+            if isinstance(origin, FrameRef):
                 first = list_frames(origin.rgb, origin.options).sources[0] if contains_frames(origin.rgb) else origin
                 image = rgb_image(read_thumbnail(first))
             elif (picture := _picture_in(origin)) is not None:

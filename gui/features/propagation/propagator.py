@@ -16,7 +16,8 @@ from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import Propagated, propagate_state
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import read_frame
 
 from ...state.entries import Entry
 from ...state.session import Session
@@ -55,7 +56,7 @@ def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Deco
         return lambda: stored.read(id)
 
     def load() -> Decoded:
-        frame = _origin(entry).load()
+        frame = read_frame(_origin(entry))
         return Decoded(FrameState(id, frame, Blocks(np.zeros(frame.shape, np.int32))))
 
     return load
@@ -70,8 +71,8 @@ def session_of(entry: Entry, state: FrameState) -> Session:
     return session
 
 
-def _origin(entry: Entry) -> FrameSource:
-    return entry.source or FrameSource(entry.key)
+def _origin(entry: Entry) -> FrameRef:
+    return entry.source or FrameRef(entry.key)
 
 
 _WORKED_ON = Stage.EDITED, Stage.RUN, Stage.FAILED

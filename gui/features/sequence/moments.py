@@ -12,7 +12,8 @@ from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.flicker import flicker
 from ilf.project.facts import present_completion
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import read_frame
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
@@ -65,7 +66,7 @@ class Moment:
             state = store.read(entry.id, to_edit=False).state
             depth = present_completion(state).depth if state.results else None
             return cls(entry.name, place, state.frame, depth)
-        return cls(entry.name, place, (entry.source or FrameSource(entry.key)).load(), None)
+        return cls(entry.name, place, read_frame(entry.source or FrameRef(entry.key)), None)
 
     def or_of_batch(self, result: BatchResult | None) -> Self:
         """The same frame with the depth that a batch has written, if it has no result of its own."""

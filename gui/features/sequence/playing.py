@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget
 from ilf._runtime.cancellation import check_cancelled
 from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing
 from ilf.stream.stream import Stream
 
@@ -369,7 +369,7 @@ class PlayFeature(Feature):
         gaps = [gap for gap in gaps if gap > 0]
         return 1 / statistics.median(gaps) if gaps else USUAL_RATE
 
-    def _note_times(self, _: FrameSource, listing: Listing) -> None:
+    def _note_times(self, _: FrameRef, listing: Listing) -> None:
         keys = (source.key for source in listing.sources)
         self._times |= dict(zip(keys, listing.times, strict=False))
 

@@ -16,7 +16,8 @@ from ...data.frame import RGBDFrame
 from ...errors import InputError, ParameterError, warn_of_reading
 from ...io.frame_additions import is_ground_truth
 from ...io.images import read_image
-from ...sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, load_frame
+from ...sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
+from ...sources.reading import load_frame
 from ..hold_out import untrusted_note
 
 GROUND_TRUTH_FILE, HOLE_FILE = "gt.png", "mask.png"

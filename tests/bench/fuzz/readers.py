@@ -33,14 +33,14 @@ from ilf.project.recovery import copy_frames, find_recoverable_work
 from ilf.run.data_sets import write_data_set
 from ilf.run.record_file import read_record
 from ilf.segmentation.edges.importing import add_model
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import load_frame
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 from ilf.sources.nyu import NyuLabelled
 from ilf.sources.opening import close_all
-from ilf.sources.pairing import stamp_of
 from ilf.sources.poses import camera_pose
+from ilf.sources.reading import load_frame, read_frame
 from ilf.sources.source import open_source
+from ilf.sources.stamps import stamp_of
 
 from .seeds import SHAPE
 
@@ -55,7 +55,7 @@ def colour(path: Path) -> None:
 
 
 def thumbnail(path: Path) -> None:
-    read_thumbnail(FrameSource(str(path), "depth.png"))
+    read_thumbnail(FrameRef(str(path), "depth.png"))
 
 
 def folder(path: Path) -> None:
@@ -95,7 +95,7 @@ def project(path: Path) -> None:
 
 def listed(path: Path) -> None:
     for source in list_frames(path.parent).sources[:2]:
-        source.load()
+        read_frame(source)
 
 
 def trajectory(path: Path) -> None:

@@ -20,7 +20,7 @@ from gui.features.palette.matching import RecentCommands
 from gui.features.project.recent import RecentOrigins, is_missing, key_of, name_of
 from gui.features.shortcuts import Keymap
 from gui.widgets.basics import last_folder
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 FILE = "ILF Studio/ilf-studio.ini"
@@ -31,7 +31,7 @@ def settings(folder: Path) -> list[bytes]:
     window = _window(folder)
     kept = RecentOrigins("frames", True)
     options = ReadingOptions(depth_units=1000.0, intrinsics=(30.0, 30.0, 15.5, 11.5))
-    kept.note(FrameSource("rgb.png", "depth.png", "0.1", options))
+    kept.note(FrameRef("rgb.png", "depth.png", "0.1", options))
     kept.note(Path("run.json"))
     RecentCommands(True).note("open")
     arrangement = Arrangement("grid", {"colour": "depth-in"}, ("Blocks", "Runs"), window.panels.places())

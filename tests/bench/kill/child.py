@@ -28,7 +28,7 @@ from gui.project.recorder import Recorder
 from ilf.project.journal import Journal
 from ilf.segmentation.editing.cutting import split
 from ilf.segmentation.editing.painting import brush_stroke, paint
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from .digests import digest_of_session
 
@@ -66,7 +66,7 @@ class RandomUser:
         if self.strokes_left:
             self._go_on_with_stroke()
         elif self.unopened and (not self.workspace.frames.sessions or self.chance.random() < 0.05):
-            self.window.loader.open(FrameSource(self.unopened.pop()))
+            self.window.loader.open(FrameRef(self.unopened.pop()))
         elif not self.workspace.has_session or not self.workspace.session.counts():
             return
         else:

@@ -24,7 +24,7 @@ from ilf.project.encoding import frame_part
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.project import ProjectFrame
 from ilf.project.recovery import RecoverableWork, find_recoverable_work
-from ilf.sources.frames import load_frame
+from ilf.sources.reading import load_frame
 from tests.e2e.conftest import write_frame
 
 from .digests import digest

@@ -23,7 +23,7 @@ from gui.state.entries import Entries, Entry
 from gui.state.workspace import Workspace
 from ilf.project.project import FrameSummary, Stage
 from ilf.project.thumbnail import thumbnail_part
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from tests.gui.naming import unnamed
 
 SUMMARIES = {
@@ -37,7 +37,7 @@ SUMMARIES = {
 def _entries() -> list[Entry]:
     found = []
     for name, summary in SUMMARIES.items():
-        entry = Entry.of(FrameSource(f"/nowhere/{name}"))
+        entry = Entry.of(FrameRef(f"/nowhere/{name}"))
         entry.set_summary(summary)
         found.append(entry)
     return found
@@ -76,7 +76,7 @@ def test_states_are_counted() -> None:
 
 def test_removal_takes_stretches_out_and_tells_of_each() -> None:
     entries, told = Entries(), []
-    all_of_them = [Entry.of(FrameSource(f"/nowhere/{number}")) for number in range(8)]
+    all_of_them = [Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(8)]
     entries.add(all_of_them)
     entries.removed.connect(lambda first, last: told.append((first, last)))
     entries.remove([all_of_them[number] for number in (6, 1, 2, 4)])
@@ -89,7 +89,7 @@ def test_removal_takes_stretches_out_and_tells_of_each() -> None:
 def test_model_changes_row_by_row_where_that_is_little(qapp: object) -> None:
     model = FrameListModel(lambda entry: None)
     QAbstractItemModelTester(model, QAbstractItemModelTester.FailureReportingMode.Fatal)
-    entries = [Entry.of(FrameSource(f"/nowhere/{number}")) for number in range(300)]
+    entries = [Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(300)]
     resets: list[int] = []
     model.modelReset.connect(lambda: resets.append(len(model.entries)))
     model.set_entries(entries[:100])
@@ -242,8 +242,8 @@ def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
 
 
 def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, session) -> None:
-    entry = Entry.of(FrameSource("/nowhere/a"))
-    assert entry.origin == FrameSource("/nowhere/a")
+    entry = Entry.of(FrameRef("/nowhere/a"))
+    assert entry.origin == FrameRef("/nowhere/a")
     workspace.frames.add_entries([entry])
     workspace.frames.set_note(entry, "dark")
     assert (entry.note, entry.unsaved) == ("dark", True)
@@ -259,7 +259,7 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path: Pa
     )
     cv2.imwrite(str(tmp_path / "rgb.png"), red)
     of_file, of_store, broken = (
-        Entry.of(FrameSource(str(tmp_path / name), "depth.png")) for name in ("rgb.png", "rgb.png", "gone.png")
+        Entry.of(FrameRef(str(tmp_path / name), "depth.png")) for name in ("rgb.png", "rgb.png", "gone.png")
     )
     thumbnails = Thumbnails()
     jpeg = cv2.imencode(".jpg", green)[1].tobytes()
@@ -272,7 +272,7 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path: Pa
     assert thumbnails.of(broken).isNull()
     monkeypatch.setattr(thumbnails_module, "MAX_THUMBNAILS", 2)
     thumbnails.of(of_file)
-    other = Entry.of(FrameSource(str(tmp_path / "rgb.png"), "other.png"))
+    other = Entry.of(FrameRef(str(tmp_path / "rgb.png"), "other.png"))
     thumbnails.of(other)
     qtbot.waitUntil(lambda: not thumbnails.busy)
     assert len(thumbnails._made) == 2

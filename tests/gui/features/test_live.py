@@ -13,6 +13,7 @@ from gui.app.main_window import MainWindow
 from gui.base.commands import WHY_NOT
 from gui.features.live import LiveFeature, LiveWindow
 from ilf.errors import InputError
+from ilf.sources.reading import read_frame
 from ilf.sources.realsense import load_realsense
 from tests.ilf.bags import write_aligned
 from tests.ilf.software_camera import connect
@@ -64,7 +65,7 @@ def test_a_frozen_frame_is_the_one_shown(qtbot, live, recording) -> None:
     live.frozen.connect(frozen.append)
     live.freeze()
     assert live.shown is not None
-    assert np.array_equal(frozen[0].load().depth, live.shown.completion.frame.depth, equal_nan=True)
+    assert np.array_equal(read_frame(frozen[0]).depth, live.shown.completion.frame.depth, equal_nan=True)
 
 
 def test_what_cannot_be_played_or_recorded_is_told(qtbot, live, recording, tmp_path) -> None:
@@ -105,7 +106,7 @@ def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tm
     assert not live.saver.busy, "cancelled"
     live.freeze()
     qtbot.waitUntil(lambda: len(frozen) == 1)
-    assert np.array_equal(frozen[0].load().depth, last.depth, equal_nan=True)
+    assert np.array_equal(read_frame(frozen[0]).depth, last.depth, equal_nan=True)
     live.freeze()
     qtbot.waitUntil(lambda: "already exists" in live.state.text())
     assert len(frozen) == 1

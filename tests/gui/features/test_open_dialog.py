@@ -17,8 +17,7 @@ from gui.features.documents.open_frame import OpenFrameDialog
 from gui.work.latest_request import LatestRequest
 from gui.work.loading import preview_folder
 from ilf.errors import FormatError, InputError
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import load_frame
+from ilf.sources.reading import load_frame, read_frame
 from tests.ilf.phone_files import write_record3d
 
 
@@ -111,7 +110,7 @@ def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
     dialog.guide_path.setText(str(folder / "half.npy"))
     dialog.read()
     assert "The guide covers 100 % of the missing pixels." in dialog.message.text()
-    assert dialog.request().load().guide.path == str(folder / "half.npy")
+    assert read_frame(dialog.request()).guide.path == str(folder / "half.npy")
 
 
 def test_absurd_scale_is_refused_with_the_way_out_and_mends(dialog, folder, qtbot):
@@ -246,7 +245,7 @@ def test_low_confidence_is_missing_from_the_preview_on(dialog, folder):
     dialog.min_confidence.setText("2")
     dialog.read()
     assert "below 2 counts as missing" in dialog.message.text()
-    assert np.isnan(dialog.request().load().depth[:200]).all()
+    assert np.isnan(read_frame(dialog.request()).depth[:200]).all()
 
 
 @pytest.fixture
@@ -289,7 +288,7 @@ def test_a_recording_whose_first_frame_is_damaged_can_be_opened(dialog, recordin
     def damaged(*_: object) -> None:
         raise FormatError("The depth of this frame is damaged.")
 
-    monkeypatch.setattr(FrameSource, "load", damaged)
+    monkeypatch.setattr("gui.work.loading.read_frame", damaged)
     dialog.set_files(str(recording))
     qtbot.waitUntil(lambda: "The first frame cannot be read: The depth of this frame" in dialog.message.text())
     assert dialog.open_button.isEnabled()

@@ -20,7 +20,7 @@ from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import propagate_state
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 REASON = "It was not in the picture before."
 
@@ -145,7 +145,7 @@ def test_another_extraction_forgets_what_was_carried(
 
 
 def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace: Workspace, small_frame: RGBDFrame) -> None:
-    chosen, other = (Entry.of(FrameSource("/frames/one")) for _ in range(2))
+    chosen, other = (Entry.of(FrameRef("/frames/one")) for _ in range(2))
     workspace.frames.add_entries([chosen, other])
     state = FrameState(chosen.id, small_frame, Blocks(np.zeros(small_frame.shape, np.int32)))
     workspace.add_session(session_of(chosen, state), show=False)

@@ -11,7 +11,7 @@ from PySide6.QtCore import QSettings
 from gui.features.project.recent import MOST, RecentOrigins, is_missing, name_of
 from ilf.data.camera import CameraIntrinsics
 from ilf.io.cameras import IntrinsicsSpec
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 WRONG_OPTIONS = (
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.usefixtures("qapp")
 
 def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -> None:
     frames = RecentOrigins("frames", persistent=True)
-    folder, record = FrameSource(str(tmp_path)), tmp_path / "out" / "run.json"
+    folder, record = FrameRef(str(tmp_path)), tmp_path / "out" / "run.json"
     colour, depth, ground_truth, guide = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy", "g.npy"))
     options = ReadingOptions(
         depth_units=5000.0,
@@ -38,7 +38,7 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -
         ground_truth_units=1.0,
         guide=guide,
     )
-    pair = FrameSource(colour, depth, options=options)
+    pair = FrameRef(colour, depth, options=options)
     for origin in (folder, pair, record, folder):
         frames.note(origin)
     later = RecentOrigins("frames", persistent=True)
@@ -48,13 +48,13 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -
     later.remove_missing()
     assert RecentOrigins("frames", persistent=True).origins == [folder]
     for number in range(MOST + 3):
-        later.note(FrameSource(str(tmp_path / str(number))))
+        later.note(FrameRef(str(tmp_path / str(number))))
     assert len(later.origins) == MOST
 
 
 @pytest.mark.parametrize("camera", [CameraIntrinsics(1, 1, 0, 0, "own"), "kinect-v2", {"K": [1.0, 1.0, 0.0, 0.0]}])
 def test_every_kind_of_camera_is_kept(tmp_path: Path, camera: IntrinsicsSpec) -> None:
-    origin = FrameSource(str(tmp_path), options=ReadingOptions(intrinsics=camera))
+    origin = FrameRef(str(tmp_path), options=ReadingOptions(intrinsics=camera))
     RecentOrigins("frames", persistent=True).note(origin)
     assert RecentOrigins("frames", persistent=True).origins == [origin]
 
@@ -64,18 +64,18 @@ def test_every_kind_of_camera_is_kept(tmp_path: Path, camera: IntrinsicsSpec) ->
     [7, {}, {"file": 7}, *({"rgb": "a", "depth": "b", "frame": None, **wrong} for wrong in WRONG_OPTIONS)],
 )
 def test_a_damaged_entry_costs_no_other(tmp_path: Path, damaged: object) -> None:
-    folder, record = FrameSource(str(tmp_path)), tmp_path / "run.json"
+    folder, record = FrameRef(str(tmp_path)), tmp_path / "run.json"
     entries = [folder.to_json(), damaged, {"file": str(record)}]
     QSettings().setValue("recent/frames", json.dumps(entries))
     assert RecentOrigins("frames", persistent=True).origins == [folder, record]
 
 
 def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path: Path) -> None:
-    RecentOrigins("frames", persistent=True).note(FrameSource(str(tmp_path)))
+    RecentOrigins("frames", persistent=True).note(FrameRef(str(tmp_path)))
     apart = RecentOrigins("frames", persistent=False)
     assert apart.origins == []
-    apart.note(FrameSource("elsewhere"))
-    assert RecentOrigins("frames", persistent=True).origins == [FrameSource(str(tmp_path))]
+    apart.note(FrameRef("elsewhere"))
+    assert RecentOrigins("frames", persistent=True).origins == [FrameRef(str(tmp_path))]
 
 
 @pytest.mark.parametrize("kept", ["", "{", "[1]", '[{"rgb": "a"}]', '[{"file": 7}]', "7", "[" * 10**5])

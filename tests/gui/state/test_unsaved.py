@@ -16,7 +16,7 @@ from gui.state.workspace import Workspace
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult
 from ilf.project.run_history import StoredRun
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ..states import QUICK, QUICK_OWN, edit, extraction
 
@@ -67,7 +67,7 @@ WORK: dict[str, Do] = {
     "note": lambda workspace, session: workspace.frames.set_note(workspace.frames.entries[1], "Look here."),
     "a block that is looked at": lambda workspace, session: workspace.blocks.mark_checked([1]),
     "a frame comes": lambda workspace, session: workspace.frames.add_entries(
-        [Entry("new", "/a/b", "b", FrameSource("/a/b"))]
+        [Entry("new", "/a/b", "b", FrameRef("/a/b"))]
     ),
     "a frame goes": lambda workspace, session: workspace.frames.remove_entries([workspace.frames.entries[0]]),
     "what blocks are extracted with": lambda workspace, session: workspace.parameters.set_extraction(
@@ -160,7 +160,7 @@ def test_the_work_is_told_in_words(saved: CurrentProject, workspace: Workspace, 
 
 def test_without_a_file_a_list_of_frames_is_no_work(workspace: Workspace, session: Session) -> None:
     present = CurrentProject(workspace, workspace)
-    workspace.frames.add_entries([Entry("new", "/a/b", "b", FrameSource("/a/b"))])
+    workspace.frames.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))])
     assert not present.unsaved
     workspace.parameters.set_keeps_handmade(False)
     assert present.words() == "extraction parameters"

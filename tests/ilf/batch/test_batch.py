@@ -38,7 +38,7 @@ from ilf.evaluation.hold_out import HoldOutTest
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
 from ilf.run.run import RunConfiguration
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ..batch_frames import Deadly, contents, work_in_this_process, write_frames
 from ..small_frames import write_small_frame
@@ -455,7 +455,7 @@ def test_sources_of_one_name_are_refused(source):
 
 @given(st.lists(st.text("aA_/.+: é\x00-", min_size=1, max_size=12), unique=True, max_size=8))
 def test_frames_have_folders_of_their_own(keys):
-    frames = named_frames((key, FrameSource("/a", "/b"), None) for key in keys)
+    frames = named_frames((key, FrameRef("/a", "/b"), None) for key in keys)
     names = [frame.folder.casefold() for frame in frames]
     assert len(set(names)) == len(keys)
     assert not any(set(name) & set('/\\:*?"<>|\0 ') or name.startswith(".") for name in names)
@@ -464,7 +464,7 @@ def test_frames_have_folders_of_their_own(keys):
 
 @given(st.integers(1, 40), st.integers(1, 7))
 def test_every_frame_is_in_one_shard(count, shards):
-    frames = named_frames((f"{number}", FrameSource("/a", "/b"), None) for number in range(count))
+    frames = named_frames((f"{number}", FrameRef("/a", "/b"), None) for number in range(count))
     parts = [frame.key for number in range(shards) for frame in shard_of(frames, number + 1, shards)]
     assert sorted(parts) == sorted(frame.key for frame in frames)
     assert [frame.key for frame in slice_frames(frames, every=shards)] == [

@@ -20,7 +20,8 @@ from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.depth_reading import decoded
 from ilf.io.encodings import ENCODING_DESCRIPTIONS, ENCODINGS, encoding_of, encoding_of_inputs
 from ilf.run.record_file import parsed_inputs, read_record
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import read_depth
 
 H, W = 60, 80
 HOLE = np.s_[10:20, 30:50]
@@ -289,7 +290,7 @@ def _sign_of(folder: Path, values: np.ndarray, name: str = "depth.png") -> list[
     cv2.imwrite(str(folder / name), values.astype(np.uint16))
     return [
         doubt.encoding
-        for doubt in FrameSource(str(folder / "rgb.png"), str(folder / name)).read_depth().plausibility_warnings
+        for doubt in read_depth(FrameRef(str(folder / "rgb.png"), str(folder / name))).plausibility_warnings
     ]
 
 

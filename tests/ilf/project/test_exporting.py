@@ -18,7 +18,7 @@ from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ..small_frames import CAMERA, QUICK, write_small_frame
 
@@ -123,7 +123,7 @@ def test_the_command_completes_what_is_missing(run: Run, tmp_path: Path, capsys,
     rgb, depth = (str(tmp_path / "room" / name) for name in ("rgb.png", "depth.png"))
     results = run.complete().results
     state = FrameState("a1", run.frame, Blocks(run.blocks), common=run.parameters, results={1: results[1]})
-    frames = (ProjectFrame("a1", "room", None, has_state=True), ProjectFrame("c3", "bare", FrameSource(rgb, depth)))
+    frames = (ProjectFrame("a1", "room", None, has_state=True), ProjectFrame("c3", "bare", FrameRef(rgb, depth)))
     save_project("room.ilf", Project(frames, common=run.parameters), [state])
     assert main(["project", "export", "room.ilf", "--out", "out", "--complete"]) == 0
     assert [line.partition(",")[0] for line in capsys.readouterr().out.splitlines()] == [

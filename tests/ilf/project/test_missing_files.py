@@ -12,7 +12,7 @@ from ilf.data.frame import InputFile
 from ilf.project.missing_files import MissingFile, locate, missing_files, relocated
 from ilf.project.project import ProjectFrame
 from ilf.project.sources import Places
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 T = TypeVar("T")
@@ -60,18 +60,18 @@ def test_files_are_found_in_a_folder_by_name_and_taken_by_content(tmp_path: Path
 
 def test_a_frame_without_work_misses_what_it_is_opened_from(tmp_path: Path) -> None:
     put(tmp_path / "there.png", b"")
-    source = FrameSource(str(tmp_path / "there.png"), str(tmp_path / "gone.png"))
-    frames = [ProjectFrame("a", "a", source), ProjectFrame("b", "b", FrameSource(str(tmp_path)))]
+    source = FrameRef(str(tmp_path / "there.png"), str(tmp_path / "gone.png"))
+    frames = [ProjectFrame("a", "a", source), ProjectFrame("b", "b", FrameRef(str(tmp_path)))]
     lost = result(missing_files(frames, NoParts(), Places()))
     assert lost == [MissingFile("a", InputFile(str(tmp_path / "gone.png"), ""))]
 
 
 def test_a_source_follows_its_files(tmp_path: Path) -> None:
     found = {os.path.join("/old", "a", "sub", "rgb.png"): Path("/new/b/sub/rgb.png"), "/t.npy": Path("/u/t.npy")}
-    source = FrameSource("/old/a", options=ReadingOptions(ground_truth="/t.npy", confidence="/old/a/sub/sure.png"))
+    source = FrameRef("/old/a", options=ReadingOptions(ground_truth="/t.npy", confidence="/old/a/sub/sure.png"))
     found["/old/a/sub/sure.png"] = Path("/new/b/sub/sure.png")
     options = ReadingOptions(ground_truth="/u/t.npy", confidence="/new/b/sub/sure.png")
-    assert relocated(source, found) == FrameSource("/new/b", options=options)
+    assert relocated(source, found) == FrameRef("/new/b", options=options)
     renamed = {"/old/a/rgb.png": Path("/new/colour.png")}
-    assert relocated(FrameSource("/old/a"), renamed) == FrameSource("/old/a"), "no folder has it under its name"
-    assert relocated(FrameSource("/old/a/rgb.png", "/old/a/d.png"), renamed).rgb == "/new/colour.png"
+    assert relocated(FrameRef("/old/a"), renamed) == FrameRef("/old/a"), "no folder has it under its name"
+    assert relocated(FrameRef("/old/a/rgb.png", "/old/a/d.png"), renamed).rgb == "/new/colour.png"

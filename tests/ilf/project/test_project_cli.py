@@ -15,7 +15,7 @@ from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 
 from ..small_frames import CAMERA, QUICK, write_small_frame
 
@@ -36,7 +36,7 @@ def project(tmp_path, monkeypatch):
         for name in ("a1", "b2")
     ]
     frames = [ProjectFrame(state.id, "room", None, FrameSummary(Stage.RUN, blocks=2), True) for state in states]
-    frames.append(ProjectFrame("c3", "bare", FrameSource(rgb, depth)))
+    frames.append(ProjectFrame("c3", "bare", FrameRef(rgb, depth)))
     save_project("room.ilf", Project(tuple(frames)), states)
     return tmp_path / "room.ilf", states
 

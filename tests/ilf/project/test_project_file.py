@@ -26,7 +26,7 @@ from ilf.project.packing import Npz, npz
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.result_packs import unpack_results
 from ilf.project.sources import ChangedSource, MissingSource, Places, source_part
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 from ..project_states import assert_same, made_frame, rich_state, small_frame
@@ -50,9 +50,9 @@ def work(tmp_path):
     options = ReadingOptions(depth_units=1000.0, intrinsics=intrinsics_from("80,80,39.5,29.5"))
     project = Project(
         (
-            listed(filed, FrameSource(filed.frame.inputs.rgb.path, filed.frame.inputs.depth.path)),
+            listed(filed, FrameRef(filed.frame.inputs.rgb.path, filed.frame.inputs.depth.path)),
             listed(made),
-            ProjectFrame("c3", "two", FrameSource(rgb, depth, options=options)),
+            ProjectFrame("c3", "two", FrameRef(rgb, depth, options=options)),
         ),
         "b2",
         ilf.preset("paper"),
@@ -490,7 +490,7 @@ def test_a_small_part_does_not_unpack_to_gigabytes(monkeypatch):
 
 def test_how_a_frame_is_read_comes_back_as_it_was_given(tmp_path):
     options = ReadingOptions(depth_units=1000.0, intrinsics=(80.0, 80.0, 39.5, 29.5))
-    source = FrameSource(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png"), options=options)
+    source = FrameRef(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png"), options=options)
     save_project(tmp_path / "room.ilf", Project((ProjectFrame("a1", "room", source),)))
     with open_project(tmp_path / "room.ilf") as opened:
         assert opened.project.frames[0].source == source

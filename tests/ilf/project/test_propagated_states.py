@@ -16,7 +16,7 @@ from ilf.data.parameters import BlockParameters, Parameters
 from ilf.errors import InputError
 from ilf.project.frame_state import FrameState
 from ilf.project.propagation import propagate_state
-from ilf.sources.frames import load_frame
+from ilf.sources.reading import load_frame
 
 WALL = BlockInfo("Wall", (1, 2, 3), locked=True)
 GONE = BlockInfo("Gone", (4, 5, 6))

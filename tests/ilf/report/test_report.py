@@ -33,7 +33,7 @@ from ilf.report.report import ReportOptions, report, report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.record_file import read_record
 from ilf.run.run import Run
-from ilf.sources.frame_source import FrameSource
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
 from ..small_frames import CAMERA, write_small_frame
@@ -253,7 +253,7 @@ def test_the_command_line_reports_on_projects(
     state = FrameState("a1", frame, blocks, run.parameters, subject.completion.results)
     files = frame.inputs
     options = ReadingOptions(depth_units=files.depth_units, intrinsics=files.intrinsics)
-    source = FrameSource(files.rgb.path, files.depth.path, options=options)
+    source = FrameRef(files.rgb.path, files.depth.path, options=options)
     project = Project((
         ProjectFrame("a1", "first", source, FrameSummary(Stage.RUN), has_state=True),
         ProjectFrame("b2", "second", source, FrameSummary(Stage.EXTRACTED), has_state=False),

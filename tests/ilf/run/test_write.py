@@ -23,7 +23,7 @@ from ilf.run import writing as module
 from ilf.run import writing as space_files
 from ilf.run.options import ExportOptions
 from ilf.run.writing import check_write, filenames, write
-from ilf.sources.frames import load_frame
+from ilf.sources.reading import load_frame
 
 from ..small_runs import contents, drawn, small_run, with_invalid_mask
 from ..space_formats import read_pcd, read_ply

@@ -23,6 +23,7 @@ from ilf._runtime.installation import asset_path
 from ilf.cli import main
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.sources.opening import close_all
+from ilf.sources.reading import read_frame
 
 from ..bags import write_aligned
 from ..batch_frames import work_in_this_process, write_frames
@@ -88,7 +89,7 @@ def test_a_source_is_read_as_on_a_disk(tmp_path: Path, write: Callable[[Path], P
     assert [note.replace(address, str(path)) for note in there.notes] == list(here.notes)
     assert (there.path, there.path.name) == (address, path.name)
     for key in here.keys:
-        one, other = (source.frame_source(key).load() for source in (here, there))
+        one, other = (read_frame(source.ref(key)) for source in (here, there))
         assert [text.replace(str(path), address) for text in one.notes] == list(other.notes)
         assert one.name == other.name
         np.testing.assert_array_equal(one.rgb, other.rgb)

@@ -357,7 +357,7 @@ def test_depth_beside_the_images_of_a_transforms_json(tmp_path: Path) -> None:
     data = json.loads((tmp_path / "transforms.json").read_text()) | {"depth_unit_scale_factor": 0.0005}
     (tmp_path / "transforms.json").write_text(json.dumps(data))
     assert ilf.open_source(tmp_path)[1].inputs.depth_units == 2000
-    assert set(ilf.open_source(tmp_path).frame_source("images/00001").options.intrinsics) == {
+    assert set(ilf.open_source(tmp_path).ref("images/00001").options.intrinsics) == {
         *("fx", "fy", "cx", "cy", "width", "height", "lens", "name")
     }
     (tmp_path / "transforms.json").write_text('{"frames": [{"file_path": 3}]}')

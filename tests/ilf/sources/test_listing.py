@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from gui.features.frame_list.thumbnails import read_thumbnail
 from ilf.errors import FormatError, InputError
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import load_frame
+from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 from ilf.sources.pairing import natural, paired
+from ilf.sources.reading import load_frame
 from ilf.sources.reading_options import ReadingOptions
 from ilf.sources.source import open_source
 from ilf.sources.times import associated
@@ -284,16 +284,16 @@ def test_thumbnail_is_the_colour_image_made_small(tmp_path):
     ramp = np.zeros((300, 900, 3), np.uint8)
     ramp[..., 0], ramp[:, 450:, 2] = np.linspace(0, 255, 900), 255
     cv2.imwrite(str(tmp_path / "a.png"), ramp[..., ::-1])
-    small = read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"), 90)
+    small = read_thumbnail(FrameRef(str(tmp_path / "a.png"), "unread.png"), 90)
     assert small.shape == (30, 90, 3)
     assert np.abs(small[15, :, 0].astype(int) - np.linspace(1, 254, 90)).max() < 5
     assert small[5, 80, 2] == 255
     assert small[5, 10, 2] == 0
     (tmp_path / "a.png").write_bytes((tmp_path / "a.png").read_bytes()[:400])
     with pytest.raises(FormatError):
-        read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"))
+        read_thumbnail(FrameRef(str(tmp_path / "a.png"), "unread.png"))
 
 
 def test_a_frame_is_the_same_by_whatever_path(tmp_path):
     _touch(tmp_path, "a/meta.json", "b/meta.json")
-    assert FrameSource(str(tmp_path / "b" / ".." / "a")).key == FrameSource(f"{tmp_path}/a/").key == str(tmp_path / "a")
+    assert FrameRef(str(tmp_path / "b" / ".." / "a")).key == FrameRef(f"{tmp_path}/a/").key == str(tmp_path / "a")

@@ -26,8 +26,9 @@ from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
-from ilf.sources.frame_source import FrameSource
-from ilf.sources.frames import frame_folder, load_frame
+from ilf.sources.frame_folder import frame_folder
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import load_frame
 from ilf.sources.reading_options import OPTIONS, ReadingOptions
 
 from ..small_frames import write_small_frame
@@ -537,8 +538,8 @@ def test_every_reading_option_is_an_argument_of_load_frame() -> None:
 
 
 def test_reading_options_come_back_from_json_and_from_arguments() -> None:
-    source = FrameSource("rgb.png", "depth.png", options=EVERY_OPTION)
-    assert FrameSource.from_json(Section("frame", json.loads(json.dumps(source.to_json())))) == source
+    source = FrameRef("rgb.png", "depth.png", options=EVERY_OPTION)
+    assert FrameRef.from_json(Section("frame", json.loads(json.dumps(source.to_json())))) == source
     parser = argparse.ArgumentParser()
     add_options(parser, OPTIONS)
     options = replace(EVERY_OPTION, encoding=None, confidence=None, pose=None)

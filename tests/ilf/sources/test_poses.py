@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ilf.data.frame import RGBDFrame
-from ilf.sources.frames import load_frame
 from ilf.sources.poses import camera_pose, motion_between
+from ilf.sources.reading import load_frame
 
 from ..small_frames import write_small_frame
 

@@ -105,7 +105,7 @@ def test_folders_by_time_take_the_nearest_once(tmp_path, save):
     source = ilf.open_source(tmp_path)
     assert source.keys == ("rgb/1305031102.100000", "rgb/1305031102.140000")
     assert source.timestamps == (1305031102.10, 1305031102.14)
-    assert source.frame_source("1305031102.140000").depth.endswith("1305031102.130000.png")
+    assert source.ref("1305031102.140000").depth.endswith("1305031102.130000.png")
     assert "1 colour file left out" in source.notes[0]
     assert len(ilf.open_source(tmp_path, max_gap=0.5)) == 3
     with pytest.raises(InputError, match="contains no frames"):

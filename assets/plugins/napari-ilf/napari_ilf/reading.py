@@ -18,7 +18,7 @@ from ilf.drawing.colours import robust_depth_levels, robust_error_levels
 from ilf.io.depth_reading import read_depth
 from ilf.project.exporting import run_and_completion
 from ilf.run.options import ERROR_FILES, RECORD_FILE
-from ilf.sources.frames import META_NAME
+from ilf.sources.naming import META_NAME
 
 LayerData = tuple[Any, dict[str, Any], str]
 

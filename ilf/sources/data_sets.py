@@ -1,0 +1,141 @@
+"""Frames of data sets whose files state how each is read: BOP, SUN RGB-D, and lists by time as of the TUM benchmark."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Collection
+from pathlib import Path
+
+import numpy as np
+
+from .._runtime.files import read_file
+from ..data.camera import camera_from_numbers
+from ..errors import FormatError, InputError
+from ..io.cameras import CAMERA_FILE, read_cameras
+from .frame_ref import FrameRef
+from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
+from .pairing import Pairs
+from .reading_options import ReadingOptions
+from .times import ASSOCIATION_FILES, TUM_UNITS, associated, gap_text, read_associations, read_time_list
+
+_SUN_CAMERA_FILE = "intrinsics.txt"
+_SUN_FOLDERS = "image", "depth"
+_BOP_COLOUR_FOLDERS = "rgb", "gray"
+
+
+def is_bop(files: Collection[str]) -> bool:
+    """Whether a folder with these files is a scene of BOP."""
+    return CAMERA_FILE in files
+
+
+def bop_frames(root: str | Path, given: ReadingOptions) -> list[FrameRef]:
+    """The frames of a BOP scene that have colour and depth, by number; each has its own intrinsics and scale."""
+    cameras = read_cameras(Path(root) / CAMERA_FILE)
+    colours = {
+        int(path.stem): path
+        for folder in reversed(_BOP_COLOUR_FOLDERS)
+        for path in _files(Path(root) / folder, COLOUR_SUFFIXES)
+        if path.stem.isdecimal()
+    }
+    return [
+        FrameRef(
+            str(colours[int(path.stem)]),
+            str(path),
+            options=given.or_else(ReadingOptions(depth_units=1000 / scale, intrinsics=camera)),
+        )
+        for path in _files(Path(root) / "depth", DEPTH_FILE_SUFFIXES)
+        if path.stem.isdecimal() and int(path.stem) in colours
+        for camera, scale in (cameras.get(int(path.stem), (None, None)),)
+        if camera is not None and scale is not None
+    ]
+
+
+def is_sun(files: Collection[str], folders: Collection[str]) -> bool:
+    """Whether a folder with these files and folders is a frame of SUN RGB-D."""
+    return _SUN_CAMERA_FILE in files and set(_SUN_FOLDERS) <= set(folders)
+
+
+def sun_frame(root: str | Path, given: ReadingOptions) -> FrameRef:
+    """The frame of a SUN RGB-D folder; raises InputError unless it has exactly one colour and one depth file."""
+    colours, depths = (
+        _files(Path(root) / folder, suffixes)
+        for folder, suffixes in zip(_SUN_FOLDERS, (COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES), strict=True)
+    )
+    if len(colours) != 1 or len(depths) != 1:
+        raise InputError(
+            f"{root} looks like a frame of SUN RGB-D, but has {len(colours)} colour and {len(depths)} depth files "
+            "instead of one each."
+        )
+    path = Path(root) / _SUN_CAMERA_FILE
+    try:
+        numbers = np.array(read_file(path).data.tobytes().split(), float)
+        camera = camera_from_numbers(numbers, "")
+    except (ValueError, InputError) as error:
+        raise FormatError(f"{path} must contain the nine numbers of a camera matrix ({error!s:.200}).") from error
+    options = given.or_else(ReadingOptions(encoding="sun", intrinsics=camera))
+    return FrameRef(str(colours[0]), str(depths[0]), options=options)
+
+
+def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
+    """Files with one of these extensions, by name; none if there is no such folder."""
+    try:
+        with os.scandir(folder) as entries:
+            names = [entry.name for entry in entries if not entry.name.startswith(".") and os.path.isfile(entry)]
+    except OSError:
+        return []
+    return [folder / name for name in sorted(names) if Path(name).suffix.lower() in suffixes]
+
+
+TIME_LISTS = frozenset({"rgb.txt", "depth.txt"})
+"""Lists of the TUM benchmark: of colour and of depth files, with their times."""
+
+
+def has_time_lists(files: Collection[str]) -> bool:
+    """Whether a folder with these files lists its frames by time."""
+    return set(files) >= TIME_LISTS or any(name in files for name in ASSOCIATION_FILES)
+
+
+def timed_frames(
+    root: Path, files: Collection[str], given: ReadingOptions, max_gap: float
+) -> tuple[list[FrameRef], tuple[float, ...], tuple[str, ...]]:
+    """The frames of a folder that lists them by time, their times [s], and notes; raises FormatError if colour and
+    depth do not match within `max_gap` [s], or a list is damaged."""
+    notes: list[str] = []
+    if set(files) >= TIME_LISTS:
+        colours, depths = read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt")
+        pairs = associated(colours, depths, max_gap)
+        if not pairs:
+            raise FormatError(f"{root}, rgb.txt and depth.txt: {gap_text(colours, depths, max_gap)}")
+        notes = Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs)).notes(f"within {max_gap:g} s")
+        times = {name: time for time, name in colours}
+        rows = [(times[rgb], rgb, depth) for rgb, depth in pairs]
+    else:
+        rows = read_associations(root / next(name for name in ASSOCIATION_FILES if name in files))
+    options = given.or_else(ReadingOptions(depth_units=TUM_UNITS, intrinsics=_camera_by_name(root.name.lower())))
+    encoding = (
+        f"the encoding {options.encoding}"
+        if options.depth_units is None
+        else f"{options.depth_units:g} units per metre"
+    )
+    is_guess = given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics
+    hint = (
+        ", as in the TUM benchmark: give mm as the depth encoding (--depth-encoding mm) if it is in millimetres, as "
+        "many recorders write it"
+    )
+    found = [
+        FrameRef(os.path.join(root, rgb), os.path.join(root, depth), options=options, stated_in=str(root))
+        for _, rgb, depth in rows
+    ]
+    return (
+        found,
+        tuple(time for time, _, _ in rows),
+        (f"Depth is read with {encoding}{hint if is_guess else ''}.", *notes),
+    )
+
+
+def _camera_by_name(name: str) -> str | None:
+    """The preset of the camera of a sequence of TUM or Bonn, by its folder's name; None for others."""
+    if number := re.search(r"freiburg([123])", name):
+        return f"tum-fr{number[1]}"
+    return "bonn" if name.startswith("rgbd_bonn") else None

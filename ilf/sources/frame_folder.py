@@ -1,0 +1,267 @@
+"""The files of a frame on this machine, and what a meta.json beside them states."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from .._runtime.files import read_json
+from .._runtime.named_places import NotAllowed, first_allowed, named_in
+from ..data.camera import as_camera, checked_transform
+from ..errors import FormatError, InputError, ParameterError, one_line
+from ..io.depth import checked_units
+from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_scene, single_encoding
+from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, checked_min_confidence, is_ground_truth
+from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path
+from .reading_options import AS_STATED, ReadingOptions
+
+_DEPTH_WORD = re.compile(r"(?<![a-z])depth(?![a-z])", re.IGNORECASE)
+_IMAGES = ("rgb", COLOUR_SUFFIXES), ("depth", DEPTH_FILE_SUFFIXES)
+"""Names of colour and depth in a folder that does not state others, with their suffixes."""
+
+
+@dataclass(frozen=True)
+class FrameFiles:
+    """The files of a frame, and what meta.json states about them.
+
+    Attributes
+    ----------
+    rgb, depth : Path
+        Absolute paths.
+    name : str
+    options : ReadingOptions
+        As stated, with the ground truth, guide and confidence map that lie beside the images.
+    size : (int, int) or None
+        Width and height of both images, if stated.
+    outside_view : Path or None
+        Mask of what the depth camera could not see, if stated.
+    has_meta : bool
+        Whether a meta.json was read.
+    """
+
+    rgb: Path
+    depth: Path
+    name: str
+    options: ReadingOptions = AS_STATED
+    size: tuple[int, int] | None = None
+    outside_view: Path | None = None
+    has_meta: bool = False
+
+
+def two_files(rgb: str | os.PathLike[str], depth: str | os.PathLike[str], *, beside: bool = True) -> FrameFiles:
+    """Two files of a frame; with `beside`, also what a meta.json, or else a confidence map, beside them states."""
+    if beside and (files := meta_beside(rgb, depth)) is not None:
+        return files
+    rgb, depth = Path(rgb).absolute(), Path(depth).absolute()
+    confidence = _confidence_beside(depth) if beside else None
+    return FrameFiles(rgb, depth, name_from_path(rgb), ReadingOptions(confidence=confidence))
+
+
+def is_frame_folder(folder: str | os.PathLike[str]) -> bool:
+    """Whether a folder is a single frame: it has meta.json, or colour rgb.* and depth depth.*."""
+    root = Path(folder)
+    return os.path.isfile(root / META_NAME) or all(_found(root, *image) for image in _IMAGES)
+
+
+def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
+    """Read the meta.json of a frame folder, without the images.
+
+    Parameters
+    ----------
+    folder : path-like
+        Contains colour `rgb.*` and depth `depth.*`, or meta.json with the optional keys `name`, `size` [width, height],
+        `depth_units_per_m` or
+        `depth_encoding` (see `load_frame`), `depth_invalid` (the depth file's value for missing depth), `K` [fx, fy,
+        cx, cy], `rgb` and `depth` (paths of the images; default: `rgb.*` and `depth.*` in the folder), `gt` (path of
+        the ground truth; default: `gt.*` in the folder; or a description of it, by which `gt.*` is ignored if it was
+        filled in or the description is empty), `gt_units_per_m`, `guide` (path of a guide; default: `guide.*` in the
+        folder), `confidence` (path of a confidence map; default: `confidence.*` in the folder), `min_confidence` (below
+        which depth counts as missing), `pose` (the camera's pose, see `RGBDFrame`), `outside_view` (path of the mask of
+        what the depth camera could not see), and `run` (path of the run record; without that file the folder is an
+        incomplete export).
+
+    Raises
+    ------
+    InputError
+        If meta.json or one of the images is missing.
+    FormatError
+        If meta.json is not JSON or has values of the wrong kind.
+    """
+    root = Path(folder).absolute()
+    path = root / META_NAME
+    if not is_frame_folder(root):
+        raise InputError(
+            f"{root} has neither {META_NAME} nor rgb.* and depth.*. Give the colour and the depth file separately, or "
+            "the key of one of its frames (--frame) if it contains several."
+        )
+    has_meta = os.path.isfile(path)
+    meta = read_json(path) if has_meta else {}
+    if not isinstance(meta, dict):
+        raise FormatError(f"{path} must hold a JSON object with size, depth_units_per_m and K.")
+    try:
+        options, size, named = _stated({**meta, "name": meta.get("name") or root.name})
+    except (InputError, ParameterError) as error:
+        raise FormatError(f"{path}: {error}") from error
+    if named["run"] and not os.path.isfile(named_in(named["run"], root)):
+        raise InputError(
+            f"{root} contains an interrupted export: its {named['run']} is missing, so its files may not belong "
+            "together. Export again."
+        )
+    if not has_meta:
+        _check_alone(root)
+    rgb = _named_image(root, named["rgb"], named["run"]) or _image_in(root, "rgb", COLOUR_SUFFIXES)
+    depth = _named_image(root, named["depth"]) or _found(root, "depth", DEPTH_FILE_SUFFIXES)
+    if depth is None:
+        hint = (
+            f" To use gt.png as depth, load {rgb.name} and gt.png as two files"
+            f" with depth units {meta.get('gt_units_per_m')}."
+        )
+        depth = _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint if os.path.isfile(root / "gt.png") else "")
+    companions = {
+        "ground_truth": _ground_truth_in(root, named["gt"]),
+        "guide": _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES),
+        "confidence": _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES),
+    }
+    paths: dict[str, Any] = {name: None if file is None else str(file) for name, file in companions.items()}
+    return FrameFiles(
+        rgb,
+        depth,
+        named["name"] or "",
+        replace(options, **paths),
+        size,
+        _named_image(root, named["outside_view"]),
+        has_meta,
+    )
+
+
+def _stated(meta: dict[str, Any]) -> tuple[ReadingOptions, tuple[int, int] | None, dict[str, str | None]]:
+    """What meta.json states: the reading options but for files, the size, and the texts; raises InputError or
+    ParameterError for wrong values."""
+    read: dict[str, Callable[[Any], Any]] = {
+        "depth_units_per_m": checked_units,
+        "gt_units_per_m": checked_units,
+        "depth_encoding": _checked_encoding,
+        "depth_invalid": checked_invalid,
+        "K": lambda camera: as_camera({"K": camera}, None),
+        "min_confidence": checked_min_confidence,
+        "pose": lambda pose: tuple(checked_transform(pose, "pose").ravel().tolist()),
+        "size": _checked_size,
+    }
+    found = {key: None if meta.get(key) is None else check(meta[key]) for key, check in read.items()}
+    single_encoding(found["depth_encoding"], found["depth_units_per_m"])
+    texts = ("name", "rgb", "depth", "gt", "guide", "confidence", "outside_view", "run")
+    named = {key: meta.get(key) for key in texts}
+    for key, value in named.items():
+        if not isinstance(value, str | None):
+            raise InputError(f"{key} must be text, not {value!r:.60}.")
+    name = meta["name"]
+    if name != one_line(name):
+        raise InputError(f"name must be one line of text, not {name!r:.60}.")
+    options = ReadingOptions(
+        encoding=found["depth_encoding"],
+        depth_units=found["depth_units_per_m"],
+        invalid=found["depth_invalid"],
+        min_confidence=found["min_confidence"],
+        intrinsics=found["K"],
+        ground_truth_units=found["gt_units_per_m"],
+        pose=found["pose"],
+    )
+    return options, found["size"], named
+
+
+def _checked_encoding(spec: Any) -> EncodingSpec:
+    if not isinstance(spec, str | int | float):
+        raise InputError(f"depth_encoding must be a name or a number, not {spec!r:.60}.")
+    if not needs_scene(spec):
+        encoding_of(spec)
+    return spec
+
+
+def _checked_size(size: Any) -> tuple[int, int]:
+    if not (isinstance(size, list) and len(size) == 2 and all(type(number) is int for number in size)):
+        raise InputError(f"size must be [width, height] in whole pixels, not {size!r:.60}.")
+    return size[0], size[1]
+
+
+def meta_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> FrameFiles | None:
+    """Read the meta.json in the folder of two files: units, intrinsics and name, as for the folder.
+
+    Returns
+    -------
+    FrameFiles or None
+        None if there is none, if it cannot be read, or if it lists other files: two files can be read without it. Its
+        `size` is not checked.
+    """
+    colour_path, depth_path = Path(rgb).absolute(), Path(depth).absolute()
+    try:
+        files = frame_folder(colour_path.parent)
+    except NotAllowed:
+        raise
+    except InputError:
+        return None
+    is_theirs = files.has_meta and _is_same(files.rgb, colour_path) and _is_same(files.depth, depth_path)
+    return replace(files, rgb=colour_path, depth=depth_path, size=None) if is_theirs else None
+
+
+def _is_same(file: Path, other: Path) -> bool:
+    return file == other or (os.path.exists(other) and file.samefile(other))
+
+
+def _confidence_beside(depth: Path) -> str | None:
+    """The confidence map whose name has "confidence" where that of the depth file or of its folder has "depth"."""
+    stem, folder = (_DEPTH_WORD.sub("confidence", name) for name in (depth.stem, depth.parent.name))
+    beside = depth.parent if folder == depth.parent.name else depth.parent.with_name(folder)
+    places = ((depth.parent, stem), (beside, depth.stem), (beside, stem))
+    found = (_found(root, name, CONFIDENCE_SUFFIXES) for root, name in places if root / name != depth.with_suffix(""))
+    return next((str(path) for path in found if path is not None), None)
+
+
+def _ground_truth_in(root: Path, description: str | None) -> Path | None:
+    """The ground truth file of a frame folder: as listed in meta.json, or `gt.*`; None if there is none."""
+    if description and Path(description).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", description):
+        return _named_image(root, description)
+    return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_ground_truth(description) else None
+
+
+def _named_image(root: Path, named: str | None, run: str | None = None) -> Path | None:
+    """An image listed in meta.json: at its path, or in the folder under its file name; None if none is listed. If it is
+    the colour of a run, the run's record states its hash."""
+    if not named:
+        return None
+    plain = named.replace("\\", "/")
+    sha256 = _recorded_colour_sha256(root / run) if run and os.path.dirname(plain) else ""
+    if path := first_allowed((named, plain, plain.rpartition("/")[2]), root, sha256=sha256):
+        return Path(path)
+    raise InputError(f"{root / META_NAME} lists {named}, which is missing. Put it beside {META_NAME}, or correct it.")
+
+
+def _recorded_colour_sha256(record: Path) -> str:
+    """The hash of the colour file in a run record; "" if there is none."""
+    try:
+        return str(read_json(record)["inputs"]["rgb"]["sha256"])
+    except (InputError, KeyError, TypeError):
+        return ""
+
+
+def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str = "") -> Path:
+    if path := _found(root, stem, suffixes):
+        return path
+    others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
+    what = "raw depth" if stem == "depth" else "colour image"
+    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.{hint}")
+
+
+def _check_alone(root: Path) -> None:
+    """Raise InputError if a folder without meta.json has several files of the name of one image."""
+    for stem, suffixes in _IMAGES:
+        names = [stem + suffix for suffix in suffixes if os.path.isfile(root / (stem + suffix))]
+        if len(names) > 1:
+            raise InputError(f"{root} has {' and '.join(names)}: give the colour and the depth file that are meant.")
+
+
+def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
+    return next((root / (stem + suffix) for suffix in suffixes if os.path.isfile(root / (stem + suffix))), None)

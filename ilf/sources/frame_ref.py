@@ -1,0 +1,99 @@
+"""A reference to a frame: where its files are and how they are read."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import NoneType
+from typing import Any, Self
+
+from .._runtime.addresses import absolute
+from .._runtime.named_places import NotAllowed, named_in
+from .._runtime.schema import Section
+from ..data.frame import FrameInputs
+from .naming import name_from_path, recorded_frame_name
+from .reading_options import AS_STATED, ReadingOptions
+
+
+@dataclass(frozen=True)
+class FrameRef:
+    """Reference to a frame: a folder with meta.json, a colour file with its depth file, or a frame of a recording.
+    `ilf.sources.reading.read_frame` reads it.
+
+    `frame` is the key of a frame in a recording; `rgb` is then the recording, and `depth` is None. `stated_in` is the
+    opened folder, or the address, of the file that states these paths, "" if it is not known, or None for paths of the
+    user. What a file states is read only where `named_in` allows it.
+    """
+
+    rgb: str
+    depth: str | None = None
+    frame: str | None = None
+    options: ReadingOptions = AS_STATED
+    stated_in: str | None = field(default=None, compare=False, repr=False)
+
+    @classmethod
+    def of(cls, inputs: FrameInputs) -> Self:
+        """The reference to a frame with these inputs, without its guide and its invalid mask."""
+        return cls.from_json(Section("frame", {"frame": None, **inputs.arguments}))
+
+    @classmethod
+    def from_json(cls, data: Section, stated_in: str | None = None) -> Self:
+        """The reference in an object of a JSON file; raises FormatError for missing or wrong values."""
+        depth, frame = (data.get(key, str, NoneType) for key in ("depth", "frame"))
+        return cls(data.get("rgb", str), depth, frame, ReadingOptions.from_json(data), stated_in)
+
+    def to_json(self) -> dict[str, Any]:
+        """The reference as an object for JSON: the location and the given options."""
+        return {"rgb": self.rgb, "depth": self.depth, "frame": self.frame, **self.options.to_json()}
+
+    @property
+    def key(self) -> str:
+        """Unique key: the path of the file or folder with the depth, followed by the frame's key in a recording."""
+        path = absolute(self.depth or self.rgb)
+        return path if self.frame is None else f"{path}#{self.frame}"
+
+    @property
+    def name(self) -> str:
+        """Name of the frame before it has been read."""
+        path = Path(absolute(self.rgb))
+        if self.frame is not None:
+            return recorded_frame_name(path, self.frame)
+        return path.name if self.depth is None else name_from_path(path)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """All given paths: of the colour file, folder or recording, the depth file and the files of the options."""
+        return self.rgb, *(() if self.depth is None else (self.depth,)), *self.options.paths.values()
+
+    def with_paths(self, change: Callable[[str], str], *, cameras: bool = False) -> Self:
+        """A copy with changed paths; with `cameras`, also those of files with intrinsics."""
+        rgb, depth = change(self.rgb), None if self.depth is None else change(self.depth)
+        return replace(self, rgb=rgb, depth=depth, options=self.options.with_paths(change, cameras=cameras))
+
+    def with_options(self, **changes: Any) -> Self:
+        """A copy with changed reading options."""
+        return replace(self, options=replace(self.options, **changes))
+
+    def absolute(self) -> Self:
+        """A copy with absolute paths; itself if all paths are absolute."""
+        return self if all(map(os.path.isabs, self.paths)) else self.with_paths(absolute)
+
+    def allowed(self) -> Self:
+        """The reference with paths that may be opened; raises as `named_in`."""
+        if self.stated_in is None:
+            return self
+        base, refused = self.stated_in, list[str]()
+
+        def checked(path: str) -> str:
+            try:
+                return named_in(path, base)
+            except NotAllowed as error:
+                refused.extend(error.places)
+                return path
+
+        found = replace(self.with_paths(checked, cameras=True), stated_in=None)
+        if refused:
+            raise NotAllowed(*refused)
+        return found

@@ -1,0 +1,166 @@
+"""A frame from a colour and a depth file: both upright, depth in metres, registered if its image has another size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent, read_file
+from ..data.camera import CameraIntrinsics, camera_doubt
+from ..data.frame import FrameInputs, InputFile, RGBDFrame
+from ..errors import FormatError, InputError
+from ..io.cameras import frame_camera
+from ..io.depth_reading import DepthReading, read_depth
+from ..io.images import read_colour_with_warning, turned
+from ..io.labels import read_mask
+from ..io.orientation import AS_STORED, PairOrientation, companion_doubts, orientation_tag, pair_orientation
+from .frame_folder import FrameFiles
+from .naming import COLOUR_SUFFIXES, META_NAME
+from .poses import camera_pose, stated_pose
+from .reading_options import ReadingOptions
+from .registration import Camera, RawPair, register
+
+
+def frame_of_files(files: FrameFiles, options: ReadingOptions, name: str | None) -> tuple[RGBDFrame, tuple[str, ...]]:
+    """A frame without ground truth and guide, and the warnings about reading it; `options` are those of the user."""
+    rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
+    colour, colour_doubt = read_colour_with_warning(rgb_file)
+    of_colour = (colour_doubt,) if colour_doubt else ()
+    read, chosen = depth_of_files(files, options, depth_file), options.or_else(files.options)
+    orientation = pair_orientation(rgb_file, colour, depth_file, read.metres)
+    colour, metres = turned(colour, orientation.tags[0]), turned(read.metres, orientation.tags[1])
+    is_same = colour.shape[:2] == metres.shape
+    if not is_same and chosen.depth_intrinsics is None:
+        is_exchanged = colour.shape[:2] == metres.shape[::-1]
+        hint = " Width and height are exchanged: one of the files is turned by 90 degrees." if is_exchanged else ""
+        raise InputError(
+            f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(metres)} pixels. Both must have the same "
+            "pixels: give the intrinsics of both (--intrinsics and --depth-intrinsics), by which depth is registered, "
+            f"or register and resize one to the other first.{hint} {orientation.note}".rstrip()
+        )
+    if files.size not in {None, (metres.shape[1], metres.shape[0])}:
+        raise FormatError(
+            f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {_size(metres)} pixels. "
+            "Correct its size, or load the two files separately."
+        )
+    camera, depth_camera, notes, issued = _cameras(chosen, colour.shape[:2], metres.shape)
+    inputs = FrameInputs(
+        InputFile(str(rgb_file.path), rgb_file.sha256),
+        InputFile(str(depth_file.path), depth_file.sha256),
+        read.encoding.units,
+        _numbers(camera),
+        encoding=read.encoding.name,
+        invalid=read.encoding.invalid,
+        depth_intrinsics=_numbers(depth_camera),
+        orientations=None if orientation.tags == AS_STORED else orientation.tags,
+    )
+    unlike = unlike_companions(chosen, depth_file, orientation)
+    of_pair = (*([orientation.note] if orientation.note else []), *unlike)
+    doubts = (*of_colour, *(of_pair if orientation.is_doubt else unlike))
+    try:
+        frame = replace(
+            frame_of_images(colour, metres, camera, inputs, name or files.name),
+            notes=(*of_colour, *of_pair, *read.notes, *notes),
+            plausibility_warnings=(*doubts, *(doubt.text for doubt in read.plausibility_warnings)),
+            pose=pose_of_files(files, chosen),
+            invalid_marker=read.invalid_marker,
+        )
+        if is_same and files.outside_view is not None:
+            frame = replace(frame, outside_view=read_mask(files.outside_view, colour.shape[:2]))
+    except InputError as error:
+        raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
+    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued)
+
+
+def depth_of_files(files: FrameFiles, options: ReadingOptions, content: FileContent | None = None) -> DepthReading:
+    """The depth alone; its scale is not checked. `content` is that of its file, if it is read already."""
+    invalid = options.or_else(files.options).invalid
+    return read_depth(content or read_file(files.depth), options.depth_encoding, files.options.depth_encoding, invalid)
+
+
+def pose_of_files(files: FrameFiles, options: ReadingOptions) -> NDArray[np.float64] | None:
+    """The camera pose, (4, 4): as `options` state it, or else from files beside the depth; None if not known."""
+    return camera_pose(files.depth) if options.pose is None else stated_pose(options.pose)
+
+
+def unlike_companions(
+    options: ReadingOptions, depth_file: FileContent, orientation: PairOrientation
+) -> tuple[str, ...]:
+    """Doubts about ground truth, guide and confidence map whose orientation is not that of the pair, as it is read."""
+    beside = filter(None, (options.ground_truth, options.guide, options.confidence))
+    companions = [read_file(path) for path in beside if Path(path).suffix.lower() in COLOUR_SUFFIXES]
+    return companion_doubts(companions, orientation_tag(depth_file) if orientation.tags == AS_STORED else 1)
+
+
+def _cameras(
+    options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]
+) -> tuple[CameraIntrinsics | None, CameraIntrinsics | None, tuple[str, ...], tuple[str, ...]]:
+    """The camera of colour, that of depth of another size, notes on both, and those among them to issue as warnings."""
+    if shape == depth_shape:
+        given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
+        camera, notes = frame_camera(given, shape)
+        return camera, None, notes, notes if camera is None else ()
+    camera, notes = frame_camera(options.intrinsics, shape)
+    depth_camera, depth_notes = frame_camera(options.depth_intrinsics, depth_shape)
+    if depth_camera is None or (camera is None and notes):
+        raise InputError((depth_notes if depth_camera is None else notes)[0])
+    doubt = camera_doubt(depth_camera, depth_shape)
+    issued = (f"Depth camera: {doubt}",) if doubt else ()
+    return camera, depth_camera, (*notes, *depth_notes, *issued), issued
+
+
+def frame_of_images(
+    colour: NDArray[np.uint8],
+    metres: NDArray[np.float32],
+    camera: CameraIntrinsics | None,
+    inputs: FrameInputs,
+    name: str,
+) -> RGBDFrame:
+    """A frame of colour (H, W, 3) and depth [m] of the same size; depth of another size is registered to colour.
+
+    Parameters
+    ----------
+    colour, metres : ndarray
+    camera : CameraIntrinsics or None
+        Intrinsics of colour.
+    inputs : FrameInputs
+        With the intrinsics of depth of another size.
+    name : str
+
+    Raises
+    ------
+    InputError
+        As `RGBDFrame` and `register`, and if the intrinsics of colour are not known though its size differs.
+    """
+    if inputs.depth_intrinsics is None:
+        return RGBDFrame(colour, metres, camera, name, inputs=inputs)
+    return register(pair_of_images(colour, metres, camera, inputs, name))
+
+
+def pair_of_images(
+    colour: NDArray[np.uint8],
+    metres: NDArray[np.float32],
+    camera: CameraIntrinsics | None,
+    inputs: FrameInputs,
+    name: str,
+) -> RawPair:
+    """The raw pair of two images of different sizes, seen from the same place; as `frame_of_images`."""
+    if camera is None or inputs.depth_intrinsics is None:
+        raise InputError(
+            "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
+        )
+    colour_camera = Camera(camera, (colour.shape[1], colour.shape[0]))
+    depth_camera = Camera(CameraIntrinsics(*inputs.depth_intrinsics), (metres.shape[1], metres.shape[0]))
+    return RawPair(colour, metres, colour_camera, depth_camera, np.eye(4), name, inputs)
+
+
+def _numbers(camera: CameraIntrinsics | None) -> tuple[float, float, float, float] | None:
+    return None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
+
+
+def _size(array: NDArray[Any]) -> str:
+    return f"{array.shape[1]} x {array.shape[0]}"

@@ -1,0 +1,310 @@
+"""Reading a frame: a folder with meta.json, two files, or a frame of a recording; also at addresses."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._runtime.addresses import is_address
+from .._runtime.named_places import note_opened
+from ..data.camera import CAMERA_DOUBT, CameraIntrinsics
+from ..data.frame import RGBDFrame
+from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, warn_of_reading
+from ..io.cameras import IntrinsicsSpec, frame_camera
+from ..io.depth_reading import DepthReading
+from ..io.encodings import EncodingSpec
+from ..io.frame_additions import (
+    NO_CONFIDENCE_MAP,
+    UNUSED_CONFIDENCE,
+    confidence_doubt,
+    load_guide,
+    low_confidence,
+    read_confidence,
+    with_ground_truth_file,
+)
+from ..io.images import read_colour
+from ..io.kinds import kind_at
+from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
+from .frame_ref import FrameRef
+from .image_pair import depth_of_files, frame_of_files, pair_of_images
+from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
+from .opening import is_recording
+from .own_results import COMPLETED_DEPTH, is_result
+from .poses import stated_pose
+from .reading_options import OPTIONS, ReadingOptions
+from .recorded import read_recorded
+from .registration import Camera, RawPair
+from .remote import copied, restored, with_addresses
+
+
+def load_frame(
+    rgb: str | os.PathLike[str],
+    depth: str | os.PathLike[str] | None = None,
+    *,
+    depth_units: float | None = None,
+    encoding: EncodingSpec | None = None,
+    invalid: float | None = None,
+    intrinsics: IntrinsicsSpec | None = None,
+    depth_intrinsics: IntrinsicsSpec | None = None,
+    name: str | None = None,
+    ground_truth: str | os.PathLike[str] | None = None,
+    ground_truth_units: float | None = None,
+    guide: str | os.PathLike[str] | None = None,
+    confidence: str | os.PathLike[str] | None = None,
+    min_confidence: float | None = None,
+    pose: str | os.PathLike[str] | ArrayLike | None = None,
+    frame: str | None = None,
+    beside: bool = True,
+    warn: bool = True,
+) -> RGBDFrame:
+    """Read an RGB-D frame from registered images or from a recording. Unregistered depth of a recording is registered.
+
+    Paths may be addresses (s3://, gs://, https://, hf://), whose files are copied to a temporary folder first.
+
+    Parameters
+    ----------
+    rgb : path-like
+        Colour PNG, JPEG or TIFF, or the depth file if it contains colour (.pcd, .heic); or, without `depth`, a folder
+        with a colour image `rgb.*` and depth `depth.*`, as meta.json describes them if it has one; or, with `frame`, a
+        recording.
+    depth : path-like, optional
+        Depth in any format of `ilf.io.read_depth_values`: 16-bit PNG, TIFF, PGM, NPY, EXR and others.
+    depth_units : float, optional
+        File units per metre: the encoding of most files.
+    encoding : str or float, optional
+        Conversion of the depth file's values to metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
+        ...), "bop", "bop:SCALE", "disparity:FB", or file units per metre. It replaces `depth_units`. Without both, the
+        value in meta.json is used, also for two files that lie beside it (see `meta_beside`); without that, 1000 units
+        per metre for integers and 1 for floats. An explicit encoding skips the plausibility check.
+    invalid : float, optional
+        The file's value for missing depth, besides zero, negative and not finite ones; 0 means that there is none. None
+        uses the value in meta.json.
+    intrinsics : optional
+        Anything that `ilf.io.intrinsics_from` accepts; it overrides meta.json.
+    depth_intrinsics : optional
+        The same for a depth file of another size than colour: its depth is registered to colour by both intrinsics, as
+        seen from the same place (see `ilf.registration`). Where both images have the same size, they are the
+        intrinsics of both.
+    name : str, optional
+        Name of the frame; None takes it from meta.json or the file names.
+    ground_truth : path-like, optional
+        Ground truth for evaluating results, in a file like the depth file. None uses that of the folder, if any.
+    ground_truth_units : float, optional
+        Its file units per metre. None uses the value in meta.json; otherwise those of the depth file if both contain
+        integers, 1 if it contains floats.
+    guide : path-like, optional
+        Depth from another origin, or a network that predicts it, see `ilf.load_guide`. None uses that of the folder, if
+        any.
+    confidence : path-like, optional
+        The sensor's confidence of its depth, see `ilf.io.read_confidence`. None uses that of the folder, if any: also
+        without meta.json, a file whose name has "confidence" where that of the depth file or its folder has "depth".
+    min_confidence : float, optional
+        Depth of a lower confidence counts as missing: it goes into the frame's invalid mask. None uses the value in
+        meta.json; without that, all depth counts. Without a confidence map it has no effect, which a note reports.
+    pose : path-like or array_like, optional
+        The camera's pose, see `RGBDFrame`: a matrix (4, 4), or a text file with its rows. None uses that of the folder
+        or of a file beside the depth, if any.
+    frame : str, optional
+        The key of a frame of a recording, see `ilf.open_source`.
+    beside : bool
+        Whether a meta.json, or a confidence map, beside two files is used.
+    warn : bool
+        Whether plausibility warnings and notes on what was left out are also issued as `DepthWarning`, not only stored
+        in the frame's `notes`.
+
+    Returns
+    -------
+    RGBDFrame
+        Its `inputs` contain the absolute paths of the files, the SHA-256 of the bytes that were read, the depth units
+        and the intrinsics; its `sources` contain what is needed to read the same frame again.
+
+    Raises
+    ------
+    InputError
+        If a file is missing, the sizes differ, no depth is known or none has enough confidence, the depth scale is
+        absurd, or the scale of the ground truth does not fit it.
+    FormatError
+        If a file is damaged or has the wrong kind of content.
+    ParameterError
+        If depth or ground truth units are not a positive number, there is no such encoding, both units and an encoding
+        are given, ground truth units are given without ground truth, or the minimum confidence is not a number.
+    ExportError
+        If files at addresses cannot be copied to this machine.
+
+    Examples
+    --------
+    >>> from ilf._runtime.installation import asset_path
+    >>> frame = load_frame(asset_path("samples/room"))
+    >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.ground_truth is None
+    ('room', (480, 640), 0.173, False)
+    """
+    for path in (rgb, rgb if depth is None else depth):
+        check_kind(path, PathKind, "A frame is read from files", "make one from arrays by ilf.RGBDFrame(rgb, depth).")
+    if frame is not None and depth is not None:
+        raise ParameterError("A recording contains the depth of its frames: leave the depth file out.")
+    options = ReadingOptions.from_arguments(locals())
+    ref = FrameRef(os.fspath(rgb), None if depth is None else os.fspath(depth), frame, options)
+    return read_frame(ref, name=name, beside=beside, warn=warn)
+
+
+def read_frame(ref: FrameRef, *, name: str | None = None, beside: bool = True, warn: bool = False) -> RGBDFrame:
+    """Read the frame of a reference: what `load_frame` does, from one object. Plausibility warnings and notes on what
+    was left out are in its `notes`; they are issued as `DepthWarning` only with `warn`.
+
+    Raises
+    ------
+    InputError, FormatError, ParameterError, ExportError
+        As `load_frame`, and as `FrameRef.allowed`.
+    """
+    own = ref.allowed()
+    report = warn_of_reading if warn else lambda text: None
+    if not any(map(is_address, own.paths)):
+        loaded = _read(own, name, beside, report)
+    else:
+        with copied(own) as here:
+            loaded = with_addresses(_read(here, name, beside, lambda text: report(restored(text))))
+    note_opened(*own.paths, *own.options.camera_paths.values(), *loaded.files)
+    return loaded
+
+
+def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str], None]) -> RGBDFrame:
+    """Read a frame on this machine, and report plausibility warnings and what was left out."""
+    confidence: str | NDArray[Any] | None = None
+    if ref.frame is None:
+        files = files_of(ref, beside=beside)
+        if ref.depth is None and files.has_meta and ref.options.or_else(files.options).depth_encoding is None:
+            raise FormatError(
+                f"{Path(ref.rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per "
+                "metre (1000 for millimetres) or the encoding's name, or give depth units."
+            )
+        loaded, warnings = frame_of_files(files, ref.options, name)
+        chosen = ref.options.checked().or_else(files.options)
+    else:
+        loaded, warnings, confidence = _of_recording(ref, name)
+        chosen = ref.options.checked()
+    if is_result(ref):
+        loaded = replace(loaded, notes=(*loaded.notes, f"{ref.depth or ref.rgb}: {COMPLETED_DEPTH}"))
+    for text in (*warnings, *(one for one in loaded.notes if one.startswith(CAMERA_DOUBT))):
+        report(text)
+    loaded = _with_min_confidence(loaded, chosen.confidence or confidence, chosen.min_confidence, report)
+    if chosen.guide is not None:
+        loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape, loaded.rgb))
+    if chosen.ground_truth is None:
+        if ref.options.ground_truth_units is not None:
+            raise ParameterError("Ground truth units are given without ground truth: give its file, too.")
+        return loaded
+    known = len(loaded.notes)
+    loaded = with_ground_truth_file(loaded, chosen.ground_truth, chosen.ground_truth_units)
+    for text in loaded.notes[known:]:
+        report(text)
+    return loaded
+
+
+def _of_recording(ref: FrameRef, name: str | None) -> tuple[RGBDFrame, tuple[str, ...], NDArray[Any] | None]:
+    """A frame of a recording, without ground truth and guide; the warnings about reading it; and the sensor's
+    confidence."""
+    recorded = read_recorded(ref.rgb, ref.frame or "", ref.options.depth_encoding, ref.options.invalid)
+    camera, notes = frame_camera(ref.options.intrinsics, recorded.shape)
+    if camera is None and notes:
+        raise InputError(notes[0])
+    frame = recorded.frame(camera, name)
+    pose = frame.pose if ref.options.pose is None else stated_pose(ref.options.pose)
+    frame = replace(frame, notes=(*frame.notes, *notes), pose=pose)
+    return frame, recorded.reading.warnings, recorded.stored.confidence
+
+
+def files_of(ref: FrameRef, *, beside: bool = True) -> FrameFiles:
+    """The files of a frame on this machine, and what a meta.json beside them states; with `beside` false, not that
+    beside two files. Raises InputError for what is no frame, and as `frame_folder`."""
+    if ref.depth is not None:
+        return two_files(ref.rgb, ref.depth, beside=beside)
+    path = Path(ref.rgb)
+    if is_recording(path):
+        raise InputError(f"{path} is a recording: give the key of one of its frames (--frame; `ilf info` lists them).")
+    if os.path.isdir(path):
+        return frame_folder(path)
+    if not os.path.exists(path):
+        raise InputError(f"{path}: there is no such file or folder. Check the name.")
+    kind = kind_at(path)
+    if kind is not None and path.suffix.lower() not in {*COLOUR_SUFFIXES, *DEPTH_FILE_SUFFIXES}:
+        raise FormatError(f"{path} is {kind[0]}, not a frame. {kind[1]}")
+    raise InputError(
+        f"{path}: a frame needs a depth image besides its colour image. Give both files, or one folder with "
+        f"{META_NAME}."
+    )
+
+
+def _with_min_confidence(
+    frame: RGBDFrame,
+    confidence: str | NDArray[Any] | None,
+    min_value: float | None,
+    report: Callable[[str], None],
+) -> RGBDFrame:
+    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file; reports a
+    doubt about its scale."""
+    low, note, doubt = None, UNUSED_CONFIDENCE, ""
+    if confidence is None:
+        note = "" if min_value is None else NO_CONFIDENCE_MAP
+    elif min_value is not None:
+        values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
+        low, note = low_confidence(values, min_value, frame.depth)
+        doubt = confidence_doubt(values, min_value)
+    if doubt:
+        report(doubt)
+        frame = replace(frame, plausibility_warnings=(*frame.plausibility_warnings, doubt))
+    found = tuple(text for text in (note, doubt) if text)
+    return replace(frame, invalid_mask=low, notes=(*frame.notes, *found)) if found else frame
+
+
+def read_raw_pair(ref: FrameRef, *, warn: bool = False) -> RawPair:
+    """Read colour and depth as captured by their two cameras, before registration; for registered images both cameras
+    are the same. Plausibility warnings are as in `read_frame`.
+
+    Raises
+    ------
+    InputError
+        If a camera is not known, and as `read_frame`.
+    """
+    if ref.frame is not None:
+        own = ref.allowed()
+        recorded = read_recorded(own.rgb, ref.frame, own.options.depth_encoding, own.options.invalid)
+        for text in recorded.reading.warnings if warn else ():
+            warn_of_reading(text)
+        return recorded.pair()
+    frame = read_frame(ref, warn=warn)
+    if frame.inputs is not None and frame.inputs.depth_intrinsics is not None:
+        with copied(ref) as here:
+            files = files_of(here)
+            colour, metres = read_colour(files.rgb), depth_of_files(files, here.options).metres
+        given = None if frame.inputs.intrinsics is None else CameraIntrinsics(*frame.inputs.intrinsics)
+        return replace(pair_of_images(colour, metres, given, frame.inputs, frame.name), notes=frame.notes)
+    if frame.intrinsics is None:
+        raise InputError(f"{ref.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
+    camera = Camera(frame.intrinsics, (frame.shape[1], frame.shape[0]))
+    return RawPair(frame.rgb, frame.measured, camera, camera, np.eye(4), frame.name, frame.inputs, frame.notes)
+
+
+def read_depth(ref: FrameRef) -> DepthReading:
+    """Read the depth of a frame alone, with its plausibility warnings; raises as `read_frame` but for its scale."""
+    with copied(ref) as here:
+        if here.frame is not None:
+            options = here.options
+            return read_recorded(here.rgb, here.frame, options.depth_encoding, options.invalid).reading
+        return depth_of_files(files_of(here), here.options)
+
+
+def described_beside(ref: FrameRef) -> str:
+    """A sentence that lists what is read from a meta.json beside two files; "" for nothing."""
+    own = ref.allowed()
+    files = None if own.depth is None else meta_beside(own.rgb, own.depth)
+    if files is None:
+        return ""
+    added = ref.options.or_else(files.options).given.keys() - ref.options.given.keys()
+    used_items = ["name", *(option.label for name, option in OPTIONS.items() if name in added and option.label)]
+    return f"Read from {META_NAME} beside the files: {', '.join(used_items)}."
