@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from .._runtime.addresses import absolute, is_address
+from .._runtime.files import absolute, is_address
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section
 from ..data.camera import CameraIntrinsics

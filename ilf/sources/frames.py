@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.addresses import is_address
-from .._runtime.files import FileContent, read_file, read_json
+from .._runtime.files import FileContent, is_address, read_file, read_json
 from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_opened
 from .._runtime.writing import write_bytes
 from ..data.camera import CAMERA_DOUBT, CameraIntrinsics, as_camera, camera_doubt, checked_transform

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .._runtime.addresses import Address, is_address
-from .._runtime.files import open_file, read_file
+from .._runtime.addresses import Address
+from .._runtime.files import is_address, open_file, read_file
 from .._runtime.formatting import counted
 from .._runtime.named_places import note_opened
 from ..data.camera import camera_from_numbers

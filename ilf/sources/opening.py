@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
-from .._runtime.addresses import Address, is_address
+from .._runtime.addresses import Address
+from .._runtime.files import is_address
 from .._runtime.folders import folder_at
 from ..errors import FormatError, InputError
 from ..io.kinds import check_is_there
