@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from PySide6.QtCore import qVersion
 
 import ilf
-from ilf._runtime.machine import library_versions
+from ilf._runtime.installation import library_versions
 
 _DISPLAYED = {"opencv": "OpenCV", "onnxruntime": "ONNX Runtime"}
 

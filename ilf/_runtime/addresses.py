@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO, TypeGuard
+from typing import Any, BinaryIO
 from urllib.parse import unquote, urlsplit
 
 import platformdirs
@@ -23,8 +23,6 @@ from .cancellation import check_cancelled
 from .files import MAX_FILE_BYTES, LimitedReader
 from .installation import optional
 from .writing import atomic_path
-
-_ADDRESS = re.compile(r"\s*(?:[A-Za-z][A-Za-z0-9+.-]*::)*[A-Za-z][A-Za-z0-9+.-]+://")
 
 _PROTOCOLS = "http", "https", "s3", "gs", "hf", "memory"
 """What is opened; memory is that of this process, for tests. Other protocols of fsspec run programs, unpack archives or
@@ -36,22 +34,6 @@ _BLOCK = 2**22
 _LONGEST_CAUSE = 200
 
 _WEB = "http", "https"
-
-
-def is_address(path: object) -> TypeGuard[str]:
-    """Whether a path is an address, such as s3://bucket/folder, valid or not.
-
-    Examples
-    --------
-    >>> is_address("s3://bucket/rgb"), is_address("zip::HTTP://host"), is_address("rgb"), is_address("C:/rgb")
-    (True, True, False, False)
-    """
-    return isinstance(path, str) and _ADDRESS.match(path) is not None
-
-
-def absolute(path: str) -> str:
-    """The absolute path; an address is absolute."""
-    return path if is_address(path) else os.path.abspath(path)
 
 
 class Address(str):

@@ -5,6 +5,7 @@ A child ends when the process that started it ends, however that happens: its st
 
 from __future__ import annotations
 
+import atexit
 import math
 import os
 import pickle
@@ -16,7 +17,7 @@ import time
 import traceback
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import closing, suppress
+from contextlib import suppress
 from functools import partial
 from itertools import islice
 from queue import SimpleQueue
@@ -99,7 +100,7 @@ class Child:
         Cancelled
             If the work was cancelled; likewise.
         """
-        work = pickle.dumps((function, arguments, seconds, memory))
+        work = pickle.dumps((dict(os.environ), function, arguments, seconds, memory))
 
         def converse() -> bytes:
             _send(self._process.stdin, work)
@@ -112,10 +113,17 @@ class Child:
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             self.end()
             raise ChildEnded(self._process.returncode) from None
+        if isinstance(found, MemoryError):
+            self.end()
         if not is_result:
             raise found
         result: Result = found
         return result
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it was ended."""
+        return self._process.returncode is not None
 
     def end(self) -> None:
         """End it, whatever it is doing; it removes what it is writing."""
@@ -199,12 +207,11 @@ def run_in_child(
     (3, 1)
     """
     try:
-        child = Child(quiet=True)
-    except OSError as error:
-        raise InputError(f"{file} cannot be checked: no process can be started ({cause(error)}). Try again.") from error
+        child = _idle.pop()
+    except IndexError:
+        child = _started(file)
     try:
-        with closing(child):
-            return child.call(function, *arguments, seconds=seconds, memory=memory)
+        return child.call(function, *arguments, seconds=seconds, memory=memory)
     except IlfError:
         raise
     except TimeoutError:
@@ -215,7 +222,33 @@ def run_in_child(
         problem = f"crashes ({error})"
     except Exception as error:
         problem = f"fails ({f'{type(error).__name__}: {error}':.200})"
+    finally:
+        if child.has_ended:
+            child.close()
+        else:
+            _idle.append(child)
     raise FormatError(f"{file} is damaged: {doing} {problem}. {_REMEDY}")
+
+
+def _started(file: str) -> Child:
+    try:
+        return Child(quiet=True)
+    except OSError as error:
+        raise InputError(f"{file} cannot be checked: no process can be started ({cause(error)}). Try again.") from error
+
+
+_idle: list[Child] = []
+"""Children that have read a file and wait for the next."""
+
+
+@atexit.register
+def _end_idle() -> None:
+    while _idle:
+        _idle.pop().close()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_idle.clear)  # they are children of the other process
 
 
 # Work on many items.
@@ -396,7 +429,8 @@ def _listen(stream: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
 def answer(work: bytes) -> bytes:
     """Do work within its limits and return the message for the parent."""
     try:
-        function, arguments, seconds, memory = pickle.loads(work)
+        environment, function, arguments, seconds, memory = pickle.loads(work)
+        os.environ.update(environment)
         if memory is not None:
             set_process_limits(seconds, memory)
         return pickle.dumps((True, function(*arguments)))

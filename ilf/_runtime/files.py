@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import os
+import re
 import stat
 import zipfile
 from collections.abc import Callable, Iterator
@@ -13,7 +14,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from ..errors import FormatError, InputError, cause
 
@@ -27,6 +28,8 @@ MAX_FILE_BYTES = 2**30
 _PIECE = 2**22
 """Number of bytes that are read before the limits are looked at again."""
 
+_ADDRESS = re.compile(r"\s*(?:[A-Za-z][A-Za-z0-9+.-]*::)*[A-Za-z][A-Za-z0-9+.-]+://")
+
 _before_reading: ContextVar[Callable[[Path], None] | None] = ContextVar("_before_reading", default=None)
 
 
@@ -38,6 +41,22 @@ def reading_through(prepare: Callable[[Path], None]) -> Iterator[None]:
         yield
     finally:
         _before_reading.reset(token)
+
+
+def is_address(path: object) -> TypeGuard[str]:
+    """Whether a path is an address, such as s3://bucket/folder, valid or not.
+
+    Examples
+    --------
+    >>> is_address("s3://bucket/rgb"), is_address("zip::HTTP://host"), is_address("rgb"), is_address("C:/rgb")
+    (True, True, False, False)
+    """
+    return isinstance(path, str) and _ADDRESS.match(path) is not None
+
+
+def absolute(path: str) -> str:
+    """The absolute path; an address is absolute."""
+    return path if is_address(path) else os.path.abspath(path)
 
 
 def existing_file(path: str | os.PathLike[str]) -> Path:

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ..errors import ExportError, InputError, cause
-from .addresses import RemoteFiles, cache_folder, is_address
+from .addresses import RemoteFiles, cache_folder
 from .cancellation import check_cancelled
-from .files import open_file
+from .files import is_address, open_file
 from .writing import atomic_path, ensure_folder
 
 

@@ -21,8 +21,8 @@ from urllib.parse import unquote
 import platformdirs
 
 from ..errors import ExportError, InputError
-from .addresses import Address, absolute, is_address
-from .files import MAX_FILE_BYTES, file_sha256
+from .addresses import Address
+from .files import MAX_FILE_BYTES, absolute, file_sha256, is_address
 from .writing import write_bytes
 
 VARIABLE = "ILF_ALLOW_ADDRESS"

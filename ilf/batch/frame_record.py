@@ -12,8 +12,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from .._runtime.addresses import is_address
-from .._runtime.files import file_sha256, read_json
+from .._runtime.files import file_sha256, is_address, read_json
 from .._runtime.named_places import may_look_at
 from .._runtime.schema import check_schema, converted
 from .._runtime.writing import write_bytes

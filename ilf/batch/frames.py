@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from .._runtime.addresses import is_address
+from .._runtime.files import is_address
 from ..errors import InputError, cause
 from ..sources.frame_ref import FrameRef
 from ..sources.neighbours import around

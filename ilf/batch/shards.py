@@ -17,9 +17,8 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from .._runtime.addresses import is_address
 from .._runtime.children import run_in_processes
-from .._runtime.files import parse_json
+from .._runtime.files import is_address, parse_json
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.schema import Section

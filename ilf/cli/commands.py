@@ -11,7 +11,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import TextIO
 
-from .._runtime.addresses import is_address
+from .._runtime.files import is_address
 from .._runtime.installation import __version__, check_opencv
 from .._runtime.named_places import allow_address
 from .._runtime.termination import Interrupted, log_error, terminating_on_signal

@@ -14,8 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.addresses import is_address
-from .._runtime.files import read_file
+from .._runtime.files import is_address, read_file
 from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.writing import interrupted

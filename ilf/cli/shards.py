@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import asdict, replace
 from typing import Any
 
-from .._runtime.addresses import absolute
+from .._runtime.files import absolute
 from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.termination import extended_time_limit

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.addresses import is_address
 from .._runtime.arrays import plain_array, without_mask
+from .._runtime.files import is_address
 from ..errors import InputError, warn_of_reading
 from .camera import CAMERA_DOUBT, CameraIntrinsics, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide

@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 
 from .._runtime.files import MAX_FILE_BYTES, FileContent, zip_member
 from .._runtime.installation import optional
-from .._runtime.silence import silenced
 from ..errors import FormatError
 from .hdf5 import dataset, open_hdf5, rows
 from .images import check_pixel_count
 from .kinds import wrong_kind
+
+_MEMORY = 2**31
+"""Limit of the memory of a child that reads a file [bytes]."""
 
 # all exceptions of parsing a header as Python text
 _NPY_ERRORS = (
@@ -104,8 +106,8 @@ _DATA_SETS = "dataset", "depth", "depths"
 
 
 def read_hdf5(file: FileContent) -> NDArray[Any]:
-    """Read depth (H, W): the first data set of two axes (or three, for `without_channel`) with one of these names:
-    dataset, depth, depths. What MATLAB has saved, column by column, is transposed.
+    """Read depth (H, W) in a child: the first data set of two axes (or three, for `without_channel`) with one of these
+    names: dataset, depth, depths. What MATLAB has saved, column by column, is transposed.
 
     Raises
     ------
@@ -114,6 +116,12 @@ def read_hdf5(file: FileContent) -> NDArray[Any]:
     FormatError
         If it is no HDF5, is damaged, has too many pixels, or no such data set.
     """
+    from .._runtime.children import run_in_child
+
+    return run_in_child(_hdf5_depth, file, file=str(file), memory=_MEMORY)
+
+
+def _hdf5_depth(file: FileContent) -> NDArray[Any]:
     name = str(file)
     with open_hdf5(io.BytesIO(file.data.tobytes()), name, "Reading depth from HDF5") as opened:
         kinds = [(one, axes) for one in _DATA_SETS for axes in (2, 3)]
@@ -141,8 +149,8 @@ _REMEDY = "Export depth alone, as one channel Z."
 
 
 def read_exr(file: FileContent) -> NDArray[Any]:
-    """Read depth (H, W) from the first part, float16, float32 or uint32: its channel Z, its only one, or three equal
-    ones.
+    """Read depth (H, W) from the first part, float16, float32 or uint32, in a child: its channel Z, its only one, or
+    three equal ones.
 
     Raises
     ------
@@ -151,26 +159,23 @@ def read_exr(file: FileContent) -> NDArray[Any]:
     FormatError
         If it is not an EXR, is truncated or damaged, has too many pixels, or no depth channel.
     """
-    openexr = optional("OpenEXR", "ilf-studio[sensors]", "Reading EXR")
+    from .._runtime.children import run_in_child
+
     if file.data[:4].tobytes() != _MAGIC:
         raise wrong_kind(file, file.data, "an EXR")
+    return run_in_child(_exr_depth, file, file=str(file), memory=_MEMORY, doing="reading this EXR")
+
+
+def _exr_depth(file: FileContent) -> NDArray[Any]:
+    openexr = optional("OpenEXR", "ilf-studio[sensors]", "Reading EXR")
     stream = io.BytesIO(file.data.tobytes())
-    try:
-        with silenced():
-            headers = [part.header for part in openexr.File(stream, True, True, 0).parts]
-            names = _checked(file, headers)
-            stream.seek(0)
-            image = openexr.File(stream, True, False, 0)  # omits parts that it cannot read
-        if len(image.parts) != len(headers):
-            raise ValueError("its pixels cannot be decoded")
-        found = [image.channels(0)[name].pixels for name in names]
-    except (OSError, RuntimeError, LookupError, TypeError, ValueError, MemoryError) as error:
-        if isinstance(error, FormatError):
-            raise
-        raise FormatError(
-            f"{file}: this EXR cannot be read ({error!s:.120}): it is truncated, damaged or of an unsupported kind. "
-            "Copy or export it again."
-        ) from error
+    headers = [part.header for part in openexr.File(stream, True, True, 0).parts]
+    names = _checked(file, headers)
+    stream.seek(0)
+    image = openexr.File(stream, True, False, 0)  # omits parts that it cannot read
+    if len(image.parts) != len(headers):
+        raise ValueError("its pixels cannot be decoded")
+    found = [image.channels(0)[name].pixels for name in names]
     if not all(np.array_equal(found[0], other, equal_nan=True) for other in found[1:]):
         raise FormatError(
             f"{file}: its channels {', '.join(names)} differ: this is a colour image, not depth. {_REMEDY}"
@@ -179,15 +184,9 @@ def read_exr(file: FileContent) -> NDArray[Any]:
 
 
 def _checked(file: FileContent, headers: list[dict[str, Any]]) -> list[str]:
-    """Return the depth channels of the first part; raise FormatError if there are none, or if they are implausibly
-    large, before memory is allocated."""
-    wanted = 0
+    """Return the depth channels of the first part; raise FormatError if there are none, or too many pixels."""
     for header in headers:
-        width, height = _size(header["dataWindow"])
-        check_pixel_count(file, width, height)
-        wanted += 4 * width * height * len(header["channels"])
-    if wanted > MAX_FILE_BYTES:
-        raise FormatError(f"{file}: its channels would need {wanted / 2**30:.1f} GiB of memory. {_REMEDY}")
+        check_pixel_count(file, *_size(header["dataWindow"]))
     first = headers[0]
     if not np.array_equal(first["dataWindow"], first["displayWindow"]):
         raise FormatError(f"{file}: its pixels cover only a part of the image. Export the whole image.")

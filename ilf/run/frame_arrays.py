@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.addresses import is_address
+from .._runtime.files import is_address
 from ..data.frame import RGBDFrame
 from ..errors import InputError, ParameterError
 from ..sources.own_results import is_shards

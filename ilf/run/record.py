@@ -13,8 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.installation import __version__
-from .._runtime.machine import library_versions, processor
+from .._runtime.installation import __version__, library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION, model_path
 from .._runtime.networks.session import device
 from .._runtime.schema import PlainName, plain

@@ -12,11 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.addresses import is_address
-from .._runtime.files import file_sha256
+from .._runtime.files import file_sha256, is_address
 from .._runtime.formatting import counted
-from .._runtime.installation import __version__
-from .._runtime.machine import library_versions, processor
+from .._runtime.installation import __version__, library_versions, processor
 from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_opened
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION
 from .._runtime.networks.session import device

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.addresses import Address, is_address
-from .._runtime.files import FileContent, read_file
+from .._runtime.addresses import Address
+from .._runtime.files import FileContent, is_address, read_file
 from .._runtime.folders import folder_at
 from .._runtime.named_places import named_in
 from ..data.camera import CameraIntrinsics

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import NoneType
 from typing import Any, Self
 
-from .._runtime.addresses import absolute
+from .._runtime.files import absolute
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section
 from ..data.frame import FrameInputs

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from .._runtime.addresses import Address, is_address
-from .._runtime.files import open_file
+from .._runtime.addresses import Address
+from .._runtime.files import is_address, open_file
 from .._runtime.formatting import counted
 from .._runtime.named_places import note_opened
 from ..errors import InputError, ParameterError, cause

@@ -10,7 +10,8 @@ from contextlib import contextmanager, nullcontext
 from functools import cache
 from pathlib import Path
 
-from .._runtime.addresses import Address, is_address
+from .._runtime.addresses import Address
+from .._runtime.files import is_address
 from .._runtime.folders import folder_at
 from ..errors import FormatError, InputError
 from ..io.kinds import check_is_there

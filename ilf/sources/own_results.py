@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 
-from .._runtime.addresses import is_address
-from .._runtime.files import read_json
+from .._runtime.files import is_address, read_json
 from .._runtime.folders import folder_at
 from ..errors import InputError
 from .frame_ref import FrameRef

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.addresses import is_address
+from .._runtime.files import is_address
 from .._runtime.named_places import note_opened
 from ..data.camera import CAMERA_DOUBT, CameraIntrinsics
 from ..data.frame import RGBDFrame

@@ -15,9 +15,9 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from .._runtime.addresses import Address, RemoteFiles, cache_folder, is_address
+from .._runtime.addresses import Address, RemoteFiles, cache_folder
 from .._runtime.cancellation import check_cancelled
-from .._runtime.files import reading_through
+from .._runtime.files import is_address, reading_through
 from .._runtime.writing import (
     ensure_folder,
     left_in,

@@ -15,8 +15,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.addresses import RemoteFiles, is_address
-from .._runtime.files import FileContent, parse_json, read_file
+from .._runtime.addresses import RemoteFiles
+from .._runtime.files import FileContent, is_address, parse_json, read_file
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.memory import memory_limit

@@ -12,7 +12,8 @@ from typing import Literal, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.addresses import Address, is_address
+from .._runtime.addresses import Address
+from .._runtime.files import is_address
 from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..data.frame import RGBDFrame

@@ -20,7 +20,6 @@ from ..files import read_file
 from ..installation import asset_path
 from ..memory import memory_limit
 from .models import models_folder
-from .protobuf import has_external_data
 from .session import RefusedInputError, Session, device, runtime_version
 
 Shapes = dict[str, tuple[int, ...]]
@@ -142,9 +141,9 @@ class OnnxNetwork:
         InstallationError
             If ONNX Runtime cannot be imported: then the file is not the cause, and no other detector is used instead.
         """
-        cls._check_content(content, path)
         sha256 = hashlib.sha256(content.data).hexdigest()
         if not is_bundled(sha256):
+            cls._check_content(content, path)
             tried_once(partial(cls._try_in_child, content, path, {}), sha256, cls.__name__)
         return cls(content, path)
 
@@ -168,6 +167,8 @@ class OnnxNetwork:
     @classmethod
     def _check_content(cls, content: NDArray[np.uint8], path: Path) -> None:
         """Raise FormatError for a network that makes the reader open other files."""
+        from .protobuf import has_external_data
+
         try:
             is_outside = has_external_data(content)
         except ValueError as error:

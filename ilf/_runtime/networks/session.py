@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
+import threading
+from collections.abc import Iterator
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -12,7 +16,6 @@ from numpy.typing import NDArray
 
 from ...errors import InputError, InstallationError
 from ..cancellation import run_aside
-from ..silence import silenced
 
 _THREADS = 4
 """Threads of every session, whatever the machine and the program's other threads: operations are divided among them,
@@ -161,8 +164,29 @@ def _runtime() -> ModuleType:
 
 @cache
 def _imported() -> ModuleType:
-    with silenced():  # it warns of graphics cards that it cannot identify
+    with _silenced():  # it warns of graphics cards that it cannot identify
         import onnxruntime
     onnxruntime.set_default_logger_severity(_FATAL)
     onnxruntime.disable_telemetry_events()
     return onnxruntime
+
+
+# stdout and stderr are global to the process
+_silent = threading.Lock()
+
+
+@contextlib.contextmanager
+def _silenced() -> Iterator[None]:
+    """Discard what is printed during the block, by Python to stdout and by native code to stderr."""
+    with _silent, contextlib.redirect_stdout(io.StringIO()), contextlib.ExitStack() as after:
+        try:
+            kept = os.dup(2)
+        except OSError:  # a program without a terminal may have no stderr
+            yield
+            return
+        after.callback(os.close, kept)
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        after.callback(os.close, nowhere)
+        os.dup2(nowhere, 2)
+        after.callback(os.dup2, kept, 2)
+        yield

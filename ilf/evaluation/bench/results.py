@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.installation import __version__
-from ..._runtime.machine import library_versions
+from ..._runtime.installation import __version__, library_versions
 from ..._runtime.writing import write_bytes
 from ...data.parameters import PRESETS, BlockParameters
 from ...run.record import PROGRAM

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.installation import asset_path
-from ilf._runtime.machine import library_versions
+from ilf._runtime.installation import asset_path, library_versions
 from ilf.errors import FormatError
 from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, to_json
 from ilf.run.record_file import read_record

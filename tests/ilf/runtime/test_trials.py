@@ -44,6 +44,7 @@ def crash() -> None:
 def forked(monkeypatch: pytest.MonkeyPatch) -> None:
     """No interpreter is started for each trial."""
     monkeypatch.setattr("ilf._runtime.children.Child", ForkedChild)
+    monkeypatch.setattr("ilf._runtime.children._idle", [])
 
 
 def test_a_child_gives_what_the_function_gives() -> None:
