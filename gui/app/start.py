@@ -156,7 +156,7 @@ def build_parser() -> argparse.ArgumentParser:
         help="key of a frame in a folder of frames, a data set or a recording, as for `ilf complete`",
     )
     parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
-    add_options(parser, OPTIONS, short=True)
+    add_options(parser, {name: option for name, option in OPTIONS.items() if not option.of_source})
     played = parser.add_mutually_exclusive_group()
     played.add_argument("--live", metavar="SOURCE", help="play a recording or folder, completed as it plays")
     played.add_argument("--realsense", action="store_true", help="play the connected RealSense camera, as with --live")
@@ -226,7 +226,7 @@ def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> _Inputs:
     from ..base.paths import sort_paths
 
     if options.frame is not None:
-        found = Source.of(options.frames[0], reading).ref(options.frame)
+        found = Source(options.frames[0], reading).ref(options.frame)
         return _Inputs([], [], [replace(found, options=reading.or_else(found.options))], [])
     projects, folders, records, files = sort_paths(options.frames)
     sources = [FrameRef(str(path), options=reading) for path in folders]

@@ -39,7 +39,6 @@ from ilf.errors import IlfError
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.frame_writing import write_frame
 from ilf.sources.reading import read_frame
-from ilf.sources.reading_options import ReadingOptions
 from ilf.sources.realsense import camera_pairs
 from ilf.sources.registration import register
 from ilf.sources.source import Source
@@ -131,7 +130,7 @@ def play(
         if path is None:
             usual, frames = USUAL_RATE, _captured()
         else:
-            source = Source.of(path, ReadingOptions())
+            source = Source(path)
             usual, frames = _rate_of(source), _readable(partial(read_frame, source.ref(key)) for key in source.keys)
         chosen = rate or usual
         yield chosen

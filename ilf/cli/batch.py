@@ -45,7 +45,6 @@ from .parsing import (
     add_seeds,
     add_strict,
     checked_neighbours,
-    pairing_options,
     preset_from,
     reading_options,
     seeds_from,
@@ -254,7 +253,7 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
 
 
 def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
-    sources = [Source.of(path, reading_options(arguments), **pairing_options(arguments)) for path in arguments.sources]
+    sources = [Source(path, reading_options(arguments)) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
     neighbours, step = checked_neighbours(arguments)

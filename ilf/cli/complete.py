@@ -171,9 +171,6 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
         for name in (
             *(
                 "frame",
-                "max_gap",
-                "topics",
-                "layout",
                 "neighbours",
                 "neighbour_step",
                 "preset",

@@ -381,9 +381,8 @@ def _source_frame(source: FrameRef, arguments: argparse.Namespace) -> Section:
             files = files_of(here)
             files = replace(files, options=here.options.or_else(files.options))
             return _frame_section(files, reading_options(arguments))
-    frame, options = read_frame(source), source.options
-    recorded = read_recorded(source.rgb, source.frame, options.depth_encoding, options.invalid)
-    depth, levels = recorded.reading, recorded.stored.confidence
+    frame, images = read_frame(source), read_recorded(source.allowed())
+    depth, levels = images.reading, images.confidence
     height, width = frame.shape
     sure = [] if levels is None else _confidence_value_facts(None, levels, source.options.min_confidence, depth.metres)
     entries = {"colour": source.rgb, "width": width, "height": height}

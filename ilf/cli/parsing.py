@@ -21,7 +21,6 @@ from ..sources.neighbours import with_neighbours
 from ..sources.reading import read_frame
 from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions
 from ..sources.source import Source
-from ..sources.times import MAX_TIME_GAP_S
 from .output import warn
 from .usage import UsageError, count
 
@@ -54,34 +53,8 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
 
 
 def add_pairing(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments for pairing colour and depth: largest time difference, topics and layout; see
-    `pairing_options`."""
-    parser.add_argument(
-        "--max-gap",
-        type=float,
-        metavar="S",
-        help="largest time difference [s] between colour and depth of a frame that are paired by time (default: "
-        f"{MAX_TIME_GAP_S:g})",
-    )
-    parser.add_argument(
-        "--topics",
-        type=_topics,
-        metavar="COLOUR,DEPTH",
-        help="image topics of ROS recordings with several cameras (default: aligned depth and its colour; `ilf info` "
-        "lists them)",
-    )
-    parser.add_argument(
-        "--layout",
-        metavar="LAYOUT",
-        help="how the files of a folder are named and read: 'rgb=image/*.png depth=depth/*.png units=1000 K=K.txt', "
-        "the name of a layout, or a TOML file (default: recognised; `ilf info --layouts` lists them)",
-    )
-
-
-def pairing_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the values of `add_pairing` as arguments of `Source.of`."""
-    max_gap = MAX_TIME_GAP_S if arguments.max_gap is None else float(arguments.max_gap)
-    return {"max_gap": max_gap, "topics": arguments.topics, "layout": arguments.layout}
+    """Add the arguments of the reading options of a source: time difference, topics and layout."""
+    add_options(parser, {name: option for name, option in OPTIONS.items() if option.of_source})
 
 
 def _topics(text: str) -> tuple[str, str]:
@@ -95,7 +68,8 @@ def _topics(text: str) -> tuple[str, str]:
 
 def add_reading(parser: argparse._ActionsContainer) -> None:
     """Add the arguments of the reading options of all frames, see `reading_options`, and of what files may name."""
-    add_options(parser, {name: option for name, option in OPTIONS.items() if not option.one_frame})
+    of_all = {name: option for name, option in OPTIONS.items() if not (option.one_frame or option.of_source)}
+    add_options(parser, of_all)
     add_allowed(parser)
 
 
@@ -107,19 +81,17 @@ def add_companions(parser: argparse.ArgumentParser) -> None:
         add_options(group, {name: option for name, option in OPTIONS.items() if option.group == title})
 
 
-def add_options(
-    parser: argparse._ActionsContainer, options: Mapping[str, ReadingOption], *, short: bool = False
-) -> None:
-    """Add the flags of reading options, with their `help`, or their `short_help`."""
+def add_options(parser: argparse._ActionsContainer, options: Mapping[str, ReadingOption]) -> None:
+    """Add the flags of reading options."""
     exclusive = parser.add_mutually_exclusive_group()
     for name, option in options.items():
         if option.flag:
             (exclusive if option.exclusive else parser).add_argument(
                 option.flag,
                 dest=name,
-                type=str if str in KINDS[name] else float,
+                type=str if str in KINDS[name] else _topics if name == "topics" else float,
                 metavar=option.metavar,
-                help=option.short_help if short else option.help,
+                help=option.help,
             )
 
 
@@ -265,7 +237,7 @@ def source_from(arguments: argparse.Namespace) -> Source:
     """Open the folder of frames, data set or recording that the arguments name, and print its warnings."""
     if len(arguments.inputs) != 1:
         raise UsageError(f"Give one folder of frames, data set or recording, not {len(arguments.inputs)} paths.")
-    source = Source.of(arguments.inputs[0], reading_options(arguments), **pairing_options(arguments))
+    source = Source(arguments.inputs[0], reading_options(arguments))
     warn(source.notes)
     return source
 
@@ -273,7 +245,7 @@ def source_from(arguments: argparse.Namespace) -> Source:
 def frame_of_source(arguments: argparse.Namespace, source: Source | None = None) -> FrameRef:
     """Return the frame that --frame selects, from a source if it is already open."""
     found = (source or source_from(arguments)).ref(arguments.frame)
-    return replace(found, options=reading_options(arguments).or_else(found.options))
+    return replace(found, options=reading_options(arguments).of_frame.or_else(found.options))
 
 
 def _frame_with_neighbours(arguments: argparse.Namespace, count: int, step: int) -> RGBDFrame:
@@ -286,15 +258,15 @@ def _frame_with_neighbours(arguments: argparse.Namespace, count: int, step: int)
 
 
 def _frame_of_files(arguments: argparse.Namespace) -> FrameRef:
-    inputs = arguments.inputs
+    inputs, options = arguments.inputs, reading_options(arguments)
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder, not {len(inputs)} paths.")
-    if any(value is not None for value in (arguments.max_gap, arguments.topics, arguments.layout)):
+    if options != options.of_frame:
         raise UsageError(
             "--max-gap, --topics and --layout apply to frames of a folder or a recording: select one with --frame."
         )
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
-    return FrameRef(rgb, depth, options=reading_options(arguments))
+    return FrameRef(rgb, depth, options=options)
 
 
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:

@@ -154,7 +154,7 @@ def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSo
 
 def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
     """Raise UsageError for flags whose settings the file already contains."""
-    names = "frame", "max_gap", "topics", "layout", "preset", "invalid_mask"
+    names = "frame", "preset", "invalid_mask"
     also = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name) is not None]
     if also := [*also, *reading_flags(arguments), *parameter_flags(arguments)]:
         raise UsageError(f"{file} contains the settings of its runs: leave out {', '.join(also)}.")

@@ -21,7 +21,7 @@ from ..run.options import ExportOptions
 from ..sources.shards import MERGED_FILE
 from .options import geometry_flags
 from .output import FramesBar, print_json, shows_progress, warn
-from .parsing import pairing_options, reading_options
+from .parsing import reading_options
 from .usage import UsageError, count
 
 _PER_SHARD, _KEEP = 1000, "depth,expected_error,blocks"
@@ -173,13 +173,14 @@ def summary(counts: ShardCounts, seconds: float) -> list[str]:
 
 def _request(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what determines the frames, as JSON values."""
-    pairing = pairing_options(arguments)
+    options = reading_options(arguments)
+    topics = None if options.topics is None else list(options.topics)
     return {
         "sources": [absolute(path) for path in arguments.sources],
         "frames": list(arguments.frames),
         "every": arguments.every,
-        "pairing": pairing | {"topics": None if pairing["topics"] is None else list(pairing["topics"])},
-        "reading": reading_options(arguments).to_json(),
+        "pairing": {"max_gap": options.time_gap, "topics": topics, "layout": options.layout},
+        "reading": options.to_json(),
     }
 
 

@@ -24,6 +24,7 @@ from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import invalid_of, read_ground_truth
 from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
+from ..sources.frame_ref import FrameRef
 from ..sources.image_pair import frame_of_images
 from ..sources.poses import camera_pose
 from ..sources.recorded import read_recorded
@@ -241,19 +242,18 @@ def _of_recording(
 ) -> RGBDFrame:
     """Load a frame of a recording at its present path; the recording is identified by the bytes of the frame."""
     wanted = InputFile(inputs.rgb.path, "")
-    encoding = inputs.depth_units if inputs.encoding is None else inputs.encoding
     other: tuple[Path, str] | None = None
     for path in places.candidates(wanted):
         if not path.exists():
             continue
         try:
-            found = read_recorded(path, key, encoding, inputs.invalid)
+            found = read_recorded(dataclasses.replace(FrameRef.of(inputs), rgb=str(path)), name)
         except InputError as error:
             other = other or (path, str(error))
             continue
-        if (found.stored.rgb_sha256, found.stored.depth_sha256) == (inputs.rgb.sha256, inputs.depth.sha256):
+        if (found.inputs.rgb.sha256, found.inputs.depth.sha256) == (inputs.rgb.sha256, inputs.depth.sha256):
             note_opened(path)
-            return found.frame(intrinsics, name)
+            return found.frame(intrinsics)
         other = other or (path, f"The content of its frame {key} has changed.")
     places.check(wanted)
     if other is not None:

@@ -1,8 +1,7 @@
-"""A frame from a colour and a depth file: both upright, depth in metres, registered if its image has another size."""
+"""Reading a colour and a depth file: both upright, depth in metres."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,21 +20,35 @@ from ..io.orientation import AS_STORED, PairOrientation, companion_doubts, orien
 from .frame_folder import FrameFiles
 from .naming import COLOUR_SUFFIXES, META_NAME
 from .poses import camera_pose, stated_pose
+from .read_images import ReadImages, numbers_of
 from .reading_options import ReadingOptions
+from .recording import Cameras, registered_cameras
 from .registration import Camera, RawPair, register
 
+_NO_COLOUR_CAMERA = (
+    "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
+)
 
-def frame_of_files(files: FrameFiles, options: ReadingOptions, name: str | None) -> tuple[RGBDFrame, tuple[str, ...]]:
-    """A frame without ground truth and guide, and the warnings about reading it; `options` are those of the user."""
+
+def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = None) -> ReadImages:
+    """Read a colour and a depth file; `options` are those of the user, which replace the ones stated beside the files.
+
+    Raises
+    ------
+    InputError
+        If a file is missing, or the sizes differ and the cameras are not known.
+    FormatError
+        If a file is damaged, or the stated size is another one.
+    """
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
     colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
     read, chosen = depth_of_files(files, options, depth_file), options.or_else(files.options)
     orientation = pair_orientation(rgb_file, colour, depth_file, read.metres)
     colour, metres = turned(colour, orientation.tags[0]), turned(read.metres, orientation.tags[1])
-    is_same = colour.shape[:2] == metres.shape
+    shape, is_same = colour.shape[:2], colour.shape[:2] == metres.shape
     if not is_same and chosen.depth_intrinsics is None:
-        is_exchanged = colour.shape[:2] == metres.shape[::-1]
+        is_exchanged = shape == metres.shape[::-1]
         hint = " Width and height are exchanged: one of the files is turned by 90 degrees." if is_exchanged else ""
         raise InputError(
             f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(metres)} pixels. Both must have the same "
@@ -47,33 +60,34 @@ def frame_of_files(files: FrameFiles, options: ReadingOptions, name: str | None)
             f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {_size(metres)} pixels. "
             "Correct its size, or load the two files separately."
         )
-    camera, depth_camera, notes, issued = _cameras(chosen, colour.shape[:2], metres.shape)
-    inputs = FrameInputs(
-        InputFile(str(rgb_file.path), rgb_file.sha256),
-        InputFile(str(depth_file.path), depth_file.sha256),
-        read.encoding.units,
-        _numbers(camera),
-        encoding=read.encoding.name,
-        invalid=read.encoding.invalid,
-        depth_intrinsics=_numbers(depth_camera),
-        orientations=None if orientation.tags == AS_STORED else orientation.tags,
-    )
+    camera, depth_camera, notes, issued = _cameras(chosen, shape, metres.shape)
+    if not is_same and camera is None:
+        raise InputError(f"{files.depth}: {_NO_COLOUR_CAMERA}{read.alternative_encodings}")
     unlike = unlike_companions(chosen, depth_file, orientation)
     of_pair = (*([orientation.note] if orientation.note else []), *unlike)
-    doubts = (*of_colour, *(of_pair if orientation.is_doubt else unlike))
-    try:
-        frame = replace(
-            frame_of_images(colour, metres, camera, inputs, name or files.name),
-            notes=(*of_colour, *of_pair, *read.notes, *notes),
-            plausibility_warnings=(*doubts, *(doubt.text for doubt in read.plausibility_warnings)),
-            pose=pose_of_files(files, chosen),
-            invalid_marker=read.invalid_marker,
-        )
-        if is_same and files.outside_view is not None:
-            frame = replace(frame, outside_view=read_mask(files.outside_view, colour.shape[:2]))
-    except InputError as error:
-        raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
-    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued)
+    return ReadImages(
+        files.depth,
+        name or files.name,
+        colour,
+        metres,
+        read,
+        _pair_of_cameras(camera, depth_camera, shape, metres.shape),
+        FrameInputs(
+            InputFile(str(rgb_file.path), rgb_file.sha256),
+            InputFile(str(depth_file.path), depth_file.sha256),
+            read.encoding.units,
+            numbers_of(camera),
+            encoding=read.encoding.name,
+            invalid=read.encoding.invalid,
+            depth_intrinsics=numbers_of(depth_camera),
+            orientations=None if orientation.tags == AS_STORED else orientation.tags,
+        ),
+        (*of_colour, *of_pair, *read.notes, *notes),
+        (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
+        (*of_colour, *(of_pair if orientation.is_doubt else unlike)),
+        pose_of_files(files, chosen),
+        outside_view=read_mask(files.outside_view, shape) if is_same and files.outside_view is not None else None,
+    )
 
 
 def depth_of_files(files: FrameFiles, options: ReadingOptions, content: FileContent | None = None) -> DepthReading:
@@ -113,6 +127,19 @@ def _cameras(
     return camera, depth_camera, (*notes, *depth_notes, *issued), issued
 
 
+def _pair_of_cameras(
+    camera: CameraIntrinsics | None,
+    depth_camera: CameraIntrinsics | None,
+    shape: tuple[int, int],
+    depth_shape: tuple[int, int],
+) -> Cameras:
+    """The cameras of two images (H, W): one, or two at the same place if depth has another size."""
+    colour = None if camera is None else Camera(camera, shape[::-1])
+    if depth_camera is None:
+        return registered_cameras(colour)
+    return Cameras(colour, Camera(depth_camera, depth_shape[::-1]), np.eye(4), is_registered=False)
+
+
 def frame_of_images(
     colour: NDArray[np.uint8],
     metres: NDArray[np.float32],
@@ -120,46 +147,16 @@ def frame_of_images(
     inputs: FrameInputs,
     name: str,
 ) -> RGBDFrame:
-    """A frame of colour (H, W, 3) and depth [m] of the same size; depth of another size is registered to colour.
-
-    Parameters
-    ----------
-    colour, metres : ndarray
-    camera : CameraIntrinsics or None
-        Intrinsics of colour.
-    inputs : FrameInputs
-        With the intrinsics of depth of another size.
-    name : str
-
-    Raises
-    ------
-    InputError
-        As `RGBDFrame` and `register`, and if the intrinsics of colour are not known though its size differs.
-    """
+    """A frame of colour (H, W, 3) and depth [m] that were read as `inputs` say, upright; depth of another size is
+    registered to colour. Raises InputError as `RGBDFrame` and `register`, and if the intrinsics of colour are not known
+    though its size differs."""
     if inputs.depth_intrinsics is None:
         return RGBDFrame(colour, metres, camera, name, inputs=inputs)
-    return register(pair_of_images(colour, metres, camera, inputs, name))
-
-
-def pair_of_images(
-    colour: NDArray[np.uint8],
-    metres: NDArray[np.float32],
-    camera: CameraIntrinsics | None,
-    inputs: FrameInputs,
-    name: str,
-) -> RawPair:
-    """The raw pair of two images of different sizes, seen from the same place; as `frame_of_images`."""
-    if camera is None or inputs.depth_intrinsics is None:
-        raise InputError(
-            "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
-        )
-    colour_camera = Camera(camera, (colour.shape[1], colour.shape[0]))
-    depth_camera = Camera(CameraIntrinsics(*inputs.depth_intrinsics), (metres.shape[1], metres.shape[0]))
-    return RawPair(colour, metres, colour_camera, depth_camera, np.eye(4), name, inputs)
-
-
-def _numbers(camera: CameraIntrinsics | None) -> tuple[float, float, float, float] | None:
-    return None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
+    if camera is None:
+        raise InputError(_NO_COLOUR_CAMERA)
+    depth_camera = CameraIntrinsics(*inputs.depth_intrinsics)
+    cameras = Camera(camera, colour.shape[1::-1]), Camera(depth_camera, metres.shape[::-1])
+    return register(RawPair(colour, metres, *cameras, np.eye(4), name, inputs))
 
 
 def _size(array: NDArray[Any]) -> str:

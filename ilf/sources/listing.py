@@ -15,7 +15,7 @@ from ..errors import InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE
 from ..io.kinds import kind_at
 from .data_sets import bop_frames, has_time_lists, is_bop, is_sun, sun_frame, timed_frames
-from .file_patterns import Folders, is_folder
+from .file_patterns import Folders
 from .frame_folder import is_frame_folder
 from .frame_ref import FrameRef
 from .layout import Layout
@@ -27,9 +27,7 @@ from .own_results import is_result
 from .pairing import natural, paired, paired_by_time, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
 from .reading_options import AS_STATED, ReadingOptions
-from .recording import Topics
 from .remote import address_of, names_at, restored
-from .times import MAX_TIME_GAP_S
 
 _MOST_NAMES = 5
 """Maximum number of folders that a note names."""
@@ -72,14 +70,7 @@ class Listing:
     layout: str = ""
 
 
-def list_frames(
-    folder: str | os.PathLike[str],
-    given: ReadingOptions = AS_STATED,
-    *,
-    max_gap: float = MAX_TIME_GAP_S,
-    topics: Topics | None = None,
-    layout: str | os.PathLike[str] | None = None,
-) -> Listing:
+def list_frames(folder: str | os.PathLike[str], options: ReadingOptions = AS_STATED) -> Listing:
     """List the frames of a folder or a recording.
 
     A folder may contain a folder for each frame; a folder of colour and one of depth, matched by names or numbers, or
@@ -92,14 +83,8 @@ def list_frames(
     ----------
     folder : path-like
         A path, or an address.
-    given : ReadingOptions
-        They replace the options of each frame; those for a single frame are not used.
-    max_gap : float
-        Maximum time difference [s] of colour and depth of one frame, where they are matched by time.
-    topics : tuple of str, optional
-        Topics of colour and depth, in a ROS recording with several cameras. None selects the most suitable ones.
-    layout : str or path-like, optional
-        The layout of the folder, as `given_layouts` takes it. None recognises it.
+    options : ReadingOptions
+        How frames are found, and options that replace those of each frame; those for a single frame are not used.
 
     Raises
     ------
@@ -108,8 +93,9 @@ def list_frames(
     FormatError
         If its lists by time, its calibrations or the layout are damaged.
     ParameterError
-        If both units and an encoding are given, the minimum confidence is not a number, `max_gap` is not a duration, or
-        `topics` are given for a source without topics.
+        As `ReadingOptions.checked`, and if topics are given for a source without topics.
+    ExportError
+        If a recording at an address cannot be copied to this machine.
 
     Examples
     --------
@@ -117,106 +103,36 @@ def list_frames(
     >>> [Path(source.rgb).name for source in list_frames(asset_path("samples")).sources]
     ['room']
     """
-    given = given.of_all_frames.checked()
-    if not max_gap >= 0:
-        raise ParameterError(f"The maximum time gap must be 0 s or more, not {max_gap!r:.60}.")
-    if is_address(folder):
-        found = _at_address(Address(folder), given, max_gap, topics, layout)
-    else:
-        found = _listed(Path(folder).absolute(), given, max_gap, topics, layout)
-    note_opened(folder, *given.camera_paths.values())
+    options = options.checked()
+    at_address = is_address(folder)
+    found = _at_address(Address(folder), options) if at_address else _listed(Path(folder).absolute(), options)
+    note_opened(folder, *options.camera_paths.values())
     return found
 
 
-def _listed(
-    root: Path,
-    given: ReadingOptions,
-    max_gap: float,
-    topics: Topics | None,
-    layout: str | os.PathLike[str] | None,
-) -> Listing:
+def _listed(root: Path, options: ReadingOptions) -> Listing:
     """The frames of a folder or a recording on this machine."""
-    if layout is not None:
-        return _by_given_layout(root, given, given_layouts(layout))
+    if options.layout is not None:
+        return _by_given_layout(root, options.of_all_frames, given_layouts(options.layout))
     if is_recording(root):
-        return _recorded(root, given, max_gap, topics)
-    if topics is not None:
+        return _recorded(root, options)
+    if options.topics is not None:
         raise ParameterError(f"{root} is not a ROS recording: it has no topics. Leave the topics out.")
-    found = _of_folder(root, given, max_gap)
+    found = _of_folder(root, options.of_all_frames, options.time_gap)
     return replace(found, notes=(*found.notes, *source_plugins().notes))
 
 
-def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
-    """The frames of a folder that is no recording, by what is in it."""
-    content = _content(root)
-    if META_NAME in content.files:
-        return Listing((FrameRef(str(root), options=given),), layout=f"a frame folder with {META_NAME}")
-    if has_time_lists(content.files):
-        sources, times, notes = timed_frames(root, content.files, given, max_gap)
-        return Listing(tuple(sources), notes, times, layout="lists of files by time, as in the TUM benchmark")
-    if is_bop(content.files):
-        return _of_scenes(root, [str(root)], given)
-    if is_sun(content.files, content.folders):
-        return Listing((sun_frame(root, given),), layout="frames of SUN RGB-D")
-    folders = Folders(str(root))
-    if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
-        return found
-    pairs, notes, why_none = _side_by_side(root, content, max_gap)
-    sources, what = [_of_pair(rgb, depth, given, pairs) for rgb, depth in pairs], "colour and depth files in pairs"
-    if not sources:
-        inside = [os.path.join(root, name) for name in sorted(content.folders, key=natural)]
-        if paths := [path for path in inside if os.path.isfile(os.path.join(path, CAMERA_FILE))]:
-            return _of_scenes(root, paths, given)
-        if found := _by_layout(folders, given, fitting(folders, all_layouts(), scenes(folders))):
-            return found
-        frames = [_frame_in(path, given) for path in inside]
-        sources, what = [source for frame in frames for source in frame], "a folder for each frame"
-        if empty := [os.path.basename(path) for path, frame in zip(inside, frames, strict=True) if not frame]:
-            notes.append(
-                f"{counted(len(empty), 'folder')} left out: there is no matching colour and depth file, or more than "
-                f"one ({_first_names(empty)})."
-            )
-    if not sources:
-        told = f"{root} contains no frames: {why_none}"
-        if not why_none:
-            told = f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}"
-        raise InputError(source_plugins().with_notes(told))
-    sources, left_out = _without_results(sources)
-    return Listing(tuple(sources), (*notes, *left_out), _times(sources), layout=what)
-
-
-def _without_results(sources: list[FrameRef]) -> tuple[list[FrameRef], tuple[str, ...]]:
-    """The frames without folders that this program wrote, and a note that names these; all if there are no others."""
-    results = [source for source in sources if source.depth is None and is_result(source)]
-    if not results or len(results) == len(sources):
-        return sources, ()
-    names = _first_names([source.name for source in results])
-    note = f"{counted(len(results), 'folder')} left out: the depth was completed by ILF Studio, not measured ({names})."
-    return [source for source in sources if source not in results], (note,)
-
-
-def _first_names(names: Sequence[str]) -> str:
-    """The first names of folders, for a note."""
-    return ", ".join(names[:_MOST_NAMES]) + (", ..." if len(names) > _MOST_NAMES else "")
-
-
-def _at_address(
-    address: Address,
-    given: ReadingOptions,
-    max_gap: float,
-    topics: Topics | None,
-    layout: str | os.PathLike[str] | None,
-) -> Listing:
+def _at_address(address: Address, options: ReadingOptions) -> Listing:
     """The frames at an address, as on a disk."""
     forget(address)
-    if layout is None and is_recording(address):
-        found = _recorded(address, given, max_gap, topics)
+    if options.layout is None and is_recording(address):
+        found = _recorded(address, options)
     else:
         with names_at(address) as root:
-            if layout is None and is_recording(root):
-                found = _recorded(address, given, max_gap, topics)
+            if options.layout is None and is_recording(root):
+                found = _recorded(address, options)
             else:
-                found = _listed(root, given, max_gap, topics, layout)
+                found = _listed(root, options)
                 found = replace(found, sources=tuple(_at(address, source) for source in found.sources))
     return replace(found, notes=tuple(map(restored, found.notes)))
 
@@ -227,10 +143,153 @@ def _at(address: Address, source: FrameRef) -> FrameRef:
     return replace(source.with_paths(address_of), stated_in=stated_in)
 
 
+def _recorded(path: Path | Address, options: ReadingOptions) -> Listing:
+    """The frames of a recording."""
+    with opened(path) as recording:
+        if options.topics is not None and not recording.has_topics:
+            raise ParameterError(f"{path} is {recording.kind}: it has no topics. Leave the topics out.")
+        index = recording.index(options.time_gap, options.topics)
+        registered, kind = recording.cameras(index.keys[0]).is_registered, recording.kind
+    sources = tuple(FrameRef(str(path), frame=key, options=options.of_all_frames) for key in index.keys)
+    return Listing(sources, index.notes, index.times, registered, kind)
+
+
+# Folders.
+
+
+def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
+    """The frames of a folder that is no recording, by what is in it."""
+    _check_folder(root)
+    folders = Folders(str(root))
+    files, inside = folders.content("")
+    if META_NAME in files:
+        return Listing((FrameRef(str(root), options=given),), layout=f"a frame folder with {META_NAME}")
+    if has_time_lists(files):
+        sources, times, notes = timed_frames(root, files, given, max_gap)
+        return Listing(tuple(sources), notes, times, layout="lists of files by time, as in the TUM benchmark")
+    if is_bop(files):
+        return _of_scenes(root, [root], given)
+    if is_sun(files, inside):
+        return Listing((sun_frame(root, given),), layout="frames of SUN RGB-D")
+    if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
+        return found
+    pairs, pair_notes, why_none = _side_by_side(folders, max_gap)
+    if pairs:
+        refs = [_of_pair(rgb, depth, given, pairs) for rgb, depth in pairs]
+        return _of_measured(refs, pair_notes, "colour and depth files in pairs")
+    if scenes_inside := [root / name for name in inside if os.path.isfile(root / name / CAMERA_FILE)]:
+        return _of_scenes(root, sorted(scenes_inside, key=lambda path: natural(path.name)), given)
+    if found := _by_layout(folders, given, fitting(folders, all_layouts(), scenes(folders))):
+        return found
+    frames = {name: _frame_in(folders, name, given) for name in sorted(inside, key=natural)}
+    if refs := [ref for ref in frames.values() if ref is not None]:
+        empty = [name for name, ref in frames.items() if ref is None]
+        notes = [
+            f"{counted(len(empty), 'folder')} left out: there is no matching colour and depth file, or more than one "
+            f"({_first_names(empty)})."
+        ]
+        return _of_measured(refs, notes if empty else [], "a folder for each frame")
+    told = f"{root} contains no frames: {why_none}"
+    if not why_none:
+        told = f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}"
+    raise InputError(source_plugins().with_notes(told))
+
+
+def _of_measured(sources: list[FrameRef], notes: Sequence[str], layout: str) -> Listing:
+    """A listing without folders that this program wrote, which a note names; of all if there are no others."""
+    results = [source for source in sources if source.depth is None and is_result(source)]
+    if results and len(results) < len(sources):
+        names, count = _first_names([source.name for source in results]), counted(len(results), "folder")
+        notes = *notes, f"{count} left out: the depth was completed by ILF Studio, not measured ({names})."
+        sources = [source for source in sources if source not in results]
+    return Listing(tuple(sources), tuple(notes), _times(sources), layout=layout)
+
+
+def _first_names(names: Sequence[str]) -> str:
+    """The first names of folders, for a note."""
+    return ", ".join(names[:_MOST_NAMES]) + (", ..." if len(names) > _MOST_NAMES else "")
+
+
 def _times(sources: Sequence[FrameRef]) -> tuple[float, ...]:
     """The times in the names of the frames' colour files; empty if they are not times."""
     times = tuple(time for source in sources if (time := time_of(source.rgb)) is not None)
     return times if len(times) == len(sources) else ()
+
+
+def _check_folder(folder: Path) -> None:
+    """Raise InputError for what is no folder, or cannot be read."""
+    try:
+        os.scandir(folder).close()
+    except NotADirectoryError:
+        open_file(folder).close()  # a pipe or a device is named as such
+        kind = kind_at(folder) or ("a file",)
+        told = f"{folder} is {kind[0]}, but not a recording that is read ({', '.join(recording_suffixes())}). Give such"
+        raise InputError(source_plugins().with_notes(f"{told} one, or the folder that contains the frames.")) from None
+    except FileNotFoundError:
+        raise InputError(f"{folder}: there is no such folder. Check the name.") from None
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{folder!s:.200}: cannot be read ({cause(error)}). Check the name and its permissions."
+        ) from error
+
+
+def _of_scenes(root: Path, scenes: Iterable[Path], given: ReadingOptions) -> Listing:
+    """The frames of scenes of BOP."""
+    found = [source for scene in scenes for source in bop_frames(scene, given)]
+    if not found:
+        raise InputError(f"{root}: none of its BOP scenes has both colour and depth of an image.")
+    return Listing(tuple(found), layout="scenes of BOP")
+
+
+def _side_by_side(folders: Folders, max_gap: float) -> tuple[list[tuple[str, str]], list[str], str]:
+    """Pairs of paths in two folders or in one, and notes; or why there are none, as the rest of a sentence."""
+    files, inside = folders.content("")
+    there = {name.lower(): name for name in inside}
+    at = [next((there[name] for name in names if name in there), "") for names in (_COLOUR_FOLDERS, _DEPTH_FOLDERS)]
+    if is_apart := all(at):
+        for folder in at:
+            _check_folder(Path(folders.root, folder))
+        colours, depths = (folders.content(folder)[0] for folder in at)
+    else:
+        at = ["", ""]
+        colours, depths = split_by_kind(files)
+    pairs, match_condition = paired(colours, depths), "of that name"
+    if not (pairs.pairs or pairs.shared):
+        pairs, match_condition = paired_by_time(colours, depths, max_gap), f"within {max_gap:g} s"
+    if not pairs.pairs:
+        is_meant = (colours and depths) or (is_apart and (colours or depths))
+        return [], [], why_unpaired(colours, depths, max_gap) if is_meant else ""
+    if not is_apart:
+        pairs = pairs._replace(unmatched_colours=0)  # they may be other images
+    roots = [os.path.join(folders.root, folder) for folder in at]
+    paths = [(os.path.join(roots[0], one), os.path.join(roots[1], other)) for one, other in pairs.pairs]
+    return paths, pairs.notes(match_condition), ""
+
+
+def _frame_in(folders: Folders, name: str, given: ReadingOptions) -> FrameRef | None:
+    """The frame of a folder: the folder itself if it has a meta.json, a frame of SUN RGB-D, or its only pair; None if
+    there is no pair, or more than one."""
+    path, (files, inside) = os.path.join(folders.root, name), folders.content(name)
+    if META_NAME in files:
+        return FrameRef(path, options=given)
+    try:
+        if is_sun(files, inside):
+            return sun_frame(path, given)
+    except InputError:
+        return None
+    pairs = [(os.path.join(path, rgb), os.path.join(path, depth)) for rgb, depth in paired(*split_by_kind(files)).pairs]
+    return _of_pair(*pairs[0], given, pairs) if len(pairs) == 1 else None
+
+
+def _of_pair(rgb: str, depth: str, given: ReadingOptions, pairs: Sequence[tuple[str, str]]) -> FrameRef:
+    """The frame of a pair of files: their folder, if they are its only pair and it is a frame folder."""
+    folder = os.path.dirname(rgb)
+    if len(pairs) == 1 and folder == os.path.dirname(depth) and is_frame_folder(folder):
+        return FrameRef(folder, options=given)
+    return FrameRef(rgb, depth, options=given)
+
+
+# Layouts.
 
 
 def _by_layout(
@@ -258,7 +317,7 @@ def _by_layout(
 
 
 def _by_given_layout(root: Path, given: ReadingOptions, layouts: Sequence[Layout]) -> Listing:
-    _content(root)  # reports a path that is no folder
+    _check_folder(root)
     folders = Folders(str(root))
     if found := _by_layout(folders, given, layouts, is_given=True):
         return found
@@ -266,105 +325,3 @@ def _by_given_layout(root: Path, given: ReadingOptions, layouts: Sequence[Layout
     hint = nearest_layout(folders) if fits is None else f"It fits the layout {fits.text}: leave --layout out."
     told = "; ".join(f"{layout.text}: {LayoutFrames(layout, folders).counts}" for layout in layouts)
     raise InputError(f"{root} contains no frames of the given layout. {told}. {hint}".rstrip())
-
-
-@dataclass(frozen=True)
-class _Content:
-    files: frozenset[str]
-    folders: tuple[str, ...]
-
-    def file(self, names: Iterable[str]) -> str | None:
-        """The first of these files that exists."""
-        return next((name for name in names if name in self.files), None)
-
-    def folder(self, names: Iterable[str]) -> str | None:
-        """The first of these folders that exists, ignoring case."""
-        there = {name.lower(): name for name in self.folders}
-        return next((there[name] for name in names if name in there), None)
-
-
-def _content(folder: str | Path) -> _Content:
-    """Names in a folder, without hidden ones."""
-    try:
-        with os.scandir(folder) as entries:
-            shown = [(entry.name, is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
-    except NotADirectoryError:
-        open_file(folder).close()  # a pipe or a device is named as such
-        kind = kind_at(Path(folder)) or ("a file",)
-        told = f"{folder} is {kind[0]}, but not a recording that is read ({', '.join(recording_suffixes())}). Give such"
-        raise InputError(source_plugins().with_notes(f"{told} one, or the folder that contains the frames.")) from None
-    except FileNotFoundError:
-        raise InputError(f"{folder}: there is no such folder. Check the name.") from None
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"{folder!s:.200}: cannot be read ({cause(error)}). Check the name and its permissions."
-        ) from error
-    return _Content(
-        frozenset(name for name, is_folder in shown if not is_folder),
-        tuple(name for name, is_folder in shown if is_folder),
-    )
-
-
-def _recorded(path: Path | Address, given: ReadingOptions, max_gap: float, topics: Topics | None) -> Listing:
-    """The frames of a recording."""
-    with opened(path) as recording:
-        if topics is not None and not recording.has_topics:
-            raise ParameterError(f"{path} is {recording.kind}: it has no topics. Leave the topics out.")
-        index = recording.index(max_gap, topics)
-        registered, kind = recording.cameras(index.keys[0]).is_registered, recording.kind
-    sources = tuple(FrameRef(str(path), frame=key, options=given) for key in index.keys)
-    return Listing(sources, index.notes, index.times, registered, kind)
-
-
-def _of_scenes(root: Path, scenes: list[str], given: ReadingOptions) -> Listing:
-    """The frames of scenes of BOP."""
-    found = [source for scene in scenes for source in bop_frames(scene, given)]
-    if not found:
-        raise InputError(f"{root}: none of its BOP scenes has both colour and depth of an image.")
-    return Listing(tuple(found), layout="scenes of BOP")
-
-
-def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str], str]:
-    """Pairs of paths in two folders or in one, and notes; or why there are none, as the rest of a sentence."""
-    rgb, depth = content.folder(_COLOUR_FOLDERS), content.folder(_DEPTH_FOLDERS)
-    if rgb is not None and depth is not None:
-        at = os.path.join(root, rgb), os.path.join(root, depth)
-        colours, depths = ([*_content(folder).files] for folder in at)
-    else:
-        at = str(root), str(root)
-        colours, depths = split_by_kind(content.files)
-    pairs, match_condition = paired(colours, depths), "of that name"
-    if not (pairs.pairs or pairs.shared):
-        pairs, match_condition = paired_by_time(colours, depths, max_gap), f"within {max_gap:g} s"
-    if not pairs.pairs:
-        is_meant = (colours and depths) or (at[0] != at[1] and (colours or depths))
-        return [], [], why_unpaired(colours, depths, max_gap) if is_meant else ""
-    if at[0] == at[1]:
-        pairs = pairs._replace(unmatched_colours=0)  # they may be other images
-    paths = [(os.path.join(at[0], one), os.path.join(at[1], other)) for one, other in pairs.pairs]
-    return paths, pairs.notes(match_condition), ""
-
-
-def _frame_in(folder: str, given: ReadingOptions) -> list[FrameRef]:
-    """The frame of a folder: the folder itself if it has a meta.json, a frame of SUN RGB-D, or its only pair; empty if
-    there is no pair, or more than one."""
-    if os.path.isfile(os.path.join(folder, META_NAME)):
-        return [FrameRef(folder, options=given)]
-    try:
-        content = _content(folder)
-        if is_sun(content.files, content.folders):
-            return [sun_frame(folder, given)]
-    except InputError:
-        return []
-    pairs = paired(*split_by_kind(content.files)).pairs
-    if len(pairs) != 1:
-        return []
-    return [_of_pair(os.path.join(folder, pairs[0][0]), os.path.join(folder, pairs[0][1]), given, pairs)]
-
-
-def _of_pair(rgb: str, depth: str, given: ReadingOptions, pairs: Sequence[tuple[str, str]]) -> FrameRef:
-    """The frame of a pair of files: their folder, if they are its only pair and it is a frame folder."""
-    folder = os.path.dirname(rgb)
-    if len(pairs) == 1 and folder == os.path.dirname(depth) and is_frame_folder(folder):
-        return FrameRef(folder, options=given)
-    return FrameRef(rgb, depth, options=given)

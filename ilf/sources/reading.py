@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.files import is_address
 from .._runtime.named_places import note_opened
-from ..data.camera import CAMERA_DOUBT, CameraIntrinsics
+from ..data.camera import CAMERA_DOUBT
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, warn_of_reading
 from ..io.cameras import IntrinsicsSpec, frame_camera
@@ -28,19 +28,17 @@ from ..io.frame_additions import (
     read_confidence,
     with_ground_truth_file,
 )
-from ..io.images import read_colour
 from ..io.kinds import kind_at
 from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
 from .frame_ref import FrameRef
-from .image_pair import depth_of_files, frame_of_files, pair_of_images
+from .image_pair import depth_of_files, read_files
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .opening import is_recording
 from .own_results import COMPLETED_DEPTH, is_result
-from .poses import stated_pose
 from .reading_options import OPTIONS, ReadingOptions
 from .recorded import read_recorded
-from .registration import Camera, RawPair
-from .remote import copied, restored, with_addresses
+from .registration import RawPair
+from .remote import copied, inputs_with_addresses, restored, with_addresses
 
 
 def load_frame(
@@ -175,24 +173,28 @@ def read_frame(ref: FrameRef, *, name: str | None = None, beside: bool = True, w
 
 def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str], None]) -> RGBDFrame:
     """Read a frame on this machine, and report plausibility warnings and what was left out."""
-    confidence: str | NDArray[Any] | None = None
     if ref.frame is None:
         files = files_of(ref, beside=beside)
-        if ref.depth is None and files.has_meta and ref.options.or_else(files.options).depth_encoding is None:
+        chosen = ref.options.or_else(files.options)
+        if ref.depth is None and files.has_meta and chosen.depth_encoding is None:
             raise FormatError(
                 f"{Path(ref.rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per "
                 "metre (1000 for millimetres) or the encoding's name, or give depth units."
             )
-        loaded, warnings = frame_of_files(files, ref.options, name)
-        chosen = ref.options.checked().or_else(files.options)
+        images = read_files(files, ref.options, name)
+        loaded = images.frame()
     else:
-        loaded, warnings, confidence = _of_recording(ref, name)
-        chosen = ref.options.checked()
+        images, chosen = read_recorded(ref, name), ref.options
+        camera, notes = frame_camera(chosen.intrinsics, images.shape)
+        if camera is None and notes:
+            raise InputError(notes[0])
+        loaded = images.frame(camera, notes)
     if is_result(ref):
         loaded = replace(loaded, notes=(*loaded.notes, f"{ref.depth or ref.rgb}: {COMPLETED_DEPTH}"))
-    for text in (*warnings, *(one for one in loaded.notes if one.startswith(CAMERA_DOUBT))):
+    for text in (*images.warnings, *(one for one in loaded.notes if one.startswith(CAMERA_DOUBT))):
         report(text)
-    loaded = _with_min_confidence(loaded, chosen.confidence or confidence, chosen.min_confidence, report)
+    chosen = chosen.checked()
+    loaded = _with_min_confidence(loaded, chosen.confidence or images.confidence, chosen.min_confidence, report)
     if chosen.guide is not None:
         loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape, loaded.rgb))
     if chosen.ground_truth is None:
@@ -204,19 +206,6 @@ def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str],
     for text in loaded.notes[known:]:
         report(text)
     return loaded
-
-
-def _of_recording(ref: FrameRef, name: str | None) -> tuple[RGBDFrame, tuple[str, ...], NDArray[Any] | None]:
-    """A frame of a recording, without ground truth and guide; the warnings about reading it; and the sensor's
-    confidence."""
-    recorded = read_recorded(ref.rgb, ref.frame or "", ref.options.depth_encoding, ref.options.invalid)
-    camera, notes = frame_camera(ref.options.intrinsics, recorded.shape)
-    if camera is None and notes:
-        raise InputError(notes[0])
-    frame = recorded.frame(camera, name)
-    pose = frame.pose if ref.options.pose is None else stated_pose(ref.options.pose)
-    frame = replace(frame, notes=(*frame.notes, *notes), pose=pose)
-    return frame, recorded.reading.warnings, recorded.stored.confidence
 
 
 def files_of(ref: FrameRef, *, beside: bool = True) -> FrameFiles:
@@ -271,32 +260,26 @@ def read_raw_pair(ref: FrameRef, *, warn: bool = False) -> RawPair:
     InputError
         If a camera is not known, and as `read_frame`.
     """
-    if ref.frame is not None:
-        own = ref.allowed()
-        recorded = read_recorded(own.rgb, ref.frame, own.options.depth_encoding, own.options.invalid)
-        for text in recorded.reading.warnings if warn else ():
-            warn_of_reading(text)
-        return recorded.pair()
-    frame = read_frame(ref, warn=warn)
-    if frame.inputs is not None and frame.inputs.depth_intrinsics is not None:
-        with copied(ref) as here:
-            files = files_of(here)
-            colour, metres = read_colour(files.rgb), depth_of_files(files, here.options).metres
-        given = None if frame.inputs.intrinsics is None else CameraIntrinsics(*frame.inputs.intrinsics)
-        return replace(pair_of_images(colour, metres, given, frame.inputs, frame.name), notes=frame.notes)
-    if frame.intrinsics is None:
-        raise InputError(f"{ref.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
-    camera = Camera(frame.intrinsics, (frame.shape[1], frame.shape[0]))
-    return RawPair(frame.rgb, frame.measured, camera, camera, np.eye(4), frame.name, frame.inputs, frame.notes)
+    own = ref.allowed()
+    with copied(own) as here:
+        if here.frame is not None:
+            images = read_recorded(here)
+        else:
+            images = read_files(files_of(here), here.options)
+            if images.cameras.colour is None:
+                raise InputError(f"{ref.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
+        pair = images.pair()
+    for text in images.warnings if warn else ():
+        warn_of_reading(restored(text))
+    note_opened(*own.paths, *own.options.camera_paths.values())
+    inputs = None if pair.inputs is None else inputs_with_addresses(pair.inputs)
+    return replace(pair, inputs=inputs, notes=tuple(map(restored, pair.notes)))
 
 
 def read_depth(ref: FrameRef) -> DepthReading:
     """Read the depth of a frame alone, with its plausibility warnings; raises as `read_frame` but for its scale."""
     with copied(ref) as here:
-        if here.frame is not None:
-            options = here.options
-            return read_recorded(here.rgb, here.frame, options.depth_encoding, options.invalid).reading
-        return depth_of_files(files_of(here), here.options)
+        return read_recorded(here).reading if here.frame is not None else depth_of_files(files_of(here), here.options)
 
 
 def described_beside(ref: FrameRef) -> str:

@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike
 
 from .._runtime.schema import Section, converted, plain
 from ..data.camera import INTRINSICS, CameraIntrinsics, checked_transform, is_preset
+from ..errors import ParameterError
 from ..io.cameras import IntrinsicsSpec
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
 from ..io.frame_additions import checked_min_confidence
+from .times import MAX_TIME_GAP_S
 
 
 @dataclass(frozen=True)
@@ -31,14 +33,14 @@ class ReadingOption:
         Its flag on the command line and the placeholder of its value; "" for none.
     help : str
         The flag's help of `ilf`.
-    short_help : str
-        The flag's help of `ilf-gui`.
     exclusive : bool
         Whether only one of the options marked so can be given.
     is_path : bool
         Whether it is the path of a file that belongs to the frame.
     one_frame : bool
         Whether it applies to a single frame only, not to all frames of a source.
+    of_source : bool
+        Whether it says how the frames of a source are found, not how each is read.
     group : str
         The title of its own group in the help; "" for none.
     """
@@ -47,10 +49,10 @@ class ReadingOption:
     flag: str = ""
     metavar: str = ""
     help: str = ""
-    short_help: str = ""
     exclusive: bool = False
     is_path: bool = False
     one_frame: bool = False
+    of_source: bool = False
     group: str = ""
 
 
@@ -67,7 +69,8 @@ def _declared(**declared: Any) -> dict[str, ReadingOption]:
 
 @dataclass(frozen=True)
 class ReadingOptions:
-    """How the files of a frame are read, as in `ilf.load_frame`; None: as stated beside the files, or the default."""
+    """How the files of a frame are read, as in `ilf.load_frame`, and how the frames of a source are found, as in
+    `ilf.open_source`; None: as stated beside the files, or the default."""
 
     encoding: EncodingSpec | None = field(
         default=None,
@@ -78,7 +81,6 @@ class ReadingOptions:
             help=f"encoding of the depth file: {', '.join(ENCODING_DESCRIPTIONS)}, bop:SCALE, or units per metre as a "
             "number (default: from meta.json; for two files, mm for integers and m for floats). An explicit encoding "
             "skips the plausibility check",
-            short_help="encoding of depth files, as for `ilf complete`",
             exclusive=True,
         ),
     )
@@ -89,7 +91,6 @@ class ReadingOptions:
             flag="--depth-units",
             metavar="N",
             help="units per metre of the depth file (1000: millimetres)",
-            short_help="units per metre of depth files (1000: millimetres)",
             exclusive=True,
         ),
     )
@@ -101,7 +102,6 @@ class ReadingOptions:
             metavar="N",
             help="value of missing depth in the depth file, besides 0: 65535 for 7-Scenes; 0 for none (default: from "
             "meta.json)",
-            short_help="value of missing depth in depth files",
         ),
     )
     min_confidence: float | None = field(
@@ -112,7 +112,6 @@ class ReadingOptions:
             metavar="N",
             help="treat depth of a lower confidence as missing, where there is a confidence map: 2 for ARKit's high "
             "(default: from meta.json, otherwise all depth is used)",
-            short_help="treat depth of a lower confidence as missing",
         ),
     )
     intrinsics: IntrinsicsSpec | None = field(
@@ -123,7 +122,6 @@ class ReadingOptions:
             metavar="CAMERA",
             help="camera preset, fx,fy,cx,cy or a file (JSON, YAML, OpenCV's, or numbers as text or NPY; FILE#NAME for "
             f"one of its cameras), for point clouds and meshes. Presets: {', '.join(INTRINSICS)}",
-            short_help="camera preset, fx,fy,cx,cy or a file, for a colour and depth file",
         ),
     )
     depth_intrinsics: IntrinsicsSpec | None = field(
@@ -134,7 +132,6 @@ class ReadingOptions:
             metavar="CAMERA",
             help="intrinsics of a depth image of another size than colour: depth is registered to colour by both "
             "intrinsics, as seen from the same place. In the same forms as --intrinsics",
-            short_help="intrinsics of depth of another size than colour, to register it",
         ),
     )
     ground_truth: str | None = field(
@@ -145,7 +142,6 @@ class ReadingOptions:
             metavar="FILE",
             help="depth to evaluate the result against, in the format of the depth file (default: gt.* in the frame's "
             "folder)",
-            short_help="ground truth of the (one) frame, to evaluate results against",
             is_path=True,
             one_frame=True,
             group="ground truth",
@@ -157,7 +153,6 @@ class ReadingOptions:
             flag="--ground-truth-units",
             metavar="N",
             help="its units per metre (default: from meta.json, otherwise those of the depth file; 1 for floats)",
-            short_help="units per metre of the ground truth (1000: millimetres)",
             one_frame=True,
             group="ground truth",
         ),
@@ -171,13 +166,42 @@ class ReadingOptions:
             help="depth or inverse depth of the frame from another source (monocular network, other sensor), in any "
             "unit: 8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Or an ONNX network that predicts it from "
             "colour. It is used if hidden depth is better with it (default: guide.* in the frame's folder)",
-            short_help="depth or inverse depth of the (one) frame from another source, used as a guide",
             is_path=True,
             one_frame=True,
         ),
     )
     confidence: str | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
     pose: PoseSpec | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
+    max_gap: float | None = field(
+        default=None,
+        metadata=_declared(
+            flag="--max-gap",
+            metavar="S",
+            help="largest time difference [s] between colour and depth of a frame that are paired by time (default: "
+            f"{MAX_TIME_GAP_S:g})",
+            of_source=True,
+        ),
+    )
+    topics: tuple[str, str] | None = field(
+        default=None,
+        metadata=_declared(
+            flag="--topics",
+            metavar="COLOUR,DEPTH",
+            help="image topics of ROS recordings with several cameras (default: aligned depth and its colour; `ilf "
+            "info` lists them)",
+            of_source=True,
+        ),
+    )
+    layout: str | None = field(
+        default=None,
+        metadata=_declared(
+            flag="--layout",
+            metavar="LAYOUT",
+            help="how the files of a folder are named and read: 'rgb=image/*.png depth=depth/*.png units=1000 "
+            "K=K.txt', the name of a layout, or a TOML file (default: recognised; `ilf info --layouts` lists them)",
+            of_source=True,
+        ),
+    )
 
     def __post_init__(self) -> None:
         for name in _CAMERAS:
@@ -202,13 +226,25 @@ class ReadingOptions:
 
     @property
     def of_all_frames(self) -> Self:
-        """Only the options that can apply to all frames of a source."""
-        return replace(self, **{name: None for name, option in OPTIONS.items() if option.one_frame})
+        """Only the options for reading a frame that can apply to all frames of a source."""
+        return replace(self.of_frame, **{name: None for name, option in OPTIONS.items() if option.one_frame})
+
+    @property
+    def of_frame(self) -> Self:
+        """Only the options for reading a frame."""
+        return replace(self, **{name: None for name, option in OPTIONS.items() if option.of_source})
+
+    @property
+    def time_gap(self) -> float:
+        """Maximum time difference [s] of colour and depth of one frame, where they are matched by time."""
+        return MAX_TIME_GAP_S if self.max_gap is None else self.max_gap
 
     def checked(self) -> Self:
-        """The same options; raises ParameterError if both an encoding and units are given, or the minimum confidence is
-        not a number."""
+        """The same options; raises ParameterError if both an encoding and units are given, the minimum confidence is
+        not a number, or the time gap is no duration."""
         single_encoding(self.encoding, self.depth_units)
+        if not self.time_gap >= 0:
+            raise ParameterError(f"The maximum time gap must be 0 s or more, not {self.max_gap!r:.60}.")
         lowest = self.min_confidence
         return self if lowest is None else replace(self, min_confidence=checked_min_confidence(lowest))
 
@@ -256,14 +292,13 @@ class ReadingOptions:
         that is no pose."""
         given = {name: arguments.get(name) for name in OPTIONS}
         for name, value in given.items():
-            if value is None or not OPTIONS[name].is_path:
-                continue
-            given[name] = _pose_numbers(value) if name == "pose" else os.fspath(value)
+            if value is not None and (OPTIONS[name].is_path or name == "layout"):
+                given[name] = _pose_numbers(value) if name == "pose" else os.fspath(value)
         return cls(**given)
 
     def to_json(self) -> dict[str, Any]:
-        """The given options as values for JSON, by name."""
-        given = self.given
+        """The given options for reading a frame as values for JSON, by name."""
+        given = self.of_frame.given
         cameras = {name: _camera_to_json(given.pop(name)) for name in _CAMERAS if name in given}
         return {**plain(given), **cameras}
 
@@ -271,7 +306,8 @@ class ReadingOptions:
     def from_json(cls, data: Section) -> Self:
         """The options in an object of a JSON file, which may contain other values; raises FormatError for a value of
         the wrong type."""
-        found = {name: data.get(name, *KINDS[name]) for name in OPTIONS if name in data.values}
+        stated = (name for name, option in OPTIONS.items() if name in data.values and not option.of_source)
+        found = {name: data.get(name, *KINDS[name]) for name in stated}
         for name, value in found.items():
             if isinstance(value, list):
                 found[name] = tuple(data.items(name, float))

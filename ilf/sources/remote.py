@@ -258,14 +258,15 @@ def with_addresses(frame: RGBDFrame) -> RGBDFrame:
     return replace(
         frame,
         depth=frame.measured,
-        inputs=None if frame.inputs is None else _inputs_with_addresses(frame.inputs),
+        inputs=None if frame.inputs is None else inputs_with_addresses(frame.inputs),
         guide=guide if guide is None or guide.path is None else replace(guide, path=restored(guide.path)),
         notes=tuple(map(restored, frame.notes)),
         plausibility_warnings=tuple(map(restored, frame.plausibility_warnings)),
     )
 
 
-def _inputs_with_addresses(inputs: FrameInputs) -> FrameInputs:
+def inputs_with_addresses(inputs: FrameInputs) -> FrameInputs:
+    """Inputs read from copies, with addresses."""
     truth = inputs.ground_truth
     return replace(
         inputs,

@@ -23,11 +23,11 @@ from ..io.encodings import EncodingSpec
 from .frame_folder import frame_folder
 from .frame_ref import FrameRef
 from .image_pair import pose_of_files
-from .listing import Listing, list_frames
+from .listing import list_frames
 from .neighbours import around, with_neighbours
 from .opening import opened
 from .reading import files_of, read_frame, read_raw_pair
-from .reading_options import ReadingOptions
+from .reading_options import AS_STATED, ReadingOptions
 from .recording import Cameras, Topics
 from .registration import RawPair
 from .remote import copied
@@ -75,7 +75,8 @@ class Calibration:
 class Source:
     """Frames of a folder, a data set or a recording. Opening it lists the frames; they are decoded when read.
 
-    `len` gives the number of frames, iterating reads one after the other, and `source[0]` or `source["key"]` reads one.
+    `open_source` opens one by keywords; here, the reading options are one object. `len` gives the number of frames,
+    iterating reads one after the other, and `source[0]` or `source["key"]` reads one.
 
     Attributes
     ----------
@@ -104,28 +105,15 @@ class Source:
     (1, ('room',), (480, 640))
     """
 
-    def __init__(self, path: Path | Address, listing: Listing) -> None:
-        self.path = path
-        self._frames = _by_key(path, listing.sources)
+    def __init__(self, path: str | os.PathLike[str], options: ReadingOptions = AS_STATED) -> None:
+        self.path = Address(path) if is_address(path) else Path(path).absolute()
+        listing = list_frames(path, options)
+        self._frames = _by_key(self.path, listing.sources)
         self.keys = tuple(self._frames)
         self.timestamps = listing.times or None
         self.notes = listing.notes
         self.is_registered = listing.is_registered
         self.layout = listing.layout
-
-    @classmethod
-    def of(
-        cls,
-        path: str | os.PathLike[str],
-        options: ReadingOptions,
-        *,
-        max_gap: float = MAX_TIME_GAP_S,
-        topics: Topics | None = None,
-        layout: str | os.PathLike[str] | None = None,
-    ) -> Self:
-        """Open a source as `open_source`, with the reading options as one object."""
-        root = Address(path) if is_address(path) else Path(path).absolute()
-        return cls(root, list_frames(path, options, max_gap=max_gap, topics=topics, layout=layout))
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -338,8 +326,7 @@ def open_source(
     True
     """
     check_kind(path, PathKind, "A source is opened by its path", "give a folder of frames, data set or recording.")
-    options = ReadingOptions.from_arguments(locals())
-    return Source.of(path, options, max_gap=max_gap, topics=topics, layout=layout)
+    return Source(path, ReadingOptions.from_arguments(locals()))
 
 
 def _by_key(root: Path | Address, sources: Sequence[FrameRef]) -> dict[str, FrameRef]:

@@ -39,6 +39,7 @@ from ilf.sources.nyu import NyuLabelled
 from ilf.sources.opening import close_all
 from ilf.sources.poses import camera_pose
 from ilf.sources.reading import load_frame, read_frame
+from ilf.sources.reading_options import ReadingOptions
 from ilf.sources.source import open_source
 from ilf.sources.stamps import stamp_of
 
@@ -71,7 +72,7 @@ def guide(path: Path) -> None:
 
 def layout(path: Path) -> None:
     """A layout of a stranger, on a folder with frames."""
-    list_frames(path.parent, layout=path)
+    list_frames(path.parent, ReadingOptions(layout=str(path)))
 
 
 def intrinsics(path: Path) -> None:

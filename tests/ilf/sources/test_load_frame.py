@@ -528,21 +528,25 @@ EVERY_OPTION = ReadingOptions(
     confidence="sure.png",
     depth_intrinsics="azure-kinect",
     pose=tuple(np.eye(4).ravel().tolist()),
+    max_gap=0.5,
+    topics=("/colour", "/depth"),
+    layout="scannet",
 )
 
 
-def test_every_reading_option_is_an_argument_of_load_frame() -> None:
-    assert EVERY_OPTION.given.keys() == OPTIONS.keys() < inspect.signature(load_frame).parameters.keys()
-    of_all = {name for name, option in OPTIONS.items() if not option.one_frame}
-    assert EVERY_OPTION.of_all_frames.given.keys() == of_all < inspect.signature(ilf.open_source).parameters.keys()
+def test_every_reading_option_is_an_argument_of_load_frame_or_open_source() -> None:
+    assert EVERY_OPTION.given.keys() == OPTIONS.keys()
+    assert EVERY_OPTION.of_frame.given.keys() < inspect.signature(load_frame).parameters.keys()
+    of_sources = {name for name, option in OPTIONS.items() if not option.one_frame}
+    assert EVERY_OPTION.of_all_frames.given.keys() < of_sources < inspect.signature(ilf.open_source).parameters.keys()
 
 
 def test_reading_options_come_back_from_json_and_from_arguments() -> None:
-    source = FrameRef("rgb.png", "depth.png", options=EVERY_OPTION)
+    source = FrameRef("rgb.png", "depth.png", options=EVERY_OPTION.of_frame)
     assert FrameRef.from_json(Section("frame", json.loads(json.dumps(source.to_json())))) == source
     parser = argparse.ArgumentParser()
     add_options(parser, OPTIONS)
-    options = replace(EVERY_OPTION, encoding=None, confidence=None, pose=None)
+    options = replace(EVERY_OPTION.of_frame, encoding=None, confidence=None, pose=None)
     assert ReadingOptions.from_arguments(vars(parser.parse_args(options.to_arguments()))) == options
 
 

@@ -1,0 +1,145 @@
+"""Colour and depth of one moment as read, from two files or a recording: to a frame, or to a raw pair."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.camera import DISTORTION_NOTE, CameraIntrinsics
+from ..data.frame import FrameInputs, RGBDFrame
+from ..errors import InputError
+from ..io.depth_reading import DepthReading
+from ..io.images import scaled_colour
+from .recording import Cameras
+from .registration import RawPair, register
+
+
+@dataclass(frozen=True, eq=False)
+class ReadImages:
+    """Colour and depth as captured by their cameras, and what is known of them.
+
+    Attributes
+    ----------
+    path : Path
+        The depth file or the recording, for messages.
+    name : str
+    rgb : ndarray of uint8, shape (h, w, 3)
+    metres : ndarray of float32, shape (hd, wd)
+        Depth [m], upright.
+    reading : DepthReading
+        How depth was read.
+    cameras : Cameras
+    inputs : FrameInputs
+    notes : tuple of str
+    warnings : tuple of str
+        What to issue as Python warnings.
+    doubts : tuple of str
+        Those of the notes that are plausibility warnings, besides those of `reading`.
+    pose : ndarray or None
+        The camera pose, as in `RGBDFrame`.
+    depth_view, outside_view : ndarray of bool or None
+        As in `RawPair` and, where colour and depth have the same pixels, in `RGBDFrame`.
+    confidence : ndarray or None
+        The sensor's confidence of its depth, if a recording contains it.
+    """
+
+    path: Path
+    name: str
+    rgb: NDArray[np.uint8]
+    metres: NDArray[np.float32]
+    reading: DepthReading
+    cameras: Cameras
+    inputs: FrameInputs
+    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
+    pose: NDArray[np.float64] | None = None
+    depth_view: NDArray[np.bool_] | None = None
+    outside_view: NDArray[np.bool_] | None = None
+    confidence: NDArray[Any] | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the resulting frame."""
+        image = self.metres if self.cameras.is_registered else self.rgb
+        return image.shape[0], image.shape[1]
+
+    def frame(self, intrinsics: CameraIntrinsics | None = None, notes: tuple[str, ...] = ()) -> RGBDFrame:
+        """Colour with registered depth.
+
+        Parameters
+        ----------
+        intrinsics : CameraIntrinsics, optional
+            Intrinsics of the result; None uses those of the cameras.
+        notes : tuple of str
+            Further notes.
+
+        Raises
+        ------
+        InputError
+            If depth cannot be registered because calibration is missing, or its values cannot be metres.
+        """
+        try:
+            frame = self._registered() if self.cameras.is_registered else register(self._pair())
+        except InputError as error:
+            raise InputError(f"{self.path}: {error}{self.reading.alternative_encodings}") from error
+        return replace(
+            frame,
+            intrinsics=intrinsics or frame.intrinsics,
+            inputs=replace(self.inputs, intrinsics=numbers_of(intrinsics or frame.intrinsics)),
+            notes=(*frame.notes, *notes),
+            pose=self.pose,
+            plausibility_warnings=(*self.doubts, *(doubt.text for doubt in self.reading.plausibility_warnings)),
+            invalid_marker=self.reading.invalid_marker,
+        )
+
+    def pair(self) -> RawPair:
+        """Colour and depth as captured by the two cameras, which are the same for registered images.
+
+        Raises
+        ------
+        InputError
+            If a camera or the transform between them is not known, or an image does not have its camera's size.
+        """
+        try:
+            return self._pair()
+        except InputError as error:
+            raise InputError(f"{self.path}: {error}") from error
+
+    def _registered(self) -> RGBDFrame:
+        camera = self.cameras.depth
+        is_distorted = camera is not None and any(camera.distortion)
+        return RGBDFrame(
+            scaled_colour(self.rgb, self.shape),
+            self.metres,
+            None if camera is None else camera.intrinsics,
+            self.name,
+            inputs=self.inputs,
+            notes=(*self.notes, DISTORTION_NOTE) if is_distorted else self.notes,
+            outside_view=self.outside_view,
+        )
+
+    def _pair(self) -> RawPair:
+        colour, depth, motion = self.cameras.colour, self.cameras.depth, self.cameras.depth_to_colour
+        if colour is None or depth is None or motion is None:
+            known = {
+                "the calibration of the colour camera": colour,
+                "that of the depth camera": depth,
+                "the transform between the two": motion,
+            }
+            lacking = " and ".join(what for what, value in known.items() if value is None)
+            raise InputError(
+                f"depth is not registered to colour and cannot be, since the recording lacks {lacking}. Record aligned "
+                "depth, or also record the cameras' calibration."
+            )
+        images = self.rgb, self.metres
+        return RawPair(*images, colour, depth, motion, self.name, self.inputs, self.notes, self.depth_view)
+
+
+def numbers_of(camera: CameraIntrinsics | None) -> tuple[float, float, float, float] | None:
+    """fx, fy, cx, cy of a camera, as `FrameInputs` has them."""
+    return None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
