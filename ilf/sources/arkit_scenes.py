@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, read_file
 from .._runtime.formatting import counted
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera, Cameras
 from ..errors import FormatError, InputError
 from ..io.depth import read_depth_values
 from ..io.frame_additions import read_confidence
 from ..io.images import image_header, read_colour
 from .poses import checked_pose
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
-from .registration import Camera
+from .recording import RecordedFrame, Recording, RecordingIndex, Topics
 from .times import MAX_TIME_GAP_S, associated, gap_text
 
 _DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.traj"
@@ -92,7 +91,7 @@ class ARKitScenes(Recording):
             width, height, fx, fy, cx, cy = map(float, read_file(path).data.tobytes().split())
             if (width, height) != size:
                 raise ValueError(f"colour is {size[0]} x {size[1]}")
-            return scaled_cameras(Camera(CameraIntrinsics(fx, fy, cx, cy), size), depth_size)
+            return Cameras.of_one_view(Camera(fx, fy, cx, cy, size=size), depth_size)
         except (ValueError, InputError) as error:
             raise FormatError(
                 f"{path} must contain width height fx fy cx cy of the colour images ({error!s:.200})."

@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent
 from .._runtime.installation import optional
 from .._runtime.schema import Section
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera, Cameras
 from ..errors import FormatError, InputError, cause
 from ..io.depth import eight_bit_error
 from ..io.images import check_pixel_count, read_colour
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, StampedPairs, Topics, sha256_of
-from .registration import Camera
+from .recording import RecordedFrame, Recording, RecordingIndex, StampedPairs, Topics, sha256_of
 from .times import MAX_TIME_GAP_S
 
 # The calibration of an Azure Kinect: stored for the full sensors; those of the modes are derived from it.
@@ -83,7 +82,6 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
             _camera(colour, _COLOUR_MODES[resolution]),
             _camera(depth, _DEPTH_MODES[depth_mode]),
             _motion(colour) @ np.linalg.inv(_motion(depth)),
-            is_registered=False,
         )
     except (ValueError, KeyError, RecursionError, AttributeError, InputError, np.linalg.LinAlgError) as error:
         raise FormatError(f"its calibration is damaged ({error!s:.120}).") from error
@@ -98,8 +96,8 @@ def _camera(section: Section, mode: _Mode) -> Camera:
     if centre_x or centre_y:
         raise FormatError("a camera has a separate distortion centre, which is not supported.")
     (width, height), (left, top) = mode.whole, mode.cut
-    intrinsics = CameraIntrinsics(fx * width, fy * height, cx * width - left - 0.5, cy * height - top - 0.5)
-    return Camera(intrinsics, mode.size, (k1, k2, p1, p2, k3, k4, k5, k6))
+    numbers = fx * width, fy * height, cx * width - left - 0.5, cy * height - top - 0.5
+    return Camera(*numbers, size=mode.size, distortion=(k1, k2, p1, p2, k3, k4, k5, k6))
 
 
 def _motion(section: Section) -> NDArray[Any]:

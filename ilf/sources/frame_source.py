@@ -15,7 +15,7 @@ import numpy as np
 from .._runtime.addresses import absolute, is_address
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..errors import InputError, warn_of_reading
 from .naming import name_from_path, recorded_frame_name
 from .own_results import is_result
@@ -141,7 +141,7 @@ class FrameSource:
         InputError
             If a camera is not known, and as `ilf.load_frame`.
         """
-        from .registration import Camera, RawPair
+        from .registration import RawPair
 
         if self.frame is not None:
             recorded = self.recorded()
@@ -156,12 +156,12 @@ class FrameSource:
             inputs = frame.inputs
             with self.copied() as here:
                 colour, metres = read_colour(here.files().rgb), here.read_depth().metres
-            given = None if inputs.intrinsics is None else CameraIntrinsics(*inputs.intrinsics)
+            given = None if inputs.intrinsics is None else Camera(*inputs.intrinsics)
             pair = pair_of_images(colour, metres, given, inputs, frame.name)
             return replace(pair, notes=frame.notes)
         if frame.intrinsics is None:
             raise InputError(f"{self.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
-        camera = Camera(frame.intrinsics, (frame.shape[1], frame.shape[0]))
+        camera = frame.intrinsics
         return RawPair(frame.rgb, frame.measured, camera, camera, np.eye(4), frame.name, frame.inputs, frame.notes)
 
     def read_depth(self) -> DepthReading:

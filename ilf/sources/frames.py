@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.addresses import is_address
 from .._runtime.files import FileContent, read_file, read_json, write_bytes
 from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_opened
-from ..data.camera import CAMERA_DOUBT, CameraIntrinsics, as_camera, camera_doubt, checked_transform
+from ..data.camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import (
     ExportError,
@@ -56,7 +56,7 @@ from .own_results import is_result
 from .poses import camera_pose, stated_pose
 from .reading_options import AS_STATED, ReadingOptions, path_text
 from .recorded import read_recorded
-from .registration import Camera, RawPair, register
+from .registration import RawPair, register
 from .remote import copied_frame, restored, with_addresses
 
 META_NAME = "meta.json"
@@ -353,7 +353,7 @@ def _exchanged(colour: NDArray[np.uint8], depth: NDArray[np.float32]) -> str:
 
 def _cameras(
     options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]
-) -> tuple[CameraIntrinsics | None, CameraIntrinsics | None, tuple[str, ...], tuple[str, ...]]:
+) -> tuple[Camera | None, Camera | None, tuple[str, ...], tuple[str, ...]]:
     """The camera of colour, that of depth of another size, notes on both, and those among them to issue as warnings."""
     if shape == depth_shape:
         given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
@@ -371,7 +371,7 @@ def _cameras(
 def frame_of_images(
     colour: NDArray[np.uint8],
     metres: NDArray[np.float32],
-    camera: CameraIntrinsics | None,
+    camera: Camera | None,
     inputs: FrameInputs,
     name: str,
 ) -> RGBDFrame:
@@ -380,7 +380,7 @@ def frame_of_images(
     Parameters
     ----------
     colour, metres : ndarray
-    camera : CameraIntrinsics or None
+    camera : Camera or None
         Intrinsics of colour.
     inputs : FrameInputs
         With the intrinsics of depth of another size.
@@ -399,7 +399,7 @@ def frame_of_images(
 def pair_of_images(
     colour: NDArray[np.uint8],
     metres: NDArray[np.float32],
-    camera: CameraIntrinsics | None,
+    camera: Camera | None,
     inputs: FrameInputs,
     name: str,
 ) -> RawPair:
@@ -408,13 +408,11 @@ def pair_of_images(
         raise InputError(
             "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
         )
-    colour_camera = Camera(camera, (colour.shape[1], colour.shape[0]))
-    depth_camera = Camera(CameraIntrinsics(*inputs.depth_intrinsics), (metres.shape[1], metres.shape[0]))
-    return RawPair(colour, metres, colour_camera, depth_camera, np.eye(4), name, inputs)
+    return RawPair(colour, metres, camera, Camera(*inputs.depth_intrinsics), np.eye(4), name, inputs)
 
 
-def _numbers(camera: CameraIntrinsics | None) -> tuple[float, float, float, float] | None:
-    return None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
+def _numbers(camera: Camera | None) -> tuple[float, float, float, float] | None:
+    return None if camera is None else camera.numbers
 
 
 def _pose_spec(pose: str | os.PathLike[str] | ArrayLike | None) -> str | tuple[float, ...] | None:

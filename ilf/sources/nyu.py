@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +14,12 @@ from numpy.typing import NDArray
 from .._runtime.closing import Closeable
 from .._runtime.files import existing_file, read_file
 from .._runtime.formatting import counted
-from ..data.camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
+from ..data.camera import INTRINSICS, Camera, Cameras
 from ..errors import FormatError, InputError, cause
 from ..io.depth import read_depth_values
 from ..io.hdf5 import dataset, open_hdf5, rows
 from ..io.images import check_pixel_count, read_colour
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
-from .registration import Camera
+from .recording import RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .times import MAX_TIME_GAP_S, associated, gap_text
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
@@ -133,8 +133,8 @@ class NyuLabelledFrames(Recording):
 
     def cameras(self, key: str) -> Cameras:
         self._at(key)
-        size = IMAGE_SIZES[CAMERA]
-        return registered_cameras(Camera(INTRINSICS[CAMERA], size) if size == self._file.size else None)
+        camera = INTRINSICS[CAMERA]
+        return Cameras.registered(camera if camera.size == self._file.size else None)
 
     def _at(self, key: str) -> int:
         if not key.isdecimal() or not 1 <= int(key) <= len(self._file) or str(int(key)) != key:
@@ -150,13 +150,14 @@ _GAPS = (MAX_TIME_GAP_S, 0.2, 2.0, 10.0)
 """Maximum time gaps [s] for finding a frame. Images paired with a smaller gap are also paired with a larger one."""
 
 # camera_params.m of the data set's toolbox; its translation is subtracted from the rotated points
-_CAMERA = "nyu-kinect-v1"
-_COLOUR = Camera(
-    INTRINSICS[_CAMERA], IMAGE_SIZES[_CAMERA], (0.20796615, -0.58613825, 0.00072231363, 0.0010479628, 0.49856987)
-)
+_COLOUR = replace(INTRINSICS[CAMERA], distortion=(0.20796615, -0.58613825, 0.00072231363, 0.0010479628, 0.49856987))
 _DEPTH = Camera(
-    CameraIntrinsics(582.62448, 582.69103, 313.04476, 238.44390, "nyu-kinect-v1-depth"),
-    IMAGE_SIZES[_CAMERA],
+    582.62448,
+    582.69103,
+    313.04476,
+    238.44390,
+    "nyu-kinect-v1-depth",
+    _COLOUR.size,
     (-0.099897237, 0.39065325, 0.0019290593, -0.0019422022, -0.51031725),
 )
 _ROTATION = np.array(
@@ -173,7 +174,7 @@ def nyu_cameras() -> Cameras:
     """The cameras of the data set, from its toolbox."""
     motion = np.eye(4)
     motion[:3, :3], motion[:3, 3] = _ROTATION.T, -_TRANSLATION
-    return Cameras(_COLOUR, _DEPTH, motion, is_registered=False)
+    return Cameras(_COLOUR, _DEPTH, motion)
 
 
 class NyuRawFolder(Recording):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +12,13 @@ from numpy.typing import NDArray
 from .._runtime.files import read_file, read_json
 from .._runtime.formatting import counted
 from .._runtime.schema import Section
-from ..data.camera import camera_of, checked_transform
+from ..data.camera import Camera, Cameras, camera_of, checked_transform
 from ..errors import FormatError, InputError, ParameterError
 from ..io.depth import read_depth_values
 from ..io.encodings import EncodingSpec, encoding_of, single_encoding
 from ..io.images import read_colour
 from .naming import by_stem
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
-from .registration import Camera
+from .recording import RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .times import MAX_TIME_GAP_S
 
 _CALIBRATION = "calibration.json"
@@ -54,7 +54,7 @@ class RawPairs(Recording):
             stated = Section("calibration", data)
             colour, depth = (_camera(stated.section(name)) for name in ("colour", "depth"))
             motion = checked_transform(stated.get(_MOTION, list), repr(_MOTION))
-            self._cameras = Cameras(colour, depth, motion, is_registered=False)
+            self._cameras = Cameras(colour, depth, motion)
             units, named, invalid = (
                 stated.get(key, float, *kinds) if key in data else None
                 for key, kinds in (("depth_units_per_m", ()), ("depth_encoding", (str,)), ("depth_invalid", ()))
@@ -119,7 +119,7 @@ class RawPairs(Recording):
 def _camera(stated: Section) -> Camera:
     size = tuple(stated.items("size", int))
     distortion = stated.items("distortion", float) if "distortion" in stated.values else ()
-    return Camera(camera_of({"K": stated.get("K", list)}, None, ""), size, tuple(distortion))
+    return replace(camera_of({"K": stated.get("K", list)}, None, ""), size=size, distortion=tuple(distortion))
 
 
 def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> dict[str, Path]:

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent, open_file, parse_json, zip_member
 from .._runtime.formatting import as_float
 from .._runtime.installation import optional
-from ..data.camera import CameraIntrinsics, fitted
+from ..data.camera import Camera, Cameras, fitted
 from ..errors import FormatError, InputError, cause
 from ..io.images import check_pixel_count, image_header, read_colour
 from .poses import OPENGL_AXES, posed
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras, sha256_of
-from .registration import Camera
+from .recording import RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .times import MAX_TIME_GAP_S
 
 # Data compressed by LZFSE (Apple): unpacked only if its size is as expected.
@@ -148,10 +147,7 @@ class Record3D(Recording):
         header = image_header(self._member_path(f"rgbd/{key}.jpg"), self._colour_bytes(key))
         size = header.width, header.height
         try:
-            stated = self._intrinsics(key)
-            return scaled_cameras(
-                Camera(fitted(stated, self._size("w", "h"), (size[1], size[0])), size), self._depth_size
-            )
+            return Cameras.of_one_view(fitted(self._camera(key), (size[1], size[0])), self._depth_size)
         except InputError as error:
             raise FormatError(f"{self.path}: the camera of frame {key} is invalid ({error})") from error
 
@@ -163,8 +159,8 @@ class Record3D(Recording):
         found = posed(numbers[:4], numbers[4:])
         return None if found is None else found @ OPENGL_AXES
 
-    def _intrinsics(self, key: str) -> CameraIntrinsics:
-        """Intrinsics for the image size in the metadata: those of the frame, or else of the recording, whose matrix is
+    def _camera(self, key: str) -> Camera:
+        """The camera for the image size in the metadata: those of the frame, or else of the recording, whose matrix is
         stored by columns."""
         numbers = self._frame_entry("perFrameIntrinsicCoeffs", key)
         if numbers is None:
@@ -173,7 +169,7 @@ class Record3D(Recording):
         if not (isinstance(numbers, list) and len(numbers) == 4 and all(isinstance(n, int | float) for n in numbers)):
             raise FormatError("its metadata have no K of nine numbers")
         fx, fy, cx, cy = map(as_float, numbers)
-        return CameraIntrinsics(fx, fy, cx, cy)
+        return Camera(fx, fy, cx, cy, size=self._size("w", "h"))
 
     def _confidence(self, key: str) -> NDArray[np.uint8] | None:
         name = f"rgbd/{key}.conf"

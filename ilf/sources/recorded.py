@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import DISTORTION_NOTE, CameraIntrinsics
+from ..data.camera import DISTORTION_NOTE, Camera, Cameras
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import InputError
 from ..io.depth_reading import DepthReading, interpret_depth
@@ -17,7 +17,7 @@ from ..io.encodings import EncodingSpec
 from ..io.images import scaled_colour
 from .naming import recorded_frame_name
 from .opening import opened
-from .recording import Cameras, RecordedFrame
+from .recording import RecordedFrame
 from .registration import RawPair, register
 
 
@@ -51,12 +51,12 @@ class ReadFrame:
         image = self.reading.metres if self.cameras.is_registered else self.stored.rgb
         return image.shape[0], image.shape[1]
 
-    def frame(self, intrinsics: CameraIntrinsics | None = None, name: str | None = None) -> RGBDFrame:
+    def frame(self, intrinsics: Camera | None = None, name: str | None = None) -> RGBDFrame:
         """Colour with registered depth.
 
         Parameters
         ----------
-        intrinsics : CameraIntrinsics, optional
+        intrinsics : Camera, optional
             Intrinsics of the result; None uses those of the recording.
         name : str, optional
 
@@ -70,8 +70,7 @@ class ReadFrame:
         except InputError as error:
             raise InputError(f"{self.path}: {error}{self.reading.alternative_encodings}") from error
         camera = intrinsics or frame.intrinsics
-        numbers = None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
-        inputs = replace(self._inputs(), intrinsics=numbers)
+        inputs = replace(self._inputs(), intrinsics=None if camera is None else camera.numbers)
         plausibility_warnings = tuple(doubt.text for doubt in self.reading.plausibility_warnings)
         return replace(
             frame,
@@ -100,7 +99,7 @@ class ReadFrame:
         return RGBDFrame(
             scaled_colour(self.stored.rgb, (metres.shape[0], metres.shape[1])),
             metres,
-            None if camera is None else camera.intrinsics,
+            camera,
             self._name(name),
             inputs=self._inputs(),
             notes=(*self._notes(), *([DISTORTION_NOTE] if camera is not None and any(camera.distortion) else [])),

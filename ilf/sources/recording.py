@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
-from ..data.camera import fitted
+from ..data.camera import Cameras
 from ..errors import InputError
 from ..io.encodings import EncodingSpec
-from .registration import Camera
 from .times import MAX_TIME_GAP_S, associated, gap_text
 
 Topics = tuple[str, str]
@@ -41,47 +40,6 @@ class RecordingIndex:
     keys: tuple[str, ...]
     times: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class Cameras:
-    """The two cameras of a frame.
-
-    Attributes
-    ----------
-    colour, depth : Camera or None
-        None if not known. For registered frames, `depth` is the same camera as `colour`, possibly at another size.
-    depth_to_colour : ndarray of float64, shape (4, 4), or None
-        Transform of points [m] from the depth camera to the colour camera; None if not known.
-    is_registered : bool
-        Whether colour and depth have the same pixels, or the same view at two sizes: colour is then resized to the
-        size of depth.
-    note : str
-        A sentence for the user about the cameras; "" for none.
-    """
-
-    colour: Camera | None
-    depth: Camera | None
-    depth_to_colour: NDArray[np.float64] | None
-    is_registered: bool
-    note: str = ""
-
-
-def scaled_cameras(colour: Camera, size: tuple[int, int]) -> Cameras:
-    """Cameras of a frame whose depth has the view of its colour at another size (width, height).
-
-    Raises
-    ------
-    InputError
-        If the aspect ratios of the two sizes differ.
-    """
-    depth = fitted(colour.intrinsics, colour.size, (size[1], size[0]))
-    return Cameras(colour, Camera(depth, size, colour.distortion), np.eye(4), is_registered=True)
-
-
-def registered_cameras(camera: Camera | None, note: str = "") -> Cameras:
-    """Cameras of a frame whose depth has the pixels of its colour."""
-    return Cameras(camera, camera, np.eye(4), True, note)
 
 
 @dataclass(frozen=True, eq=False)

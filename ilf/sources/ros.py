@@ -18,17 +18,16 @@ from numpy.typing import NDArray
 
 from .._runtime.files import open_file
 from .._runtime.installation import optional
+from ..data.camera import Cameras
 from ..errors import FormatError, IlfError, InputError, cause
 from ..io.mcap import EndedMcap, whole_size
 from .packed import bound_unpacking, unpacked, unpacking_command
 from .recording import (
-    Cameras,
     RecordedFrame,
     Recording,
     RecordingIndex,
     StampedPairs,
     Topics,
-    registered_cameras,
     sha256_of,
 )
 from .ros_messages import (
@@ -350,12 +349,12 @@ class RosBag(Recording):
         if topics.is_registered:
             found = self._info(colour) or self._info(depth)
             try:
-                return registered_cameras(None if found is None else camera_of(found, colour.name, colour.size))
+                return Cameras.registered(None if found is None else camera_of(found, colour.name, colour.size))
             except FormatError as error:  # registered depth needs no camera
-                return registered_cameras(None, f"Intrinsics are not known, since {error}")
+                return Cameras.registered(None, f"Intrinsics are not known, since {error}")
         infos = [(self._info(topic), topic) for topic in (colour, depth)]
         cameras = [None if info is None else camera_of(info, topic.name, topic.size) for info, topic in infos]
-        return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics), is_registered=False)
+        return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics))
 
     def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         stamped = (one for message in self._messages("/tf_static", TRANSFORMS) for one in message.transforms)

@@ -6,6 +6,7 @@ import re
 import struct
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,12 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.installation import optional
-from ..data.camera import camera_from_numbers, fitted
+from ..data.camera import Camera, camera_from_numbers, fitted
 from ..errors import FormatError, InputError
 from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
 from ..io.images import check_pixel_count, image_header, read_colour, read_image
 from ..io.rvl import read_rvl, rvl_size
 from ..io.sqlite_files import DEFINITIONS, LONGEST, STEPS, TimeLimit, check_plain
-from .registration import Camera
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
@@ -223,10 +223,9 @@ def camera_of(info: Any, topic: str, size: tuple[int, int]) -> Camera | None:
             matrix = projection.reshape(3, 4)[:, :3].ravel()
         if matrix.size != 9 or not matrix.any():
             return None
-        intrinsics = camera_from_numbers(matrix, "")
-        if info.width > 0 and info.height > 0:
-            intrinsics = fitted(intrinsics, (info.width, info.height), (size[1], size[0]))
-        return Camera(intrinsics, size, () if is_rectified else _distortion(distortion, info.distortion_model))
+        stated = (info.width, info.height) if info.width > 0 and info.height > 0 else size
+        camera = fitted(replace(camera_from_numbers(matrix, ""), size=stated), (size[1], size[0]))
+        return replace(camera, distortion=() if is_rectified else _distortion(distortion, info.distortion_model))
     except InputError as error:
         raise FormatError(f"the calibration of {topic} cannot be used: {error}") from error
 

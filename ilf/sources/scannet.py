@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, open_file
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera, Cameras
 from ..errors import FormatError, InputError
 from ..io.images import check_pixel_count, read_colour
 from .poses import checked_pose
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
-from .registration import Camera
+from .recording import RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .times import MAX_TIME_GAP_S
 
 _VERSION = 4
@@ -83,7 +82,7 @@ class ScanNet(Recording):
     def cameras(self, key: str) -> Cameras:
         try:
             colour, depth = (
-                Camera(CameraIntrinsics(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]), size)
+                Camera(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], size=size)
                 for matrix, size in zip(self._intrinsics, (self._colour_size, self._depth_size), strict=True)
             )
             # extrinsics transform points of a camera to the device: in ScanNet itself, both are the identity
@@ -92,8 +91,8 @@ class ScanNet(Recording):
         except (InputError, np.linalg.LinAlgError) as error:
             raise FormatError(f"{self.path}: its cameras are invalid ({error})") from error
         if colour == depth and np.array_equal(motion, np.eye(4)):
-            return registered_cameras(colour)
-        return Cameras(colour, depth, motion, is_registered=False)
+            return Cameras.registered(colour)
+        return Cameras(colour, depth, motion)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         return checked_pose(np.array(self._position(key).pose).reshape(4, 4))

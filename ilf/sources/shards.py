@@ -8,7 +8,7 @@ import json
 import os
 import tarfile
 from collections.abc import Container, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -23,12 +23,11 @@ from .._runtime.installation import optional
 from .._runtime.memory import memory_limit
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import check_schema, converted
-from ..data.camera import camera_from_numbers, checked_transform
+from ..data.camera import Cameras, camera_from_numbers, checked_transform
 from ..errors import FormatError, InputError, cause
 from ..io.depth import read_depth_values
 from ..io.images import read_colour
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
-from .registration import Camera
+from .recording import RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .times import MAX_TIME_GAP_S
 
 # The folder: shards.json, the frozen list of frames, and a tar and a table for each shard.
@@ -381,7 +380,7 @@ class Shards(Recording):
             camera = None if numbers is None else camera_from_numbers(np.array(numbers, float), "")
         except (KeyError, TypeError, ValueError, InputError) as error:
             raise self._wrong(key, error) from error
-        return registered_cameras(None if camera is None else Camera(camera, (int(width), int(height))))
+        return Cameras.registered(None if camera is None else replace(camera, size=(int(width), int(height))))
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         pose = self._facts(key).get("pose")

@@ -9,6 +9,7 @@ import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +18,14 @@ from numpy.typing import NDArray
 
 from .._runtime.files import read_file
 from .._runtime.installation import optional
-from ..data.camera import camera_from_numbers
+from ..data.camera import Cameras, camera_from_numbers
 from ..errors import FormatError, InputError
 from ..io.depth import read_depth_values
 from ..io.frame_additions import read_confidence
 from ..io.images import check_pixel_count
 from .naming import by_stem
 from .poses import posed
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
-from .registration import Camera
+from .recording import RecordedFrame, Recording, RecordingIndex, Topics
 from .times import MAX_TIME_GAP_S
 
 # Reading frames of a video by their numbers.
@@ -181,8 +181,8 @@ class StrayScanner(Recording):
         height, width = read_depth_values(self._file(key)).shape
         try:
             numbers = np.array(list(csv.reader(io.StringIO(_text(path)))), float)
-            stated = Camera(camera_from_numbers(numbers, ""), video.size)
-            return scaled_cameras(stated, (width, height))
+            stated = replace(camera_from_numbers(numbers, ""), size=video.size)
+            return Cameras.of_one_view(stated, (width, height))
         except (ValueError, InputError, csv.Error) as error:
             raise FormatError(
                 f"{path} must contain a camera matrix, three lines of three numbers ({error!s:.200})."

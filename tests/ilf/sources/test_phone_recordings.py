@@ -80,7 +80,7 @@ def test_colour_comes_to_the_pixels_of_depth(tmp_path, kind):
     assert np.abs(frame.rgb.astype(int) - 100).max() <= 6
     camera = frame.intrinsics
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == DEPTH_K
-    assert source.calibration(key).depth == camera
+    assert source.calibration(key).depth.pinhole == camera
     assert np.allclose(source.pose(key), pose(1), atol=1e-6)
     again = ilf.load_frame(**frame.sources)
     assert again.inputs == frame.inputs
@@ -91,7 +91,7 @@ def test_colour_comes_to_the_pixels_of_depth(tmp_path, kind):
 def test_a_raw_pair_has_colour_as_it_was_recorded(tmp_path, kind):
     source = ilf.open_source(WRITERS[kind](tmp_path))
     pair = source.read(source.keys[0], registered=False)
-    camera = pair.colour_camera.intrinsics
+    camera = pair.colour_camera
     assert (pair.colour_camera.size, pair.depth_camera.size) == (COLOUR_SIZE, SIZE)
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == K
     assert pair.rgb.shape[:2] == COLOUR_SIZE[::-1]
