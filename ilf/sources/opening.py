@@ -15,7 +15,7 @@ from ..errors import FormatError, InputError
 from ..io.kinds import check_is_there
 from .arkit_scenes import ARKitScenes
 from .azure_kinect import AzureKinect
-from .nyu import NyuLabelledFrames, NyuRawFolder
+from .nyu import NyuLabelled, NyuRawFolder
 from .packed import unpacking_command
 from .plugins import source_plugins
 from .raw_pairs import RawPairs
@@ -32,7 +32,7 @@ KINDS: tuple[type[Recording], ...] = (
     AzureKinect,
     Record3D,
     ScanNet,
-    NyuLabelledFrames,
+    NyuLabelled,
     StrayScanner,
     ARKitScenes,
     NyuRawFolder,

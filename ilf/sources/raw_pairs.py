@@ -18,8 +18,7 @@ from ..io.depth import read_depth_values
 from ..io.encodings import EncodingSpec, encoding_of, single_encoding
 from ..io.images import read_colour
 from .naming import by_stem
-from .recording import RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
-from .times import MAX_TIME_GAP_S
+from .recording import RecordedFrame, Recording, sha256_of
 
 _CALIBRATION = "calibration.json"
 _MOTION = "depth_to_colour"
@@ -66,9 +65,10 @@ class RawPairs(Recording):
         except (InputError, ParameterError) as error:
             raise FormatError(f"{path / _CALIBRATION}: {error}") from error
         colours, depths = _images(path, _COLOUR, _COLOUR_SUFFIXES), _images(path, _DEPTH, _DEPTH_SUFFIXES)
-        self._files = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
-        self._unmatched = len(colours.keys() ^ depths.keys())
-        if not self._files:
+        self.frames = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
+        if unmatched := len(colours.keys() ^ depths.keys()):
+            self.notes = (f"{counted(unmatched, 'image')} left out: no matching image of the same name.",)
+        if not self.frames:
             raise InputError(
                 f"{path} has no pair: put colour.* and depth.* beside {_CALIBRATION}, or folders of these names with "
                 "files of the same names."
@@ -89,12 +89,8 @@ class RawPairs(Recording):
     def state(cls, path: Path) -> tuple[int, ...]:
         return *super().state(path), *super().state(path / _CALIBRATION)
 
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        note = f"{counted(self._unmatched, 'image')} left out: no matching image of the same name."
-        return RecordingIndex(tuple(self._files), notes=(note,) if self._unmatched else ())
-
     def frame(self, key: str) -> RecordedFrame:
-        colour, depth = map(read_file, self._pair(key))
+        colour, depth = map(read_file, self.at(key))
         return RecordedFrame(
             read_colour(colour),
             read_depth_values(depth),
@@ -105,15 +101,10 @@ class RawPairs(Recording):
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        return read_colour(self._pair(key)[0])
+        return read_colour(self.at(key)[0])
 
     def cameras(self, key: str) -> Cameras:
         return self._cameras
-
-    def _pair(self, key: str) -> tuple[Path, Path]:
-        if key not in self._files:
-            raise self.unknown(key)
-        return self._files[key]
 
 
 def _camera(stated: Section) -> Camera:

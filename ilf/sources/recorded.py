@@ -126,7 +126,7 @@ class ReadFrame:
         return given or recorded_frame_name(self.path, self.key)
 
     def _notes(self) -> tuple[str, ...]:
-        return *self.stored.notes, *((self.cameras.note,) if self.cameras.note else ()), *self.reading.notes
+        return *((self.cameras.note,) if self.cameras.note else ()), *self.reading.notes
 
     def _inputs(self) -> FrameInputs:
         """The frame's inputs without intrinsics."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -330,15 +331,18 @@ class _SampleGrid:
         )
         x, y = (np.arange(size[0]) + 0.5) / fx + left, (np.arange(size[1]) + 0.5) / fy + top
         folded = np.hypot(x[None], y[:, None]) > max_ray_tangent(camera.distortion)
-        height, width = camera.shape
-        seen = (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5) & ~folded
+        seen = _inside(columns, rows, camera) & ~folded
         columns[~seen] = -2.0
         self.columns, self.rows, self.seen = read_only(columns), read_only(rows), read_only(seen.astype(np.uint8))
 
 
-@lru_cache(maxsize=2)
-def _sample_grid(camera: Camera, samples: int) -> _SampleGrid:
-    return _SampleGrid(camera, samples)
+_sample_grid = lru_cache(maxsize=2)(_SampleGrid)
+
+
+def _inside(columns: NDArray[Any], rows: NDArray[Any], camera: Camera) -> NDArray[np.bool_]:
+    """Whether positions [px] lie in the images of a camera."""
+    height, width = camera.shape
+    return (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5)
 
 
 def _check_size(what: str, size: tuple[int, int]) -> None:
@@ -369,8 +373,7 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
     points = np.stack([x, y, np.ones_like(x)], axis=1)
     seen, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, camera.coefficients)
     columns, rows = seen[:, 0].T
-    inside = (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5)
-    inside &= np.hypot(x, y) <= reach
+    inside = _inside(columns, rows, camera) & (np.hypot(x, y) <= reach)
     step = line[1] - line[0]
     if not inside.any():
         return *sides, *ends

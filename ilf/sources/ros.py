@@ -7,8 +7,9 @@ import re
 import struct
 import weakref
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -19,16 +20,18 @@ from numpy.typing import NDArray
 from .._runtime.files import open_file
 from .._runtime.installation import optional
 from ..data.camera import Cameras
-from ..errors import FormatError, IlfError, InputError, cause
+from ..errors import FormatError, InputError
 from ..io.mcap import EndedMcap, whole_size
 from .packed import bound_unpacking, unpacked, unpacking_command
 from .recording import (
     RecordedFrame,
     Recording,
     RecordingIndex,
-    StampedPairs,
+    TimedPairs,
     Topics,
+    damage_told,
     sha256_of,
+    stamped,
 )
 from .ros_messages import (
     COMPRESSED,
@@ -278,10 +281,9 @@ class RosBag(Recording):
         except FormatError:
             self.close()
             raise
-        self._image_topics: list[ImageTopic] | None = None
         self._first_messages: dict[str, Any] = {}
         self._stamps: dict[str, _Stamped] = {}
-        self._paired: dict[Topics, StampedPairs] = {}
+        self._paired: dict[Topics, TimedPairs[int]] = {}
         self._cameras: dict[Topics, Cameras] = {}
 
     def _check_connections(self) -> None:
@@ -385,10 +387,9 @@ class RosBag(Recording):
     # topics
 
     def _camera(self, wanted: Topics | None) -> tuple[CameraTopics, str]:
-        if self._image_topics is None:
-            self._image_topics = [topic for name in self._names() if (topic := self._image_topic(name)) is not None]
+        topics = self._image_topics
         try:
-            return select_topics(self._image_topics, wanted)
+            return select_topics(topics, wanted)
         except InputError as error:
             raise InputError(f"{self.path} {error}{self._other_depth()}") from None
 
@@ -401,9 +402,10 @@ class RosBag(Recording):
         }
         return f" Messages of other types are not read: {', '.join(sorted(others))}." if others else ""
 
-    def _names(self) -> list[str]:
-        """Topics with images."""
-        return sorted({one.topic for one in self._reader.connections if one.msgtype in _IMAGES})
+    @cached_property
+    def _image_topics(self) -> list[ImageTopic]:
+        names = sorted({one.topic for one in self._reader.connections if one.msgtype in _IMAGES})
+        return [topic for name in names if (topic := self._image_topic(name)) is not None]
 
     def _image_topic(self, name: str) -> ImageTopic | None:
         """An image topic, described by its first image; None if it has none of a known type."""
@@ -447,12 +449,11 @@ class RosBag(Recording):
         colour, plus, depth = names.partition("+")
         return self._camera((colour, depth) if plus else None)[0], stamp
 
-    def _pairs(self, camera: CameraTopics) -> StampedPairs:
-        known = self._paired.get(camera.names)
-        if known is None:
-            known = StampedPairs(self._stamped(camera.colour), self._stamped(camera.depth), 10**9)
-            self._paired[camera.names] = known
-        return known
+    def _pairs(self, camera: CameraTopics) -> TimedPairs[int]:
+        if camera.names not in self._paired:
+            topics = camera.colour, camera.depth
+            self._paired[camera.names] = TimedPairs(*(stamped(self._stamped(topic), 10**9) for topic in topics))
+        return self._paired[camera.names]
 
     def _stamped(self, topic: ImageTopic) -> _Stamped:
         """The time stamps of a topic's messages; for images without a stamp, the recording times."""
@@ -510,17 +511,6 @@ class RosBag(Recording):
         named = (one for one in self._reader.connections if one.topic == name)
         return [one for one in named if not kinds or one.msgtype in kinds]
 
-    @contextmanager
-    def _reading(self) -> Iterator[None]:
-        """Convert errors of the library to InputError or FormatError."""
-        try:
-            yield
-        except IlfError:
-            raise
-        except PermissionError as error:
-            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
-        except Exception as error:
-            hint = f" Run: rosbag reindex {self.path}" if "not indexed" in str(error) else ""
-            raise FormatError(
-                f"{self.path}: this ROS bag is truncated, damaged or not supported ({error!s:.120}).{hint}"
-            ) from error
+    def _reading(self) -> AbstractContextManager[None]:
+        hints = {"not indexed": f"Run: rosbag reindex {self.path}"}
+        return damage_told(self.path, "ROS bag", Exception, hints=hints)

@@ -22,6 +22,7 @@ from ..io.depth import checked_depth_values, default_depth_units, eight_bit_erro
 from ..io.images import check_pixel_count, image_header, read_colour, read_image
 from ..io.rvl import read_rvl, rvl_size
 from ..io.sqlite_files import DEFINITIONS, LONGEST, STEPS, TimeLimit, check_plain
+from .poses import turned_and_moved
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
@@ -241,19 +242,11 @@ def _distortion(values: NDArray[np.float64], model: str) -> tuple[float, ...]:
 def transform_matrix(transform: Any) -> NDArray[np.float64]:
     """A geometry_msgs/Transform as a matrix, float64 (4, 4); raises FormatError if it is invalid."""
     turn, shift = transform.rotation, transform.translation
-    quaternion = np.array([turn.w, turn.x, turn.y, turn.z], float)
+    quaternion = np.array([turn.x, turn.y, turn.z, turn.w], float)
     length = np.linalg.norm(quaternion)
     if not np.isfinite(length) or length < 1e-6:
         raise FormatError("a transform between the cameras has no valid rotation.")
-    w, x, y, z = quaternion / length
-    matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    matrix[:3, 3] = shift.x, shift.y, shift.z
-    return matrix
+    return turned_and_moved(quaternion / length, (shift.x, shift.y, shift.z))
 
 
 def transform_between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float64] | None:

@@ -10,8 +10,7 @@ import numpy as np
 from ilf.data.camera import Camera, Cameras
 from ilf.errors import FormatError
 from ilf.sources.layout import layout_of
-from ilf.sources.recording import RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
-from ilf.sources.times import MAX_TIME_GAP_S
+from ilf.sources.recording import RecordedFrame, Recording, sha256_of
 
 
 class RgbdArchive(Recording):
@@ -32,14 +31,11 @@ class RgbdArchive(Recording):
             raise FormatError(f"{path} has no rgb (N, H, W, 3), depth (N, H, W) and K (3, 3): {error}") from error
         if self._rgb.dtype != np.uint8 or self._depth.shape != (frames, height, width):
             raise FormatError(f"{path}: rgb must be uint8, and depth must have its size and number of frames.")
-
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        return RecordingIndex(tuple(f"{number:04d}" for number in range(len(self._rgb))))
+        self.frames = {f"{number:04d}": number for number in range(frames)}
 
     def frame(self, key: str) -> RecordedFrame:
-        if key not in self.index().keys:
-            raise self.unknown(key)
-        rgb, depth = self._rgb[int(key)], self._depth[int(key)]
+        number = self.at(key)
+        rgb, depth = self._rgb[number], self._depth[number]
         return RecordedFrame(rgb, depth, sha256_of(rgb.tobytes()), sha256_of(depth.tobytes()), encoding="mm")
 
     def cameras(self, key: str) -> Cameras:

@@ -37,7 +37,6 @@ from ilf.segmentation.edges.importing import add_model
 from ilf.sources.frame_source import FrameSource
 from ilf.sources.frames import load_frame
 from ilf.sources.listing import list_frames
-from ilf.sources.nyu import NyuLabelled
 from ilf.sources.opening import close_all
 from ilf.sources.pairing import stamp_of
 from ilf.sources.poses import camera_pose
@@ -120,13 +119,6 @@ def weights(path: Path) -> None:
     """Import of a network; the test run of the import uses smaller images, because it is not part of reading."""
     ilf.segmentation.edges.detectors._TRIAL_SHAPES = ((16, 16), (16, 32))
     network(path)
-
-
-def labelled(path: Path) -> None:
-    with NyuLabelled(path) as file:
-        for index in range(min(len(file), 2)):
-            file.colour(index)
-            file.measured(index)
 
 
 def recording(path: Path) -> None:
