@@ -2,7 +2,7 @@ from ._runtime.installation import __version__ as __version__
 from .completion.completion import iterate as iterate
 from .completion.confidence.expected_error import expected_error as expected_error
 from .completion.confidence.expected_error import unsupported as unsupported
-from .data.camera import CameraIntrinsics as CameraIntrinsics
+from .data.camera import Camera as Camera
 from .data.frame import RGBDFrame as RGBDFrame
 from .data.parameters import PRESETS as PRESETS
 from .data.parameters import BlockParameters as BlockParameters

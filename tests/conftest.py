@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.data.frame import RGBDFrame
 
 # what tests open is remembered until they all have ended
@@ -109,7 +109,7 @@ def small_frame() -> RGBDFrame:
     depth[10:22, 8:20] = np.nan
     depth[30:40, 40:56] = np.nan
     rgb = np.where(left[..., None], [200, 90, 40], [40, 110, 180]).astype(np.uint8)
-    return RGBDFrame(rgb, depth, CameraIntrinsics(60.0, 60.0, 31.5, 23.5), name="two-planes")
+    return RGBDFrame(rgb, depth, Camera(60.0, 60.0, 31.5, 23.5), name="two-planes")
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 
 from ..base import theme
 from ..base.commands import Command
@@ -231,7 +231,7 @@ class CloudFeature(Feature):
     def _report(self, error: Exception) -> None:
         self.context.notes.report("Point cloud", error)
 
-    def _present_request(self, session: Session, intrinsics: CameraIntrinsics) -> CloudRequest:
+    def _present_request(self, session: Session, intrinsics: Camera) -> CloudRequest:
         completion, by = session.completion(), self._cloud.colour_by
         if by in self._unavailable(session):
             by = ColourBy.COLOUR

@@ -6,7 +6,7 @@ import argparse
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
 from .._runtime.writing import interrupted
 from ..batch.shard_files import check_shards
-from ..data.camera import CameraIntrinsics, camera_doubt, camera_text
+from ..data.camera import Camera, camera_doubt, camera_text
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
 from ..data.parameters import BlockParameters, nearest_preset
@@ -166,8 +166,8 @@ def record_facts(record: RunRecord) -> list[Fact]:
     return [*facts, Fact("files", ", ".join(files), {"files": files})]
 
 
-def _camera_record(camera: CameraIntrinsics | None) -> dict[str, Any] | None:
-    return None if camera is None else asdict(camera)
+def _camera_record(camera: Camera | None) -> dict[str, Any] | None:
+    return None if camera is None else camera.to_json()
 
 
 def _text(values: Mapping[str, Value]) -> str:

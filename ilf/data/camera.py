@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,9 +24,14 @@ DISTORTION_NOTE = (
 )
 
 
+_COEFFICIENTS = (0, 4, 5, 8, 12, 14)
+"""Supported numbers of distortion coefficients, in OpenCV's order."""
+_MAX_COEFFICIENT = 1e6
+
+
 @dataclass(frozen=True)
-class CameraIntrinsics:
-    """Pinhole intrinsics of the (registered) depth image, in pixels.
+class Camera:
+    """A pinhole camera, with or without distortion; lengths are in pixels.
 
     Parameters
     ----------
@@ -36,13 +41,24 @@ class CameraIntrinsics:
         Principal point [px], measured from the centre of the top left pixel.
     name : str
         Preset or file that the numbers come from; for display only.
+    size : tuple of int, optional
+        Width and height [px] of the images that the numbers are for: they are scaled to a frame of another size. None
+        stands for those of the frame.
+    distortion : tuple of float
+        Coefficients in OpenCV's order: k1 k2 p1 p2, then k3, then k4 k5 k6 of the rational model, then s1 s2 s3 s4 of
+        thin prisms, then the two angles of a tilted sensor; none for a camera without distortion.
+
+    Raises
+    ------
+    InputError
+        If the numbers are no valid camera, or the number of coefficients is not supported.
 
     Examples
     --------
-    >>> CameraIntrinsics(525.0, 525.0, 319.5, 239.5).fx
+    >>> Camera(525.0, 525.0, 319.5, 239.5).fx
     525.0
-    >>> INTRINSICS["kinect-v2"].cx
-    254.878
+    >>> INTRINSICS["kinect-v2"].size
+    (512, 424)
     """
 
     fx: float
@@ -50,6 +66,8 @@ class CameraIntrinsics:
     cx: float
     cy: float
     name: str = ""
+    size: tuple[int, int] | None = field(default=None, metadata={"optional": True})
+    distortion: tuple[float, ...] = field(default=(), metadata={"optional": True})
 
     def __post_init__(self) -> None:
         numbers = (self.fx, self.fy, self.cx, self.cy)
@@ -65,6 +83,50 @@ class CameraIntrinsics:
                 f"Camera intrinsics must be in pixels: focal lengths of at least {_SHORTEST:g}, and no number above "
                 f"{_LARGEST:g}, not fx={self.fx:g}, fy={self.fy:g}, cx={self.cx:g}, cy={self.cy:g}."
             )
+        if self.size is not None and (len(self.size) != 2 or min(self.size) < 1):
+            raise InputError(f"A camera's size must be a width and a height in pixels, not {self.size}.")
+        object.__setattr__(self, "distortion", tuple(map(float, self.distortion)))
+        if len(self.distortion) not in _COEFFICIENTS:
+            raise InputError(
+                f"A camera's distortion must have {', '.join(map(str, _COEFFICIENTS[:-1]))} or {_COEFFICIENTS[-1]} "
+                f"coefficients, k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 and two angles, not {len(self.distortion)}."
+            )
+        if not np.all(np.abs(self.distortion) <= _MAX_COEFFICIENT):
+            raise InputError(f"A camera's distortion must be finite numbers, not {self.distortion}.")
+
+    @property
+    def pinhole(self) -> Camera:
+        """The same camera without size and distortion, as a frame has it."""
+        is_plain = self.size is None and not self.distortion
+        return self if is_plain else Camera(self.fx, self.fy, self.cx, self.cy, self.name)
+
+    @property
+    def numbers(self) -> tuple[float, float, float, float]:
+        """fx, fy, cx, cy."""
+        return self.fx, self.fy, self.cx, self.cy
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of its images in pixels; raises InputError if they are not known."""
+        if self.size is None:
+            raise InputError("The size of a camera's images is not known. Give it as size=(width, height).")
+        return self.size[1], self.size[0]
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The camera matrix, float64 (3, 3)."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    @property
+    def coefficients(self) -> NDArray[np.float64] | None:
+        """The distortion in OpenCV's form; None if there is none."""
+        return np.array(self.distortion) if any(self.distortion) else None
+
+    def to_json(self) -> dict[str, Any]:
+        """The camera as an object of a JSON file, with size and distortion only where they are known."""
+        known = {"size": self.size, "distortion": self.distortion}
+        stated = {name: list(value) for name, value in known.items() if value}
+        return dict(zip(("fx", "fy", "cx", "cy"), self.numbers, strict=True)) | {"name": self.name} | stated
 
     def points(self, columns: ArrayLike, rows: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:
         """Back-project pixels with depth to 3-D points.
@@ -83,7 +145,7 @@ class CameraIntrinsics:
 
         Examples
         --------
-        >>> CameraIntrinsics(100.0, 100.0, 50.0, 40.0).points([0], [40], [2.0]).tolist()
+        >>> Camera(100.0, 100.0, 50.0, 40.0).points([0], [40], [2.0]).tolist()
         [[-1.0, 0.0, 2.0]]
         """
         z = np.asarray(plain_array(depth), np.float64)
@@ -113,13 +175,43 @@ _PUBLISHED: dict[str, tuple[float, float, float, float, tuple[int, int]]] = {
     "azure-kinect": (503.9276, 503.9787, 332.0643, 325.8806, (640, 576)),
 }
 
-INTRINSICS: dict[str, CameraIntrinsics] = {
-    name: CameraIntrinsics(*numbers[:4], name=name) for name, numbers in _PUBLISHED.items()
-}
-"""Preset name -> intrinsics, for the image size in `IMAGE_SIZES`."""
+INTRINSICS: dict[str, Camera] = {name: Camera(*numbers[:4], name, numbers[4]) for name, numbers in _PUBLISHED.items()}
+"""Preset name -> camera, with the image size that its numbers are for."""
 
-IMAGE_SIZES: dict[str, tuple[int, int]] = {name: numbers[4] for name, numbers in _PUBLISHED.items()}
-"""Preset name -> (width, height) [px] that the numbers apply to."""
+
+@dataclass(frozen=True, eq=False)
+class Cameras:
+    """The two cameras of a frame.
+
+    Attributes
+    ----------
+    colour, depth : Camera or None
+        None if not known. For registered frames, `depth` is the same camera as `colour`, possibly at another size.
+    depth_to_colour : ndarray of float64, shape (4, 4), or None
+        Transform of points [m] from the depth camera to the colour camera; None if not known.
+    is_registered : bool
+        Whether colour and depth have the same pixels, or the same view at two sizes: colour is then resized to the
+        size of depth.
+    note : str
+        A sentence for the user about the cameras; "" for none.
+    """
+
+    colour: Camera | None
+    depth: Camera | None
+    depth_to_colour: NDArray[np.float64] | None
+    is_registered: bool = False
+    note: str = ""
+
+    @classmethod
+    def registered(cls, camera: Camera | None, note: str = "") -> Self:
+        """The cameras of a frame whose depth has the pixels of its colour."""
+        return cls(camera, camera, np.eye(4), True, note)
+
+    @classmethod
+    def of_one_view(cls, colour: Camera, size: tuple[int, int]) -> Self:
+        """The cameras of a frame whose depth has the view of its colour at another size (width, height); raises
+        InputError if the aspect ratios of the two sizes differ."""
+        return cls(colour, fitted(colour, (size[1], size[0])), np.eye(4), is_registered=True)
 
 
 def checked_transform(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
@@ -139,7 +231,7 @@ def checked_transform(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
     return motion
 
 
-def camera_text(camera: CameraIntrinsics | None) -> str:
+def camera_text(camera: Camera | None) -> str:
     """Format intrinsics as text."""
     if camera is None:
         return "unknown"
@@ -169,20 +261,20 @@ _FACTORS = 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 4 / 5, 5 / 4, 4 / 3, 3 / 2, 2, 3, 
 """Factors by which images are made smaller or larger."""
 
 
-def camera_doubt(camera: CameraIntrinsics, shape: tuple[int, int]) -> str:
+def camera_doubt(camera: Camera, shape: tuple[int, int]) -> str:
     """Return why intrinsics are implausible for an image, and what to do; "" if they are plausible.
 
     Parameters
     ----------
-    camera : CameraIntrinsics
+    camera : Camera
     shape : (int, int)
         (H, W) of the image.
 
     Examples
     --------
-    >>> camera_doubt(CameraIntrinsics(0.82, 1.09, 0.5, 0.5), (120, 160))[:96]
+    >>> camera_doubt(Camera(0.82, 1.09, 0.5, 0.5), (120, 160))[:96]
     'The intrinsics may be wrong: fx 0.82 is no focal length in pixels. If it is relative to the imag'
-    >>> camera_doubt(CameraIntrinsics(525.0, 525.0, 319.5, 239.5), (480, 640))
+    >>> camera_doubt(Camera(525.0, 525.0, 319.5, 239.5), (480, 640))
     ''
     """
     height, width = shape
@@ -214,12 +306,12 @@ def camera_doubt(camera: CameraIntrinsics, shape: tuple[int, int]) -> str:
     return ""
 
 
-def is_normalised(camera: CameraIntrinsics) -> bool:
+def is_normalised(camera: Camera) -> bool:
     """Whether the numbers cannot be pixels, but may be relative to the image size."""
     return max(camera.fx, camera.fy) < _NORMALISED and max(camera.cx, camera.cy) <= 1
 
 
-def _size_around(camera: CameraIntrinsics, shape: tuple[int, int]) -> tuple[int, int] | None:
+def _size_around(camera: Camera, shape: tuple[int, int]) -> tuple[int, int] | None:
     """The image size whose centre is nearest to the principal point, of common ones, upright or turned, and of simple
     parts and multiples of this one; None if none is near."""
 
@@ -236,12 +328,12 @@ def is_preset(text: str) -> bool:
     return text.strip().lower() in INTRINSICS
 
 
-def as_camera(given: Any, shape: tuple[int, int] | None) -> CameraIntrinsics:
+def as_camera(given: Any, shape: tuple[int, int] | None) -> Camera:
     """Convert what a caller passes as intrinsics; raise InputError if that is not possible.
 
     Parameters
     ----------
-    given : CameraIntrinsics, str, sequence, mapping or ndarray
+    given : Camera, str, sequence, mapping or ndarray
         Intrinsics; the name of a preset; or anything that `camera_of` accepts.
     shape : (int, int), optional
         (H, W) of the frame, to which numbers with a known image size are scaled.
@@ -249,10 +341,10 @@ def as_camera(given: Any, shape: tuple[int, int] | None) -> CameraIntrinsics:
     Examples
     --------
     >>> as_camera([[525, 0, 319.5], [0, 525, 239.5], [0, 0, 1]], None)
-    CameraIntrinsics(fx=525.0, fy=525.0, cx=319.5, cy=239.5, name='')
+    Camera(fx=525.0, fy=525.0, cx=319.5, cy=239.5, name='', size=None, distortion=())
     """
-    if isinstance(given, CameraIntrinsics):
-        return given
+    if isinstance(given, Camera):
+        return fitted(given, shape).pinhole
     if not isinstance(given, str):
         return camera_of(given, shape, name="")
     if not is_preset(given):
@@ -261,10 +353,10 @@ def as_camera(given: Any, shape: tuple[int, int] | None) -> CameraIntrinsics:
             "numbers fx, fy, cx, cy, or a 3 x 3 matrix."
         )
     name = given.strip().lower()
-    return fitted(INTRINSICS[name], IMAGE_SIZES[name], shape)
+    return fitted(INTRINSICS[name], shape).pinhole
 
 
-def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntrinsics:
+def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> Camera:
     """Convert parsed JSON, or an equivalent object of a caller, to intrinsics; raise InputError if it is invalid, or
     its lens is not that of a pinhole camera."""
     if not isinstance(data, Mapping):
@@ -285,7 +377,7 @@ def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntr
                 f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or K, or intrinsic_matrix."
             )
         found = camera_from_numbers([data[key] for key in names], name)
-    return found if size is None else fitted(found, size, shape)
+    return found if size is None else fitted(replace(found, size=size), shape).pinhole
 
 
 def stated_size(data: Mapping[str, Any]) -> tuple[int, int] | None:
@@ -298,7 +390,7 @@ def stated_size(data: Mapping[str, Any]) -> tuple[int, int] | None:
     return int(size[0]), int(size[1])
 
 
-def _from_angles(data: Mapping[str, Any], size: tuple[int, int] | None, name: str) -> CameraIntrinsics:
+def _from_angles(data: Mapping[str, Any], size: tuple[int, int] | None, name: str) -> Camera:
     """Intrinsics from the angles of view [rad] of an image; its principal point is the centre if not stated."""
     if size is None:
         raise InputError("Intrinsics by camera_angle_x need the width of the image. Give fx, fy, cx and cy.")
@@ -330,7 +422,7 @@ def lens_problem(data: Mapping[str, Any]) -> str:
     )
 
 
-def camera_from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
+def camera_from_numbers(numbers: Any, name: str) -> Camera:
     """Convert fx, fy, cx, cy or a 3 x 3 camera matrix, row by row or (as Open3D, ARKit and MATLAB have it) column by
     column, to intrinsics; raise InputError if they are invalid."""
     array = _array(numbers).astype(float)
@@ -346,7 +438,7 @@ def camera_from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
             )
     else:
         raise InputError(f"Intrinsics must be four numbers or a 3 x 3 matrix, not {array.size} numbers. {REMEDY}")
-    return CameraIntrinsics(fx, fy, cx, cy, name)
+    return Camera(fx, fy, cx, cy, name)
 
 
 def _array(numbers: Any) -> NDArray[Any]:
@@ -359,28 +451,33 @@ def _array(numbers: Any) -> NDArray[Any]:
     return array
 
 
-def fitted(intrinsics: CameraIntrinsics, size: tuple[int, int], shape: tuple[int, int] | None) -> CameraIntrinsics:
-    """Scale intrinsics for `size` (width, height) to a frame of `shape` (H, W).
+def fitted(camera: Camera, shape: tuple[int, int] | None) -> Camera:
+    """Scale a camera of a known size to images of `shape` (H, W).
 
     Examples
     --------
-    >>> fitted(CameraIntrinsics(500.0, 500.0, 319.5, 239.5), (640, 480), (240, 320))
-    CameraIntrinsics(fx=250.0, fy=250.0, cx=159.5, cy=119.5, name='')
+    >>> fitted(Camera(500.0, 500.0, 319.5, 239.5, size=(640, 480)), (240, 320)).numbers
+    (250.0, 250.0, 159.5, 119.5)
     """
-    if shape is None or size == (shape[1], shape[0]) or is_normalised(intrinsics):
-        return intrinsics
+    size = camera.size
+    if size is None or shape is None or size == (shape[1], shape[0]):
+        return camera
+    if is_normalised(camera):
+        return replace(camera, size=(shape[1], shape[0]))
     scale = shape[1] / size[0]
     if not math.isclose(shape[0], scale * size[1], abs_tol=1.0):
         raise InputError(
-            f"The intrinsics {intrinsics.name or 'given'} are for {size[0]} x {size[1]} pixels and cannot "
+            f"The intrinsics {camera.name or 'given'} are for {size[0]} x {size[1]} pixels and cannot "
             f"be scaled to a frame of {shape[1]} x {shape[0]}, which has another aspect ratio. "
             "Give the intrinsics of this frame as fx,fy,cx,cy."
         )
     # the principal point is measured from a pixel's centre, but the image scales about a pixel's corner
-    return CameraIntrinsics(
-        intrinsics.fx * scale,
-        intrinsics.fy * scale,
-        (intrinsics.cx + 0.5) * scale - 0.5,
-        (intrinsics.cy + 0.5) * scale - 0.5,
-        intrinsics.name,
+    return Camera(
+        camera.fx * scale,
+        camera.fy * scale,
+        (camera.cx + 0.5) * scale - 0.5,
+        (camera.cy + 0.5) * scale - 0.5,
+        camera.name,
+        (shape[1], shape[0]),
+        camera.distortion,
     )

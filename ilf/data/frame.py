@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.arrays import plain_array, without_mask
 from .._runtime.files import is_address
 from ..errors import InputError, warn_of_reading
-from .camera import CAMERA_DOUBT, CameraIntrinsics, as_camera, camera_doubt, checked_transform
+from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
 from .neighbours import NeighbourDepth, agrees
 from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
@@ -155,7 +155,7 @@ class RGBDFrame:
     depth : array_like
         Depth [m], shape (H, W), any real type. NaN, infinite, zero and negative values all mean
         *missing* and become NaN, and so does invalid depth.
-    intrinsics : CameraIntrinsics, optional
+    intrinsics : Camera, optional
         Needed for point clouds only. Also four numbers fx, fy, cx, cy [px], a 3 x 3 camera matrix, a mapping of either,
         or the name of a preset (`ilf.data.camera.INTRINSICS`).
     name : str
@@ -218,7 +218,7 @@ class RGBDFrame:
 
     rgb: NDArray[np.uint8]
     depth: NDArray[np.float32]
-    intrinsics: CameraIntrinsics | None = None
+    intrinsics: Camera | None = None
     name: str = "frame"
     inputs: FrameInputs | None = None
     invalid_mask: NDArray[np.bool_] | None = None
@@ -239,7 +239,7 @@ class RGBDFrame:
             self,
             rgb: ArrayLike,
             depth: ArrayLike,
-            intrinsics: CameraIntrinsics | ArrayLike | Mapping[str, Any] | None = None,
+            intrinsics: Camera | ArrayLike | Mapping[str, Any] | None = None,
             name: str = "frame",
             inputs: FrameInputs | None = None,
             invalid_mask: ArrayLike | None = None,
@@ -286,7 +286,7 @@ class RGBDFrame:
             object.__setattr__(self, "guide", as_guide(self.guide).resized_to(self.shape))
         check_depth_scale(self.depth, in_file=self.inputs is not None)
 
-    def _add_camera(self, camera: CameraIntrinsics) -> None:
+    def _add_camera(self, camera: Camera) -> None:
         """Set the camera, with a doubt in place of that about an earlier camera; readers issue those of files."""
         object.__setattr__(self, "intrinsics", camera)
         doubt = camera_doubt(camera, self.shape)
@@ -418,7 +418,7 @@ class RGBDFrame:
         ----------
         image : RGBDImage
             With uint8 colour, and depth.
-        intrinsics : PinholeCameraIntrinsic, CameraIntrinsics or array_like, optional
+        intrinsics : PinholeCameraIntrinsic, Camera or array_like, optional
             An array is a 3 x 3 camera matrix.
         depth_units : float, optional
             Units per metre of the image's depth; required for integers, 1 (metres) by default for floats.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._runtime.installation import load_libusb, remedy
 from ..errors import ExportError, InputError
-from .camera import CameraIntrinsics, camera_from_numbers
+from .camera import Camera, camera_from_numbers
 
 # libraries that Open3D is linked against and minimal systems lack
 _LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libgomp.so.1", "libidn2.so.0", "libudev.so.1")
@@ -79,7 +79,7 @@ def _vectors(values: NDArray[Any]) -> Any:
     return load_open3d().utility.Vector3dVector(values.astype(np.float64))
 
 
-def pinhole_of(camera: CameraIntrinsics, shape: tuple[int, int]) -> Any:
+def pinhole_of(camera: Camera, shape: tuple[int, int]) -> Any:
     """Convert intrinsics for images (H, W) to an `open3d.camera.PinholeCameraIntrinsic`."""
     pinhole = load_open3d().camera.PinholeCameraIntrinsic
     return pinhole(shape[1], shape[0], camera.fx, camera.fy, camera.cx, camera.cy)
@@ -110,9 +110,9 @@ def arrays_of(image: Any, depth_units: float | None) -> tuple[NDArray[Any], NDAr
     return rgb, depth.astype(np.float64) / (1.0 if depth_units is None else depth_units)
 
 
-def camera_of_open3d(intrinsics: Any) -> CameraIntrinsics | None:
+def camera_of_open3d(intrinsics: Any) -> Camera | None:
     """Convert a PinholeCameraIntrinsic or a 3 x 3 matrix (also as a tensor) to intrinsics; return intrinsics as is."""
-    if intrinsics is None or isinstance(intrinsics, CameraIntrinsics):
+    if intrinsics is None or isinstance(intrinsics, Camera):
         return intrinsics
     matrix = getattr(intrinsics, "intrinsic_matrix", intrinsics)
     return camera_from_numbers(_array(matrix), "open3d")

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import plain_array, without_mask
 from ..errors import InputError, ParameterError
-from .camera import CameraIntrinsics, as_camera
+from .camera import Camera, as_camera
 from .open3d_images import cloud_of
 
 AXES = ("camera", "y-up")
@@ -105,7 +105,7 @@ def _all_finite(numbers: NDArray[Any]) -> bool:
 def point_cloud(
     depth: ArrayLike,
     rgb: ArrayLike,
-    intrinsics: CameraIntrinsics | ArrayLike | None,
+    intrinsics: Camera | ArrayLike | None,
     *,
     only: NDArray[np.bool_] | None = None,
     normals: NDArray[np.float32] | None = None,
@@ -120,7 +120,7 @@ def point_cloud(
         give no point; nor do values outside `NEAREST` to `FARTHEST`.
     rgb : array_like
         uint8 (H, W, 3).
-    intrinsics : CameraIntrinsics or array_like
+    intrinsics : Camera or array_like
         Of this image: also fx, fy, cx, cy, or a 3 x 3 matrix.
     only : ndarray, optional
         bool (H, W): pixels that may give points.
@@ -143,7 +143,7 @@ def point_cloud(
     Examples
     --------
     >>> depth, rgb = np.array([[2.0, np.nan]]), np.zeros((1, 2, 3), np.uint8)
-    >>> point_cloud(depth, rgb, CameraIntrinsics(100.0, 100.0, 50.0, 0.0)).points.tolist()
+    >>> point_cloud(depth, rgb, Camera(100.0, 100.0, 50.0, 0.0)).points.tolist()
     [[-1.0, 0.0, 2.0]]
     """
     z_image, colour = plain_array(depth), without_mask(rgb)
@@ -172,7 +172,7 @@ def point_cloud(
 
 
 def back_project(
-    depth: ArrayLike, intrinsics: CameraIntrinsics | ArrayLike | None, only: NDArray[np.bool_] | None = None
+    depth: ArrayLike, intrinsics: Camera | ArrayLike | None, only: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     """Return the points of the known pixels, and the indices of these pixels.
 
@@ -181,7 +181,7 @@ def back_project(
     depth : array_like
         Depth along the optical axis [m], (H, W). Values that are not finite and positive are missing and
         give no point; nor do values outside `NEAREST` to `FARTHEST`.
-    intrinsics : CameraIntrinsics
+    intrinsics : Camera
         Of this image.
     only : ndarray, optional
         bool (H, W): pixels that may give points.
@@ -200,7 +200,7 @@ def back_project(
 
     Examples
     --------
-    >>> points, pixels = back_project([[2.0, np.nan], [1.0, 4.0]], CameraIntrinsics(100.0, 100.0, 1.0, 0.0))
+    >>> points, pixels = back_project([[2.0, np.nan], [1.0, 4.0]], Camera(100.0, 100.0, 1.0, 0.0))
     >>> points[:, 2].tolist(), pixels.tolist()
     ([2.0, 1.0, 4.0], [0, 2, 3])
     """
@@ -226,7 +226,7 @@ def known_pixels(depth: NDArray[np.floating]) -> NDArray[np.bool_]:
     return np.asarray(known)
 
 
-def required_intrinsics(intrinsics: CameraIntrinsics | ArrayLike | None, shape: tuple[int, int]) -> CameraIntrinsics:
+def required_intrinsics(intrinsics: Camera | ArrayLike | None, shape: tuple[int, int]) -> Camera:
     """Return the intrinsics of an image (H, W), which points and normals require; raise InputError if there are
     none."""
     if intrinsics is None:

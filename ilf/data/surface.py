@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.arrays import plain_array
 from .._runtime.cancellation import check_cancelled
 from ..errors import InputError
-from .camera import CameraIntrinsics
+from .camera import Camera
 from .open3d_images import mesh_of
 from .points import PointCloud, known_pixels, point_cloud, required_intrinsics
 
@@ -53,7 +53,7 @@ class Links:
     down: Mask
 
 
-def surface_links(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Links:
+def surface_links(depth: ArrayLike, intrinsics: Camera) -> Links:
     """Find which neighbours lie on one surface.
 
     Neighbours are linked unless the surface between them would be seen at a grazing angle (80 degrees), which in depth
@@ -64,12 +64,12 @@ def surface_links(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Links:
     ----------
     depth : array_like
         Depth along the optical axis [m], (H, W). Values that are not finite and positive are missing, and not linked.
-    intrinsics : CameraIntrinsics
+    intrinsics : Camera
         Of this image.
 
     Examples
     --------
-    >>> links = surface_links([[2.0, 2.01, 3.0, np.nan]], CameraIntrinsics(500.0, 500.0, 2.0, 0.0))
+    >>> links = surface_links([[2.0, 2.01, 3.0, np.nan]], Camera(500.0, 500.0, 2.0, 0.0))
     >>> links.right.tolist(), links.down.shape
     ([[True, False, False]], (0, 4))
     """
@@ -188,7 +188,7 @@ def _triangles(depth: NDArray[np.float32], links: Links, rows: slice) -> Iterato
 def surface_mesh(
     depth: ArrayLike,
     rgb: ArrayLike,
-    intrinsics: CameraIntrinsics | ArrayLike | None,
+    intrinsics: Camera | ArrayLike | None,
     *,
     only: Mask | None = None,
     normals: NDArray[np.float32] | None = None,
@@ -213,7 +213,7 @@ def surface_mesh(
 
     Examples
     --------
-    >>> camera = CameraIntrinsics(100.0, 100.0, 1.0, 0.5)
+    >>> camera = Camera(100.0, 100.0, 1.0, 0.5)
     >>> mesh = surface_mesh([[1.0, 1.0, 3.0], [1.0, 1.0, 3.0]], np.zeros((2, 3, 3), np.uint8), camera)
     >>> len(mesh.vertices), mesh.faces.tolist()
     (4, [[0, 2, 1], [3, 1, 2]])
@@ -246,7 +246,7 @@ Array = NDArray[np.float32]
 Double = NDArray[np.float64]
 
 
-def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics | ArrayLike | None) -> Array:
+def surface_normals(depth: ArrayLike, intrinsics: Camera | ArrayLike | None) -> Array:
     """Compute the surface normal at every pixel.
 
     The inverse depth of a plane is linear across the image, so its slope gives the normal. The slope is averaged over
@@ -256,7 +256,7 @@ def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics | ArrayLike |
     ----------
     depth : array_like
         Depth along the optical axis [m], (H, W). Values that are not finite and positive are missing.
-    intrinsics : CameraIntrinsics
+    intrinsics : Camera
         Of this image.
 
     Returns
@@ -271,7 +271,7 @@ def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics | ArrayLike |
 
     Examples
     --------
-    >>> normals = surface_normals(np.full((3, 4), 2.0), CameraIntrinsics(100.0, 100.0, 1.5, 1.0))
+    >>> normals = surface_normals(np.full((3, 4), 2.0), Camera(100.0, 100.0, 1.5, 1.0))
     >>> bool(np.allclose(normals, (0, 0, -1)))
     True
     """
@@ -289,7 +289,7 @@ def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics | ArrayLike |
     return found
 
 
-def _normals(depth: Array, links: Links, intrinsics: CameraIntrinsics, first_row: int) -> Array:
+def _normals(depth: Array, links: Links, intrinsics: Camera, first_row: int) -> Array:
     known = known_pixels(depth)
     inverse = np.divide(1, depth, out=np.zeros(depth.shape, np.float32), where=known)
     across, along = _slopes(inverse, links), _slopes(inverse.T, Links(links.down.T, links.right.T)).T
@@ -351,7 +351,7 @@ _DENSE = 9
 """Minimum number of known pixels in that square to classify its centre pixel."""
 
 
-def flying_points(depth: ArrayLike, intrinsics: CameraIntrinsics) -> NDArray[np.bool_]:
+def flying_points(depth: ArrayLike, intrinsics: Camera) -> NDArray[np.bool_]:
     """Find flying points: pixels whose points lie between two surfaces, as sensors and filters produce them.
 
     These are pixels without a link (`surface_links`) to either neighbour in their row, or their column, one of which is
@@ -361,7 +361,7 @@ def flying_points(depth: ArrayLike, intrinsics: CameraIntrinsics) -> NDArray[np.
     ----------
     depth : array_like
         Depth along the optical axis [m], (H, W). Values that are not finite and positive are missing.
-    intrinsics : CameraIntrinsics
+    intrinsics : Camera
         Of this image.
 
     Returns
@@ -371,7 +371,7 @@ def flying_points(depth: ArrayLike, intrinsics: CameraIntrinsics) -> NDArray[np.
     Examples
     --------
     >>> depth = np.repeat([[1.0] * 6 + [1.5] + [2.0] * 6], 5, axis=0)
-    >>> np.argwhere(flying_points(depth, CameraIntrinsics(500.0, 500.0, 6.0, 2.0))).tolist()
+    >>> np.argwhere(flying_points(depth, Camera(500.0, 500.0, 6.0, 2.0))).tolist()
     [[0, 6], [1, 6], [2, 6], [3, 6], [4, 6]]
     """
     image = np.asarray(plain_array(depth), np.float32)

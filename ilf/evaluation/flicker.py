@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 
 _NEAREST_M = 0.05
 """Points nearer to the camera than this are not projected [m]."""
 
 
 def moved(
-    depth: NDArray[np.float32], camera: CameraIntrinsics, motion: NDArray[np.float64]
+    depth: NDArray[np.float32], camera: Camera, motion: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.floating]]:
     """Find the points of a depth image in the image of the same camera at another place.
 
@@ -20,7 +20,7 @@ def moved(
     ----------
     depth : ndarray of float32, shape (H, W)
         Depth [m], NaN = missing.
-    camera : CameraIntrinsics
+    camera : Camera
     motion : ndarray of float64, shape (4, 4)
         Transform of points [m] from this camera to that at the other place.
 
@@ -44,7 +44,7 @@ def moved(
 def flicker(
     depth: NDArray[np.float32],
     other: NDArray[np.float32],
-    camera: CameraIntrinsics | None = None,
+    camera: Camera | None = None,
     motion: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float32]:
     """Return the change of the depth of every point against another frame of the sequence, such as the one before.
@@ -57,7 +57,7 @@ def flicker(
         Depth [m], NaN = missing.
     other : ndarray of float32, shape (H, W)
         Depth of the other frame [m], NaN = missing.
-    camera : CameraIntrinsics, optional
+    camera : Camera, optional
         Needed with `motion`.
     motion : ndarray of float64, shape (4, 4), optional
         Transform of points [m] from this frame's camera to the other one's; None: the camera stands still.

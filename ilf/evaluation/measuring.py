@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import plain_array
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..errors import InputError
 from ..io.tables import csv_text
 from .statistics import PlaneFit
@@ -67,7 +67,7 @@ def depth_profile(
     depth: ArrayLike,
     start: ImagePoint,
     end: ImagePoint,
-    intrinsics: CameraIntrinsics | None = None,
+    intrinsics: Camera | None = None,
     others: Mapping[str, ArrayLike] | None = None,
 ) -> DepthProfile:
     """Sample depth along the straight line between two points, at the pixels on it, without interpolation.
@@ -78,7 +78,7 @@ def depth_profile(
         Depth [m], (H, W). Values that are not finite and positive are missing.
     start, end : (float, float)
         Image coordinates x, y. Parts outside the image are left out.
-    intrinsics : CameraIntrinsics, optional
+    intrinsics : Camera, optional
         Needed for distances along the surface.
     others : mapping of str to array_like, optional
         Other maps (H, W), by name, sampled at the same pixels.
@@ -91,7 +91,7 @@ def depth_profile(
     Examples
     --------
     >>> depth = np.array([[2.0, np.nan, 2.0, 2.0]])
-    >>> profile = depth_profile(depth, (0.5, 0.5), (3.5, 0.5), CameraIntrinsics(100.0, 100.0, 0.0, 0.0))
+    >>> profile = depth_profile(depth, (0.5, 0.5), (3.5, 0.5), Camera(100.0, 100.0, 0.0, 0.0))
     >>> profile.depth.tolist(), profile.pixels.tolist()
     ([2.0, nan, 2.0, 2.0], [0.0, 1.0, 2.0, 3.0])
     >>> profile.metres.round(3).tolist()
@@ -177,9 +177,7 @@ class Measured:
         return float(self.points[0, 1] - self.points[1, 1])
 
 
-def point_in_space(
-    depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics | None
-) -> NDArray[np.float64]:
+def point_in_space(depth: NDArray[np.floating], point: ImagePoint, intrinsics: Camera | None) -> NDArray[np.float64]:
     """Compute the position in space [m] of the pixel at image coordinates x, y: its centre, at its depth.
 
     Raises
@@ -189,7 +187,7 @@ def point_in_space(
 
     Examples
     --------
-    >>> point_in_space(np.full((9, 9), 2.0), (5.9, 4.1), CameraIntrinsics(100.0, 100.0, 0.0, 4.0)).tolist()
+    >>> point_in_space(np.full((9, 9), 2.0), (5.9, 4.1), Camera(100.0, 100.0, 0.0, 4.0)).tolist()
     [0.1, 0.0, 2.0]
     """
     if intrinsics is None:
@@ -204,7 +202,7 @@ def point_in_space(
     return intrinsics.points(column, row, z)
 
 
-def measure(depth: ArrayLike, line: Line, intrinsics: CameraIntrinsics | None) -> Measured:
+def measure(depth: ArrayLike, line: Line, intrinsics: Camera | None) -> Measured:
     """Compute the positions in space of two image points.
 
     Parameters
@@ -213,7 +211,7 @@ def measure(depth: ArrayLike, line: Line, intrinsics: CameraIntrinsics | None) -
         Depth [m], (H, W). Values that are not finite and positive are missing.
     line : pair of (float, float)
         Image coordinates x, y.
-    intrinsics : CameraIntrinsics
+    intrinsics : Camera
 
     Raises
     ------
@@ -222,7 +220,7 @@ def measure(depth: ArrayLike, line: Line, intrinsics: CameraIntrinsics | None) -
 
     Examples
     --------
-    >>> found = measure(np.full((9, 9), 2.0), ((0.5, 3.5), (4.5, 0.5)), CameraIntrinsics(100.0, 100.0, 0.0, 0.0))
+    >>> found = measure(np.full((9, 9), 2.0), ((0.5, 3.5), (4.5, 0.5)), Camera(100.0, 100.0, 0.0, 0.0))
     >>> round(found.distance, 3), round(found.height, 3)
     (0.1, 0.06)
     """
@@ -268,7 +266,7 @@ def _cell(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.5f}"
 
 
-def _point_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics) -> NDArray[np.float64]:
+def _point_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: Camera) -> NDArray[np.float64]:
     try:
         return point_in_space(depth, point, intrinsics)
     except InputError:

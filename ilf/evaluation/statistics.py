@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import plain_array
 from ..completion.edge_aware.shape import noise_of
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..data.frame import checked_mask
 from ..errors import InputError
 
@@ -245,7 +245,7 @@ class SurfaceStatistics:
 
 
 def surface_statistics(
-    depth: ArrayLike, mask: ArrayLike | None = None, intrinsics: CameraIntrinsics | None = None
+    depth: ArrayLike, mask: ArrayLike | None = None, intrinsics: Camera | None = None
 ) -> SurfaceStatistics:
     """Compute statistics of the depth at the pixels of a mask, with the best-fitting plane and quadric.
 
@@ -258,7 +258,7 @@ def surface_statistics(
         Depth [m], (H, W). Values that are not finite and positive are missing.
     mask : array_like of bool, optional
         The pixels, (H, W), such as a block's; all if left out.
-    intrinsics : CameraIntrinsics, optional
+    intrinsics : Camera, optional
 
     Raises
     ------
@@ -270,7 +270,7 @@ def surface_statistics(
     >>> rows, columns = np.mgrid[:20, :30]
     >>> depth = 2.0 / (1.0 + 0.002 * columns)  # a slanted wall, in camera space
     >>> depth[5, 5] = np.nan
-    >>> found = surface_statistics(depth, intrinsics=CameraIntrinsics(500.0, 500.0, 0.0, 0.0))
+    >>> found = surface_statistics(depth, intrinsics=Camera(500.0, 500.0, 0.0, 0.0))
     >>> found.pixels, found.known, round(found.mean, 3)
     (600, 599, 1.944)
     >>> round(found.plane.tilt, 3), found.plane.rms < 1e-6
@@ -311,7 +311,7 @@ def surface_statistics(
 
 
 def _surfaces(
-    z: NDArray[np.float64], rows: NDArray[np.intp], columns: NDArray[np.intp], intrinsics: CameraIntrinsics | None
+    z: NDArray[np.float64], rows: NDArray[np.intp], columns: NDArray[np.intp], intrinsics: Camera | None
 ) -> tuple[PlaneFit | None, QuadricFit | None, str]:
     """Plane, quadric, and the reason if one is missing."""
     pixels = np.column_stack([columns, rows]).astype(np.float64)

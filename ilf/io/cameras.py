@@ -15,10 +15,9 @@ from .._runtime.files import read_json
 from .._runtime.schema import Section
 from ..data.camera import (
     DISTORTION_NOTE,
-    IMAGE_SIZES,
     INTRINSICS,
     REMEDY,
-    CameraIntrinsics,
+    Camera,
     as_camera,
     camera_from_numbers,
     is_normalised,
@@ -29,15 +28,15 @@ from ..data.camera import (
 from ..errors import FormatError, InputError
 from .camera_files import CAMERA_FILES, ENTRY_MARK, StatedCamera, chosen_camera, read_camera_file
 
-IntrinsicsSpec = CameraIntrinsics | str | os.PathLike[str] | Sequence[float] | Mapping[str, Any] | NDArray[Any]
+IntrinsicsSpec = Camera | str | os.PathLike[str] | Sequence[float] | Mapping[str, Any] | NDArray[Any]
 
 
-def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None = None) -> CameraIntrinsics | None:
+def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None = None) -> Camera | None:
     """Convert any description of intrinsics to intrinsics.
 
     Parameters
     ----------
-    spec : None, CameraIntrinsics, str, path, sequence, mapping or ndarray
+    spec : None, Camera, str, path, sequence, mapping or ndarray
         A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy";
         a 3 x 3 matrix, row by row or column by column; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix}, also as
         "intrinsic_matrix"; or the path of a file, see `read_camera_file`, followed by #NAME for one of its cameras.
@@ -47,7 +46,7 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
 
     Returns
     -------
-    CameraIntrinsics or None
+    Camera or None
         None only if `spec` is None.
 
     Raises
@@ -68,16 +67,16 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     return None if spec is None else as_camera(_stated(spec), shape)
 
 
-def frame_camera(
-    spec: IntrinsicsSpec | None, shape: tuple[int, int] | None
-) -> tuple[CameraIntrinsics | None, tuple[str, ...]]:
+def frame_camera(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None) -> tuple[Camera | None, tuple[str, ...]]:
     """The camera of a frame (H, W), as `intrinsics_from`, and notes on its lens and on scaling, a sentence or two each.
 
     It is None, with a note, if it is not a pinhole camera; and if its angle of view alone is known, but not `shape`.
     """
     stated = None if spec is None else _stated(spec)
-    size = IMAGE_SIZES.get(stated.strip().lower()) if isinstance(stated, str) else None
-    notes: tuple[str, ...] = ()
+    if isinstance(stated, str) and is_preset(stated):
+        stated = INTRINSICS[stated.strip().lower()]
+    size = stated.size if isinstance(stated, Camera) else None
+    notes = (DISTORTION_NOTE,) if isinstance(stated, Camera) and any(stated.distortion) else ()
     if isinstance(stated, Mapping):
         if problem := lens_problem(stated):
             return None, (f"{stated.get('name') or 'Intrinsics'}: {problem}",)
@@ -102,7 +101,7 @@ def _stated(spec: IntrinsicsSpec) -> Any:
     return spec
 
 
-def _from_text(text: str) -> CameraIntrinsics:
+def _from_text(text: str) -> Camera:
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError as error:
@@ -126,7 +125,7 @@ def _from_file(text: str) -> StatedCamera:
 CAMERA_FILE = "scene_camera.json"
 
 
-def read_cameras(path: Path) -> dict[int, tuple[CameraIntrinsics, float]]:
+def read_cameras(path: Path) -> dict[int, tuple[Camera, float]]:
     """Read the cameras of a scene: number of the image -> intrinsics, and millimetres per unit of its depth.
 
     Raises
@@ -154,7 +153,7 @@ def read_cameras(path: Path) -> dict[int, tuple[CameraIntrinsics, float]]:
     return cameras
 
 
-def camera_of_image(depth: Path) -> tuple[CameraIntrinsics, float]:
+def camera_of_image(depth: Path) -> tuple[Camera, float]:
     """Return intrinsics and depth scale of a depth file of a scene, whose name is the image number.
 
     Raises

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import CameraIntrinsics, fitted
+from ..data.camera import Camera, fitted
 from ..data.frame import FARTHEST_DEPTH, FrameInputs
 from ..errors import FormatError, InputError, ParameterError
 from .cameras import camera_of_image
@@ -214,20 +214,20 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         ) from error
 
 
-def ray_encoding(units: float, camera: CameraIntrinsics, size: tuple[int, int] | None = None) -> str:
+def ray_encoding(units: float, camera: Camera, size: tuple[int, int] | None = None) -> str:
     """The name of the encoding of distances along the rays of a camera.
 
     Parameters
     ----------
     units : float
         File units per metre.
-    camera : CameraIntrinsics
+    camera : Camera
     size : (int, int), optional
         Width and height [px] of the image that the intrinsics apply to; other images are scaled. None: any image.
 
     Examples
     --------
-    >>> ray_encoding(1.0, CameraIntrinsics(3.0, 3.0, 0.0, 0.0))
+    >>> ray_encoding(1.0, Camera(3.0, 3.0, 0.0, 0.0))
     'ray:1.0,3.0,3.0,0.0,0.0'
     >>> encoding_of("ray:1,3,3,0,0").metres(np.full((1, 5), 5.0))[0, [0, 4]].tolist()
     [5.0, 3.0]
@@ -254,19 +254,18 @@ def _along_rays(name: str) -> DepthEncoding:
 
 def _ray_lengths(ray: tuple[float, ...], shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The length of the ray through each pixel (H, W) up to depth 1."""
-    camera, height, width = _camera(ray), shape[0], shape[1]
-    if len(ray) > 4:
-        try:
-            camera = fitted(camera, (int(ray[4]), int(ray[5])), (height, width))
-        except InputError as error:
-            raise FormatError(str(error)) from error
+    height, width = shape[:2]
+    try:
+        camera = fitted(_camera(ray), (height, width))
+    except InputError as error:
+        raise FormatError(str(error)) from error
     x, y = (np.arange(width) - camera.cx) / camera.fx, (np.arange(height) - camera.cy) / camera.fy
     return np.sqrt(1 + x**2 + y[:, None] ** 2)
 
 
-def _camera(numbers: Sequence[float]) -> CameraIntrinsics:
-    fx, fy, cx, cy = numbers[:4]
-    return CameraIntrinsics(fx, fy, cx, cy)
+def _camera(numbers: Sequence[float]) -> Camera:
+    fx, fy, cx, cy, *size = numbers
+    return Camera(fx, fy, cx, cy, size=(int(size[0]), int(size[1])) if size else None)
 
 
 def needs_scene(spec: EncodingSpec) -> bool:

@@ -175,8 +175,8 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, *, axes: str = "camera"
 
     Examples
     --------
-    >>> from ilf import CameraIntrinsics, surface_mesh
-    >>> camera = CameraIntrinsics(100.0, 100.0, 1.0, 0.5)
+    >>> from ilf import Camera, surface_mesh
+    >>> camera = Camera(100.0, 100.0, 1.0, 0.5)
     >>> write_mesh("mesh.obj", surface_mesh(np.ones((2, 3)), np.zeros((2, 3, 3), np.uint8), camera))
     >>> Path("mesh.obj").read_text().count("f ")
     4

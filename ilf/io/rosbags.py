@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from .._runtime.closing import Closeable
 from .._runtime.installation import optional
 from .._runtime.writing import moving_into_place, remove, removed_on_exit
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..errors import ExportError, ParameterError, cause
 from .depth import UINT16_MAX
 from .mcap import McapFile, McapMessage
@@ -39,7 +39,7 @@ class StampedDepth:
     ----------
     depth : ndarray of float32, shape (H, W)
         [m], NaN = missing.
-    intrinsics : CameraIntrinsics or None
+    intrinsics : Camera or None
         None if they are unknown: the camera is then written as uncalibrated.
     stamp : int
         Time [ns], by the source's clock.
@@ -52,7 +52,7 @@ class StampedDepth:
     """
 
     depth: NDArray[np.float32]
-    intrinsics: CameraIntrinsics | None
+    intrinsics: Camera | None
     stamp: int
     rgb: NDArray[np.uint8] | None = None
     expected_error: NDArray[np.float32] | None = None

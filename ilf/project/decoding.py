@@ -15,7 +15,7 @@ from .._runtime.named_places import NotAllowed
 from .._runtime.schema import converted
 from ..data.blocks import Blocks, OwnValues
 from ..data.by_hand import DepthByHand
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..data.frame import GroundTruthFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.neighbours import NeighbourDepth
@@ -152,7 +152,7 @@ class _Decoding:
     def _frame(self) -> RGBDFrame:
         """Load the frame from its files, or from its stored arrays."""
         stored = self.stored.frame
-        camera = None if stored.intrinsics is None else CameraIntrinsics(*stored.intrinsics)
+        camera = None if stored.intrinsics is None else Camera(*stored.intrinsics)
         if stored.inputs is not None:
             frame = load_inputs(parsed_inputs(stored.inputs), stored.name, camera, self.parts, self.places)
         elif stored.rgb is None or stored.depth is None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from .._runtime.files import FileContent, read_file
 from .._runtime.named_places import first_allowed, named_in, note_opened
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
 from ..errors import InputError
 from ..io.depth import read_depth_values
@@ -203,7 +203,7 @@ def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | 
 def load_inputs(
     inputs: FrameInputs,
     name: str,
-    intrinsics: CameraIntrinsics | None,
+    intrinsics: Camera | None,
     parts: Parts | None = None,
     places: Places | None = None,
 ) -> RGBDFrame:
@@ -237,9 +237,7 @@ def load_inputs(
     return dataclasses.replace(frame, pose=camera_pose(depth.path))
 
 
-def _of_recording(
-    inputs: FrameInputs, key: str, name: str, intrinsics: CameraIntrinsics | None, places: Places
-) -> RGBDFrame:
+def _of_recording(inputs: FrameInputs, key: str, name: str, intrinsics: Camera | None, places: Places) -> RGBDFrame:
     """Load a frame of a recording at its present path; the recording is identified by the bytes of the frame."""
     wanted = InputFile(inputs.rgb.path, "")
     other: tuple[Path, str] | None = None

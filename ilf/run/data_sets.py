@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from .._runtime.formatting import counted
 from .._runtime.writing import write_bytes
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..data.points import in_world, point_cloud
 from ..errors import ExportError, InputError, ParameterError, cause
 from ..io.depth import UINT16_MAX, write_depth
@@ -40,7 +40,7 @@ class _Posed:
     """A result with its camera and pose, and its number in the data set, from 1."""
 
     result: StoredResult
-    intrinsics: CameraIntrinsics
+    intrinsics: Camera
     pose: NDArray[np.float64]
     number: int
 

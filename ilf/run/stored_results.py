@@ -16,7 +16,7 @@ from .._runtime.addresses import Address
 from .._runtime.files import FileContent, is_address, read_file
 from .._runtime.folders import folder_at
 from .._runtime.named_places import named_in
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..errors import FormatError, InputError, cause
 from ..io.cameras import intrinsics_from
 from ..io.depth import depth_in_metres, read_depth_values
@@ -58,7 +58,7 @@ class StoredResult(ABC):
 
     @property
     @abstractmethod
-    def intrinsics(self) -> CameraIntrinsics | None:
+    def intrinsics(self) -> Camera | None:
         """The camera of colour and depth; None if not known."""
 
     @property
@@ -125,12 +125,12 @@ class StoredResult(ABC):
             return None
         return np.where(self.measured, self.depth, np.float32(np.nan))
 
-    def recorded_colour(self, camera: CameraIntrinsics) -> tuple[NDArray[np.uint8], CameraIntrinsics]:
+    def recorded_colour(self, camera: Camera) -> tuple[NDArray[np.uint8], Camera]:
         """Colour at the recorded resolution, which may be larger than that of depth, and its camera.
 
         Parameters
         ----------
-        camera : CameraIntrinsics
+        camera : Camera
             That of depth.
         """
         return self.rgb, camera
@@ -161,7 +161,7 @@ class _FolderResult(StoredResult):
         return read_record(self._folder / RECORD_FILE)
 
     @property
-    def intrinsics(self) -> CameraIntrinsics | None:
+    def intrinsics(self) -> Camera | None:
         return intrinsics_from(self._files.options.intrinsics)
 
     @property
@@ -172,7 +172,7 @@ class _FolderResult(StoredResult):
     def keeps_measured(self) -> bool:
         return modes_in(self._folder / RECORD_FILE) == {"fill"}
 
-    def recorded_colour(self, camera: CameraIntrinsics) -> tuple[NDArray[np.uint8], CameraIntrinsics]:
+    def recorded_colour(self, camera: Camera) -> tuple[NDArray[np.uint8], Camera]:
         inputs = self.record.inputs
         if inputs is None or inputs.frame is None:
             return self.rgb, camera
@@ -182,7 +182,7 @@ class _FolderResult(StoredResult):
                 cameras = recording.cameras(inputs.frame)
                 colour = cameras.colour
                 if cameras.is_registered and colour is not None and colour.shape != self.depth.shape:
-                    return recording.colour(inputs.frame), colour.intrinsics
+                    return recording.colour(inputs.frame), colour.pinhole
         return self.rgb, camera
 
     @cached_property
@@ -211,9 +211,9 @@ class _ShardResult(StoredResult):
         return f"{self._shards.path}: {self.key}"
 
     @property
-    def intrinsics(self) -> CameraIntrinsics | None:
+    def intrinsics(self) -> Camera | None:
         camera = self._shards.cameras(self.key).depth
-        return None if camera is None else camera.intrinsics
+        return None if camera is None else camera.pinhole
 
     @property
     def pose(self) -> NDArray[np.float64] | None:

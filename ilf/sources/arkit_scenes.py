@@ -5,6 +5,7 @@ from __future__ import annotations
 import bisect
 import os
 import re
+from functools import cached_property
 from pathlib import Path
 
 import cv2
@@ -13,14 +14,12 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, read_file
 from .._runtime.formatting import counted
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera, Cameras
 from ..errors import FormatError, InputError
 from ..io.depth import read_depth_values
-from ..io.frame_additions import read_confidence
 from ..io.images import image_header, read_colour
 from .poses import checked_pose
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
-from .registration import Camera
+from .recording import RecordedFrame, Recording, RecordingIndex, Topics, confidence_beside
 from .times import MAX_TIME_GAP_S, associated, gap_text
 
 _DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.traj"
@@ -46,10 +45,9 @@ class ARKitScenes(Recording):
                 f"{path}: {self._colour_folder} contains {len(colours)} and {_DEPTH} {len(depths)} images with times "
                 "as names. Unpack both."
             )
-        self._colours, self._times = colours, {Path(name).stem: time for time, name in depths}
-        self._depths = depths
+        self._colours, self._depths = colours, depths
+        self.frames = {Path(name).stem: time for time, name in depths}
         self._cameras = _timed(path / f"{self._colour_folder}_intrinsics", ".pincam")
-        self._poses: NDArray[np.float64] | None = None
 
     @classmethod
     def fits(cls, path: Path) -> bool:
@@ -62,20 +60,19 @@ class ARKitScenes(Recording):
         keys = tuple(Path(depth).stem for _, depth in pairs)
         unmatched = len(self._depths) - len(pairs)
         notes = (f"{counted(unmatched, 'depth image')} left out: no colour within {max_gap:g} s.",) if unmatched else ()
-        return RecordingIndex(keys, tuple(self._times[key] for key in keys), notes)
+        return RecordingIndex(keys, tuple(self.frames[key] for key in keys), notes)
 
     def frame(self, key: str) -> RecordedFrame:
         colour, depth = self._colour_file(key), read_file(self.path / _DEPTH / f"{key}.png")
         values = read_depth_values(depth)
-        confidence = self.path / _CONFIDENCE / f"{key}.png"
         return RecordedFrame(
             read_colour(colour),
             values,
             colour.sha256,
             depth.sha256,
             "mm",
-            time=self._times[key],
-            confidence=read_confidence(confidence, values.shape) if confidence.is_file() else None,
+            time=self.at(key),
+            confidence=confidence_beside(self.path / _CONFIDENCE / f"{key}.png", values.shape),
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
@@ -87,22 +84,20 @@ class ARKitScenes(Recording):
         size, depth_size = ((header.width, header.height) for header in sizes)
         if not self._cameras:
             return Cameras(None, None, np.eye(4), is_registered=True)
-        path = self.path / f"{self._colour_folder}_intrinsics" / _nearest(self._cameras, self._times[key])[1]
+        path = self.path / f"{self._colour_folder}_intrinsics" / _nearest(self._cameras, self.at(key))[1]
         try:
             width, height, fx, fy, cx, cy = map(float, read_file(path).data.tobytes().split())
             if (width, height) != size:
                 raise ValueError(f"colour is {size[0]} x {size[1]}")
-            return scaled_cameras(Camera(CameraIntrinsics(fx, fy, cx, cy), size), depth_size)
+            return Cameras.of_one_view(Camera(fx, fy, cx, cy, size=size), depth_size)
         except (ValueError, InputError) as error:
             raise FormatError(
                 f"{path} must contain width height fx fy cx cy of the colour images ({error!s:.200})."
             ) from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        if key not in self._times:
-            raise self.unknown(key)
-        rows, time = self._trajectory(), self._times[key]
-        near = np.abs(rows[:, 0] - time)
+        rows = self._trajectory
+        near = np.abs(rows[:, 0] - self.at(key))
         if not rows.size or near.min() > _MAX_POSE_GAP_S:
             return None
         row = rows[near.argmin()]
@@ -110,30 +105,27 @@ class ARKitScenes(Recording):
         to_camera[:3, :3], to_camera[:3, 3] = cv2.Rodrigues(row[1:4])[0], row[4:]
         return checked_pose(np.linalg.inv(to_camera).astype(np.float64))
 
+    @cached_property
     def _trajectory(self) -> NDArray[np.float64]:
         """Rows of time, rotation (axis times angle) and translation, world to camera; empty if there is no such
         file."""
-        if self._poses is None:
-            path = self.path / _TRAJECTORY
-            if not path.is_file():
-                self._poses = np.empty((0, 7))
-                return self._poses
-            try:
-                rows = [line.split() for line in read_file(path).data.tobytes().splitlines() if line.strip()]
-                found = np.array(rows, float)
-                if found.shape[1:] != (7,) or not np.isfinite(found).all():
-                    raise ValueError("found other content")
-            except ValueError as error:
-                raise FormatError(
-                    f"{path} must contain seven numbers per line ({error!s:.80}). Download it again."
-                ) from error
-            self._poses = found
-        return self._poses
+        path = self.path / _TRAJECTORY
+        if not path.is_file():
+            return np.empty((0, 7))
+        try:
+            found = np.array(
+                [line.split() for line in read_file(path).data.tobytes().splitlines() if line.strip()], float
+            )
+            if found.shape[1:] != (7,) or not np.isfinite(found).all():
+                raise ValueError("found other content")
+        except ValueError as error:
+            raise FormatError(
+                f"{path} must contain seven numbers per line ({error!s:.80}). Download it again."
+            ) from error
+        return found
 
     def _colour_file(self, key: str) -> FileContent:
-        if key not in self._times:
-            raise self.unknown(key)
-        return read_file(self.path / self._colour_folder / _nearest(self._colours, self._times[key])[1])
+        return read_file(self.path / self._colour_folder / _nearest(self._colours, self.at(key))[1])
 
 
 def _timed(folder: Path, suffix: str) -> _Timed:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
+from functools import cached_property
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,16 +14,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import FileContent
 from .._runtime.installation import optional
 from .._runtime.schema import Section
-from ..data.camera import CameraIntrinsics
-from ..errors import FormatError, InputError, cause
+from ..data.camera import Camera, Cameras
+from ..errors import FormatError, InputError
 from ..io.depth import eight_bit_error
 from ..io.images import check_pixel_count, read_colour
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, StampedPairs, Topics, sha256_of
-from .registration import Camera
-from .times import MAX_TIME_GAP_S
+from .recording import PairedRecording, RecordedFrame, TimedPairs, damage_told, part_of, sha256_of, stamped
 
 # The calibration of an Azure Kinect: stored for the full sensors; those of the modes are derived from it.
 
@@ -83,7 +81,6 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
             _camera(colour, _COLOUR_MODES[resolution]),
             _camera(depth, _DEPTH_MODES[depth_mode]),
             _motion(colour) @ np.linalg.inv(_motion(depth)),
-            is_registered=False,
         )
     except (ValueError, KeyError, RecursionError, AttributeError, InputError, np.linalg.LinAlgError) as error:
         raise FormatError(f"its calibration is damaged ({error!s:.120}).") from error
@@ -98,8 +95,8 @@ def _camera(section: Section, mode: _Mode) -> Camera:
     if centre_x or centre_y:
         raise FormatError("a camera has a separate distortion centre, which is not supported.")
     (width, height), (left, top) = mode.whole, mode.cut
-    intrinsics = CameraIntrinsics(fx * width, fy * height, cx * width - left - 0.5, cy * height - top - 0.5)
-    return Camera(intrinsics, mode.size, (k1, k2, p1, p2, k3, k4, k5, k6))
+    numbers = fx * width, fy * height, cx * width - left - 0.5, cy * height - top - 0.5
+    return Camera(*numbers, size=mode.size, distortion=(k1, k2, p1, p2, k3, k4, k5, k6))
 
 
 def _motion(section: Section) -> NDArray[Any]:
@@ -115,7 +112,7 @@ _CALIBRATION = "K4A_CALIBRATION_FILE"
 _PER_SECOND = 1_000_000
 
 
-class AzureKinect(Recording):
+class AzureKinect(PairedRecording):
     """A recording of k4arecorder or a compatible program. A frame is a colour image with the depth image nearest in
     time; its key is the device time of the colour image."""
 
@@ -135,19 +132,19 @@ class AzureKinect(Recording):
             self.close()
             raise
         self._infrared = self._track(_INFRARED_TRACK)
-        self._paired: StampedPairs | None = None
 
     def close(self) -> None:
         self._container.close()
 
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        return self._pairs().index(max_gap, self.path)
-
-    def lack(self, key: str) -> str:
-        return self._pairs().lack(key)
+    @cached_property
+    def pairs(self) -> TimedPairs[int]:  # type: ignore[override]
+        stamps: dict[int, list[int]] = {self._colour.index: [], self._depth.index: []}
+        for packet in self._from(None, self._colour, self._depth):
+            stamps[packet.stream.index].append(_stamp(packet))
+        return TimedPairs(*(stamped(some, _PER_SECOND) for some in stamps.values()))
 
     def frame(self, key: str) -> RecordedFrame:
-        colour_stamp, depth_stamp = self._stamps(key)
+        colour_stamp, depth_stamp = self.at(key)
         colour, depth = self._packet(self._colour, colour_stamp), self._packet(self._depth, depth_stamp)
         return RecordedFrame(
             self._decoded(colour),
@@ -160,7 +157,7 @@ class AzureKinect(Recording):
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        return self._decoded(self._packet(self._colour, self._stamps(key)[0]))
+        return self._decoded(self._packet(self._colour, self.at(key)[0]))
 
     def _values(self, packet: Any) -> NDArray[np.uint16]:
         """Values of a depth or infrared packet."""
@@ -211,20 +208,6 @@ class AzureKinect(Recording):
         videos = (stream for stream in self._container.streams.video if stream.codec_context is not None)
         return next((stream for stream in videos if tag in stream.metadata), None)
 
-    def _pairs(self) -> StampedPairs:
-        if self._paired is None:
-            stamps: dict[int, list[int]] = {self._colour.index: [], self._depth.index: []}
-            for packet in self._from(None, self._colour, self._depth):
-                stamps[packet.stream.index].append(_stamp(packet))
-            self._paired = StampedPairs(stamps[self._colour.index], stamps[self._depth.index], _PER_SECOND)
-        return self._paired
-
-    def _stamps(self, key: str) -> tuple[int, int]:
-        stamps = self._pairs().find(key)
-        if stamps is None:
-            raise self.unknown(key)
-        return stamps
-
     def _packet(self, track: Any, stamp: int) -> Any:
         """The packet of a track with a stamp that the index contains."""
         found = self._find(track, stamp)
@@ -248,24 +231,15 @@ class AzureKinect(Recording):
     def _decoded(self, packet: Any) -> NDArray[np.uint8]:
         """Colour image of a packet, RGB."""
         if self._colour.codec_context.name == "mjpeg":
-            return read_colour(FileContent(self.path, np.frombuffer(bytes(packet), np.uint8)))
+            return read_colour(part_of(str(self.path), bytes(packet)))
         with self._reading():
             images = packet.decode()
             if images:
                 return np.ascontiguousarray(images[0].to_ndarray(format="rgb24"))
         raise FormatError(f"{self.path}: a colour image cannot be decoded. The recording is damaged.")
 
-    @contextmanager
-    def _reading(self) -> Iterator[None]:
-        """Convert errors of the library to InputError or FormatError."""
-        try:
-            yield
-        except PermissionError as error:
-            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
-        except (self._av.FFmpegError, ValueError, OverflowError) as error:
-            raise FormatError(
-                f"{self.path}: this recording is truncated, damaged or not supported ({error!s:.120})."
-            ) from error
+    def _reading(self) -> AbstractContextManager[None]:
+        return damage_told(self.path, "recording", self._av.FFmpegError, ValueError, OverflowError)
 
 
 def _has_8_bits(codec: Any) -> bool:

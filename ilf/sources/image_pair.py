@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, read_file
-from ..data.camera import CameraIntrinsics, camera_doubt
+from ..data.camera import Camera, Cameras, camera_doubt
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError
 from ..io.cameras import frame_camera
@@ -20,10 +20,9 @@ from ..io.orientation import AS_STORED, PairOrientation, companion_doubts, orien
 from .frame_folder import FrameFiles
 from .naming import COLOUR_SUFFIXES, META_NAME
 from .poses import camera_pose, stated_pose
-from .read_images import ReadImages, numbers_of
+from .read_images import ReadImages
 from .reading_options import ReadingOptions
-from .recording import Cameras, registered_cameras
-from .registration import Camera, RawPair, register
+from .registration import RawPair, register
 
 _NO_COLOUR_CAMERA = (
     "depth has another size than colour: to register it, also give the intrinsics of colour (--intrinsics)."
@@ -71,15 +70,15 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
         colour,
         metres,
         read,
-        _pair_of_cameras(camera, depth_camera, shape, metres.shape),
+        Cameras.registered(camera) if depth_camera is None else Cameras(camera, depth_camera, np.eye(4)),
         FrameInputs(
             InputFile(str(rgb_file.path), rgb_file.sha256),
             InputFile(str(depth_file.path), depth_file.sha256),
             read.encoding.units,
-            numbers_of(camera),
+            None if camera is None else camera.numbers,
             encoding=read.encoding.name,
             invalid=read.encoding.invalid,
-            depth_intrinsics=numbers_of(depth_camera),
+            depth_intrinsics=None if depth_camera is None else depth_camera.numbers,
             orientations=None if orientation.tags == AS_STORED else orientation.tags,
         ),
         (*of_colour, *of_pair, *read.notes, *notes),
@@ -112,7 +111,7 @@ def unlike_companions(
 
 def _cameras(
     options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]
-) -> tuple[CameraIntrinsics | None, CameraIntrinsics | None, tuple[str, ...], tuple[str, ...]]:
+) -> tuple[Camera | None, Camera | None, tuple[str, ...], tuple[str, ...]]:
     """The camera of colour, that of depth of another size, notes on both, and those among them to issue as warnings."""
     if shape == depth_shape:
         given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
@@ -127,23 +126,10 @@ def _cameras(
     return camera, depth_camera, (*notes, *depth_notes, *issued), issued
 
 
-def _pair_of_cameras(
-    camera: CameraIntrinsics | None,
-    depth_camera: CameraIntrinsics | None,
-    shape: tuple[int, int],
-    depth_shape: tuple[int, int],
-) -> Cameras:
-    """The cameras of two images (H, W): one, or two at the same place if depth has another size."""
-    colour = None if camera is None else Camera(camera, shape[::-1])
-    if depth_camera is None:
-        return registered_cameras(colour)
-    return Cameras(colour, Camera(depth_camera, depth_shape[::-1]), np.eye(4), is_registered=False)
-
-
 def frame_of_images(
     colour: NDArray[np.uint8],
     metres: NDArray[np.float32],
-    camera: CameraIntrinsics | None,
+    camera: Camera | None,
     inputs: FrameInputs,
     name: str,
 ) -> RGBDFrame:
@@ -154,9 +140,7 @@ def frame_of_images(
         return RGBDFrame(colour, metres, camera, name, inputs=inputs)
     if camera is None:
         raise InputError(_NO_COLOUR_CAMERA)
-    depth_camera = CameraIntrinsics(*inputs.depth_intrinsics)
-    cameras = Camera(camera, colour.shape[1::-1]), Camera(depth_camera, metres.shape[::-1])
-    return register(RawPair(colour, metres, *cameras, np.eye(4), name, inputs))
+    return register(RawPair(colour, metres, camera, Camera(*inputs.depth_intrinsics), np.eye(4), name, inputs))
 
 
 def _size(array: NDArray[Any]) -> str:

@@ -12,7 +12,7 @@ from typing import NamedTuple, cast
 
 from .._runtime.formatting import counted
 from .._runtime.named_places import named_in
-from ..data.camera import CameraIntrinsics, is_preset
+from ..data.camera import Camera, is_preset
 from ..errors import InputError
 from ..io.camera_files import ENTRY_MARK, read_camera_file
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
@@ -216,7 +216,7 @@ class LayoutFrames:
         if not text or is_preset(text):
             return text or None
         if numbers is not None:
-            return numbers if len(numbers) > 4 else CameraIntrinsics(**numbers, name=self._layout.name)
+            return numbers if len(numbers) > 4 else Camera(**numbers, name=self._layout.name)
         pattern, _, entry = text.partition(ENTRY_MARK)
         path = self._beside(pattern, frame)
         if path is None:
@@ -274,6 +274,6 @@ def _ray(camera: IntrinsicsSpec | None, units: float) -> str:
     if camera is None:
         raise InputError("Depth along the ray needs the camera's intrinsics, whose file K is missing. Put it there.")
     intrinsics = intrinsics_from(camera)
-    assert isinstance(intrinsics, CameraIntrinsics)
+    assert isinstance(intrinsics, Camera)
     size = (int(camera["width"]), int(camera["height"])) if isinstance(camera, Mapping) and "width" in camera else None
     return ray_encoding(units, intrinsics, size)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.formatting import counted
+from ..data.camera import Camera
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.neighbours import Neighbour, NeighbourDepth, agrees, beside_jumps
 from ..data.open3d_images import load_open3d
@@ -23,7 +24,7 @@ from ..errors import IlfError, InputError, ParameterError
 from .frame_ref import FrameRef
 from .poses import motion_between
 from .reading import read_frame
-from .registration import Camera, projected_depth
+from .registration import projected_depth
 
 Array = NDArray[np.float32]
 Matrix = NDArray[np.float64]
@@ -88,8 +89,8 @@ def with_neighbours(
 
     Examples
     --------
-    >>> from ilf.data.camera import CameraIntrinsics
-    >>> camera = CameraIntrinsics(30.0, 30.0, 15.5, 11.5)
+    >>> from ilf.data.camera import Camera
+    >>> camera = Camera(30.0, 30.0, 15.5, 11.5)
     >>> whole = RGBDFrame(np.full((24, 32, 3), 99, np.uint8), np.full((24, 32), 2.0), camera, pose=np.eye(4))
     >>> depth = np.full((24, 32), 2.0)
     >>> depth[4:9, 10:20] = 0
@@ -173,10 +174,10 @@ def seen_by(frame: RGBDFrame, other: RGBDFrame, motion: Matrix) -> Array:
     depth = projected_depth(measured, there, camera, motion)
     rows, columns = np.nonzero(np.isfinite(depth))
     back = np.linalg.inv(motion)
-    points = camera.intrinsics.points(columns, rows, depth[rows, columns]) @ back[:3, :3].T + back[:3, 3]
+    points = camera.points(columns, rows, depth[rows, columns]) @ back[:3, :3].T + back[:3, 3]
     x, y = np.zeros((2, *frame.shape), np.float32)
-    x[rows, columns] = there.intrinsics.fx * points[:, 0] / points[:, 2] + there.intrinsics.cx
-    y[rows, columns] = there.intrinsics.fy * points[:, 1] / points[:, 2] + there.intrinsics.cy
+    x[rows, columns] = there.fx * points[:, 0] / points[:, 2] + there.cx
+    y[rows, columns] = there.fy * points[:, 1] / points[:, 2] + there.cy
     colour = cv2.remap(_smooth(other.rgb), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     depth[_other_colour(_smooth(frame.rgb), np.asarray(colour, np.float32), np.isfinite(depth))] = np.nan
     return depth
@@ -289,7 +290,7 @@ def _note(frame: RGBDFrame, used: int, refused: Sequence[str]) -> str:
 def _camera_of(frame: RGBDFrame) -> Camera:
     if frame.intrinsics is None:
         raise InputError(f"The camera's intrinsics of {frame.name} are not known, but neighbours need them: give them.")
-    return Camera(frame.intrinsics, (frame.shape[1], frame.shape[0]))
+    return replace(frame.intrinsics, size=(frame.shape[1], frame.shape[0]))
 
 
 def _smooth(rgb: NDArray[np.uint8]) -> Array:

@@ -4,159 +4,101 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.closing import Closeable
-from .._runtime.files import existing_file, read_file
-from .._runtime.formatting import counted
-from ..data.camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
+from .._runtime.files import read_file
+from ..data.camera import INTRINSICS, Camera, Cameras
 from ..errors import FormatError, InputError, cause
 from ..io.depth import read_depth_values
 from ..io.hdf5 import dataset, open_hdf5, rows
 from ..io.images import check_pixel_count, read_colour
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
-from .registration import Camera
-from .times import MAX_TIME_GAP_S, associated, gap_text
+from .recording import PairedRecording, RecordedFrame, Recording, TimedPairs, sha256_of
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
 #
 # MATLAB stores arrays in column-major order, so their axes are reversed in HDF5: images (N, 3, W, H) and rawDepths
 # (N, W, H).
 
-MAT_SUFFIX = ".mat"
 CAMERA = "nyu-kinect-v1"
 """Preset of its intrinsics."""
 
 _IMAGES, _RAW = "images", "rawDepths"
 
 
-class NyuLabelled(Closeable):
-    """The labelled file, open; frames are read one at a time. A context manager.
+class NyuLabelled(Recording):
+    """The labelled file. Its frames have no ground truth: depth in the holes of `depths` is not measured."""
 
-    Parameters
-    ----------
-    path : path-like
+    kind = "NYU Depth V2's labelled file"
+    suffixes = (".mat",)
 
-    Raises
-    ------
-    InputError
-        If there is no such file, or the package that reads it is missing.
-    FormatError
-        If it is not a MATLAB v7.3 file, or lacks images or rawDepths of the right form.
-    """
-
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path).absolute()
-        if not os.path.isfile(self.path) or self.path.stat().st_size == 0:
-            existing_file(self.path)  # raises the precise error
-        self._file = open_hdf5(self.path, str(self.path), "Reading NYU Depth V2's labelled file")
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._file = open_hdf5(path, str(path), "Reading NYU Depth V2's labelled file")
         try:
-            self._data = self._checked()
+            self._images, self._raw = self._checked()
         except FormatError:
             self._file.close()
             raise
+        self.frames = {str(number + 1): number for number in range(self._raw.shape[0])}
 
-    def _checked(self) -> dict[str, Any]:
+    def _checked(self) -> tuple[Any, Any]:
         """Images and rawDepths, checked for type and shape."""
-        found = {}
+        found = []
         for name, dimensions, kind in ((_IMAGES, 4, "u"), (_RAW, 3, "f")):
-            found[name] = dataset(self._file, name, kind, dimensions, str(self.path))
-            if found[name] is None:
+            data = dataset(self._file, name, kind, dimensions, str(self.path))
+            if data is None:
                 raise FormatError(
                     f"{self.path} has no {name} in the form of NYU Depth V2's labelled file. Check that this is "
                     "nyu_depth_v2_labeled.mat."
                 )
-        shapes = {name: data.shape for name, data in found.items()}
-        count, channels, *size = shapes[_IMAGES]
-        if channels != 3 or shapes[_RAW] != (count, *size):
+            found.append(data)
+        images, raw = found
+        count, channels, *size = images.shape
+        if channels != 3 or raw.shape != (count, *size):
             raise FormatError(
-                f"{self.path}: images {shapes[_IMAGES]} and rawDepths {shapes[_RAW]} do not fit each other; they "
+                f"{self.path}: images {images.shape} and rawDepths {raw.shape} do not fit each other; they "
                 "should be (N, 3, W, H) and (N, W, H)."
             )
         check_pixel_count(self.path, *size)
-        return found
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height of its frames in pixels."""
-        width, height = self._data[_RAW].shape[1:]
-        return int(width), int(height)
-
-    def __len__(self) -> int:
-        return int(self._data[_RAW].shape[0])
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-
-    def colour(self, index: int) -> NDArray[np.uint8]:
-        """Colour of a frame, uint8 (H, W, 3)."""
-        return np.ascontiguousarray(self._read(_IMAGES, index).transpose(2, 1, 0))
-
-    def measured(self, index: int) -> NDArray[np.float32]:
-        """Measured depth of a frame, registered to colour [m], shape (H, W), 0 = missing."""
-        return np.ascontiguousarray(self._read(_RAW, index).T, np.float32)
-
-    def _read(self, name: str, index: int) -> NDArray[Any]:
-        if not 0 <= index < len(self):
-            raise InputError(f"{self.path} has no frame {index + 1}; it has 1 to {len(self)}.")
-        return rows(self._data[name], index, str(self.path))
-
-
-class NyuLabelledFrames(Recording):
-    """The labelled file as a recording. Its frames have no ground truth: depth in the holes of `depths` is not
-    measured."""
-
-    kind = "NYU Depth V2's labelled file"
-    suffixes = (MAT_SUFFIX,)
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
-        self._file = NyuLabelled(path)
+        return images, raw
 
     def close(self) -> None:
         self._file.close()
-
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        return RecordingIndex(tuple(str(number) for number in range(1, len(self._file) + 1)))
 
     def frame(self, key: str) -> RecordedFrame:
-        rgb, depth = self.colour(key), self._file.measured(self._at(key))
+        rgb = self.colour(key)
+        depth = np.ascontiguousarray(rows(self._raw, self.at(key), str(self.path)).T, np.float32)
         return RecordedFrame(rgb, depth, sha256_of(rgb.tobytes()), sha256_of(depth.tobytes()), "m")
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        return self._file.colour(self._at(key))
+        image = rows(self._images, self.at(key), str(self.path))
+        return np.ascontiguousarray(image.transpose(2, 1, 0))
 
     def cameras(self, key: str) -> Cameras:
-        self._at(key)
-        size = IMAGE_SIZES[CAMERA]
-        return registered_cameras(Camera(INTRINSICS[CAMERA], size) if size == self._file.size else None)
-
-    def _at(self, key: str) -> int:
-        if not key.isdecimal() or not 1 <= int(key) <= len(self._file) or str(int(key)) != key:
-            raise self.unknown(key)
-        return int(key) - 1
+        self.at(key)
+        camera = INTRINSICS[CAMERA]
+        return Cameras.registered(camera if camera.size == self._raw.shape[1:] else None)
 
 
 # Raw folders of NYU Depth V2: colour and depth of a Kinect v1, in files with times in their names.
 
 _NAME = re.compile(r"(?P<what>[rd])-(?P<time>\d+\.\d+)-\d+\.(?:ppm|pgm)")
 _ENDING = {"r": ".ppm", "d": ".pgm"}
-_GAPS = (MAX_TIME_GAP_S, 0.2, 2.0, 10.0)
-"""Maximum time gaps [s] for finding a frame. Images paired with a smaller gap are also paired with a larger one."""
 
 # camera_params.m of the data set's toolbox; its translation is subtracted from the rotated points
-_CAMERA = "nyu-kinect-v1"
-_COLOUR = Camera(
-    INTRINSICS[_CAMERA], IMAGE_SIZES[_CAMERA], (0.20796615, -0.58613825, 0.00072231363, 0.0010479628, 0.49856987)
-)
+_COLOUR = replace(INTRINSICS[CAMERA], distortion=(0.20796615, -0.58613825, 0.00072231363, 0.0010479628, 0.49856987))
 _DEPTH = Camera(
-    CameraIntrinsics(582.62448, 582.69103, 313.04476, 238.44390, "nyu-kinect-v1-depth"),
-    IMAGE_SIZES[_CAMERA],
+    582.62448,
+    582.69103,
+    313.04476,
+    238.44390,
+    "nyu-kinect-v1-depth",
+    _COLOUR.size,
     (-0.099897237, 0.39065325, 0.0019290593, -0.0019422022, -0.51031725),
 )
 _ROTATION = np.array(
@@ -173,10 +115,10 @@ def nyu_cameras() -> Cameras:
     """The cameras of the data set, from its toolbox."""
     motion = np.eye(4)
     motion[:3, :3], motion[:3, 3] = _ROTATION.T, -_TRANSLATION
-    return Cameras(_COLOUR, _DEPTH, motion, is_registered=False)
+    return Cameras(_COLOUR, _DEPTH, motion)
 
 
-class NyuRawFolder(Recording):
+class NyuRawFolder(PairedRecording):
     """A folder of files r-TIME-NUMBER.ppm and d-TIME-NUMBER.pgm (disparity with swapped bytes). A key is the name of
     the colour file without extension."""
 
@@ -184,7 +126,7 @@ class NyuRawFolder(Recording):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        found: dict[str, list[tuple[float, str]]] = {"r": [], "d": []}
+        found: dict[str, dict[str, tuple[float, str]]] = {"r": {}, "d": {}}
         try:
             names = os.listdir(path)
         except OSError as error:
@@ -192,9 +134,8 @@ class NyuRawFolder(Recording):
         for name in names:
             match = _NAME.fullmatch(name)
             if match is not None and name.endswith(_ENDING[match["what"]]):
-                found[match["what"]].append((float(match["time"]), name))
-        self._colours, self._depths = found["r"], found["d"]
-        self._pairs: dict[float, dict[str, tuple[str, str]]] = {}
+                found[match["what"]][Path(name).stem] = float(match["time"]), name
+        self.pairs = TimedPairs(found["r"], found["d"])
 
     @classmethod
     def fits(cls, path: Path) -> bool:
@@ -203,43 +144,13 @@ class NyuRawFolder(Recording):
         with os.scandir(path) as entries:
             return any(entry.name.endswith(_ENDING["d"]) and _NAME.fullmatch(entry.name) for entry in entries)
 
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        pairs = self._paired(max_gap)
-        if not pairs:
-            raise InputError(f"{self.path}: {gap_text(self._colours, self._depths, max_gap)}")
-        notes = [
-            f"{counted(unmatched, f'{what} file')} left out: there is no {other} file within {max_gap:g} s."
-            for what, other, files in (("colour", "depth", self._colours), ("depth", "colour", self._depths))
-            if (unmatched := len(files) - len(pairs))
-        ]
-        times = {Path(name).stem: time for time, name in self._colours}
-        return RecordingIndex(tuple(pairs), tuple(times[key] for key in pairs), tuple(notes))
-
     def frame(self, key: str) -> RecordedFrame:
-        colour, depth = (read_file(self.path / name) for name in self._files(key))
-        return RecordedFrame(
-            read_colour(colour), read_depth_values(depth), colour.sha256, depth.sha256, "nyu-raw", time=_time(key)
-        )
+        colour, depth = (read_file(self.path / name) for name in self.at(key))
+        hashes, time = (colour.sha256, depth.sha256), float(key.split("-")[1])
+        return RecordedFrame(read_colour(colour), read_depth_values(depth), *hashes, "nyu-raw", time=time)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        return read_colour(self.path / self._files(key)[0])
+        return read_colour(self.path / self.at(key)[0])
 
     def cameras(self, key: str) -> Cameras:
         return nyu_cameras()
-
-    def _paired(self, max_gap: float) -> dict[str, tuple[str, str]]:
-        """Key -> colour and depth file."""
-        if max_gap not in self._pairs:
-            pairs = associated(self._colours, self._depths, max_gap)
-            self._pairs[max_gap] = {Path(colour).stem: (colour, depth) for colour, depth in pairs}
-        return self._pairs[max_gap]
-
-    def _files(self, key: str) -> tuple[str, str]:
-        found = next((pairs[key] for gap in _GAPS if key in (pairs := self._paired(gap))), None)
-        if found is None:
-            raise self.unknown(key)
-        return found
-
-
-def _time(key: str) -> float:
-    return float(key.split("-")[1])

@@ -35,7 +35,7 @@ def built_in_kinds() -> tuple[type[Recording], ...]:
     are asked for the first time: frames of image files need none of them."""
     from .arkit_scenes import ARKitScenes
     from .azure_kinect import AzureKinect
-    from .nyu import NyuLabelledFrames, NyuRawFolder
+    from .nyu import NyuLabelled, NyuRawFolder
     from .raw_pairs import RawPairs
     from .record3d import Record3D
     from .ros import RosBag
@@ -44,7 +44,7 @@ def built_in_kinds() -> tuple[type[Recording], ...]:
     from .stray_scanner import StrayScanner
 
     return (
-        *(RosBag, AzureKinect, Record3D, ScanNet, NyuLabelledFrames),
+        *(RosBag, AzureKinect, Record3D, ScanNet, NyuLabelled),
         *(StrayScanner, ARKitScenes, NyuRawFolder, RawPairs, Shards),
     )
 

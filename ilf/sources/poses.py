@@ -130,15 +130,20 @@ def posed(quaternion: ArrayLike, position: ArrayLike) -> Matrix | None:
     length = math.hypot(*np.asarray(quaternion, np.float64))
     if not 0 < length < math.inf:
         return None
-    x, y, z, w = np.asarray(quaternion, np.float64) / length
-    pose = np.eye(4)
-    pose[:3, :3] = [
+    return checked_pose(turned_and_moved(np.asarray(quaternion, np.float64) / length, position))
+
+
+def turned_and_moved(quaternion: Matrix, position: ArrayLike) -> Matrix:
+    """The transform, (4, 4), by a quaternion x, y, z, w of length 1 and a translation."""
+    x, y, z, w = quaternion
+    matrix = np.eye(4)
+    matrix[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
-    pose[:3, 3] = position
-    return checked_pose(pose)
+    matrix[:3, 3] = position
+    return matrix
 
 
 def checked_pose(pose: Matrix) -> Matrix | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +12,13 @@ from numpy.typing import NDArray
 from .._runtime.files import read_file, read_json
 from .._runtime.formatting import counted
 from .._runtime.schema import Section
-from ..data.camera import camera_of, checked_transform
+from ..data.camera import Camera, Cameras, camera_of, checked_transform
 from ..errors import FormatError, InputError, ParameterError
 from ..io.depth import read_depth_values
 from ..io.encodings import EncodingSpec, encoding_of, single_encoding
 from ..io.images import read_colour
 from .naming import CALIBRATION_NAME, META_NAME, by_stem
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
-from .registration import Camera
-from .times import MAX_TIME_GAP_S
+from .recording import RecordedFrame, Recording, sha256_of
 
 _MOTION = "depth_to_colour"
 _COLOUR, _DEPTH = ("colour", "color", "rgb"), ("depth",)
@@ -53,7 +52,7 @@ class RawPairs(Recording):
             stated = Section("calibration", data)
             colour, depth = (_camera(stated.section(name)) for name in ("colour", "depth"))
             motion = checked_transform(stated.get(_MOTION, list), repr(_MOTION))
-            self._cameras = Cameras(colour, depth, motion, is_registered=False)
+            self._cameras = Cameras(colour, depth, motion)
             units, named, invalid = (
                 stated.get(key, float, *kinds) if key in data else None
                 for key, kinds in (("depth_units_per_m", ()), ("depth_encoding", (str,)), ("depth_invalid", ()))
@@ -65,9 +64,10 @@ class RawPairs(Recording):
         except (InputError, ParameterError) as error:
             raise FormatError(f"{path / CALIBRATION_NAME}: {error}") from error
         colours, depths = _images(path, _COLOUR, _COLOUR_SUFFIXES), _images(path, _DEPTH, _DEPTH_SUFFIXES)
-        self._files = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
-        self._unmatched = len(colours.keys() ^ depths.keys())
-        if not self._files:
+        self.frames = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
+        if unmatched := len(colours.keys() ^ depths.keys()):
+            self.notes = (f"{counted(unmatched, 'image')} left out: no matching image of the same name.",)
+        if not self.frames:
             raise InputError(
                 f"{path} has no pair: put colour.* and depth.* beside {CALIBRATION_NAME}, or folders of these names "
                 "with files of the same names."
@@ -88,12 +88,8 @@ class RawPairs(Recording):
     def state(cls, path: Path) -> tuple[int, ...]:
         return *super().state(path), *super().state(path / CALIBRATION_NAME)
 
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        note = f"{counted(self._unmatched, 'image')} left out: no matching image of the same name."
-        return RecordingIndex(tuple(self._files), notes=(note,) if self._unmatched else ())
-
     def frame(self, key: str) -> RecordedFrame:
-        colour, depth = map(read_file, self._pair(key))
+        colour, depth = map(read_file, self.at(key))
         return RecordedFrame(
             read_colour(colour),
             read_depth_values(depth),
@@ -104,21 +100,16 @@ class RawPairs(Recording):
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        return read_colour(self._pair(key)[0])
+        return read_colour(self.at(key)[0])
 
     def cameras(self, key: str) -> Cameras:
         return self._cameras
-
-    def _pair(self, key: str) -> tuple[Path, Path]:
-        if key not in self._files:
-            raise self.unknown(key)
-        return self._files[key]
 
 
 def _camera(stated: Section) -> Camera:
     size = tuple(stated.items("size", int))
     distortion = stated.items("distortion", float) if "distortion" in stated.values else ()
-    return Camera(camera_of({"K": stated.get("K", list)}, None, ""), size, tuple(distortion))
+    return replace(camera_of({"K": stated.get("K", list)}, None, ""), size=size, distortion=tuple(distortion))
 
 
 def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> dict[str, Path]:

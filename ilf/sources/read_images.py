@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import DISTORTION_NOTE, CameraIntrinsics
+from ..data.camera import DISTORTION_NOTE, Camera, Cameras
 from ..data.frame import FrameInputs, RGBDFrame
 from ..errors import InputError
 from ..io.depth_reading import DepthReading
 from ..io.images import scaled_colour
-from .recording import Cameras
 from .registration import RawPair, register
 
 
@@ -68,12 +67,12 @@ class ReadImages:
         image = self.metres if self.cameras.is_registered else self.rgb
         return image.shape[0], image.shape[1]
 
-    def frame(self, intrinsics: CameraIntrinsics | None = None, notes: tuple[str, ...] = ()) -> RGBDFrame:
+    def frame(self, intrinsics: Camera | None = None, notes: tuple[str, ...] = ()) -> RGBDFrame:
         """Colour with registered depth.
 
         Parameters
         ----------
-        intrinsics : CameraIntrinsics, optional
+        intrinsics : Camera, optional
             Intrinsics of the result; None uses those of the cameras.
         notes : tuple of str
             Further notes.
@@ -87,10 +86,11 @@ class ReadImages:
             frame = self._registered() if self.cameras.is_registered else register(self._pair())
         except InputError as error:
             raise InputError(f"{self.path}: {error}{self.reading.alternative_encodings}") from error
+        camera = intrinsics or frame.intrinsics
         return replace(
             frame,
-            intrinsics=intrinsics or frame.intrinsics,
-            inputs=replace(self.inputs, intrinsics=numbers_of(intrinsics or frame.intrinsics)),
+            intrinsics=camera,
+            inputs=replace(self.inputs, intrinsics=None if camera is None else camera.numbers),
             notes=(*frame.notes, *notes),
             pose=self.pose,
             plausibility_warnings=(*self.doubts, *(doubt.text for doubt in self.reading.plausibility_warnings)),
@@ -116,7 +116,7 @@ class ReadImages:
         return RGBDFrame(
             scaled_colour(self.rgb, self.shape),
             self.metres,
-            None if camera is None else camera.intrinsics,
+            camera,
             self.name,
             inputs=self.inputs,
             notes=(*self.notes, DISTORTION_NOTE) if is_distorted else self.notes,
@@ -138,8 +138,3 @@ class ReadImages:
             )
         images = self.rgb, self.metres
         return RawPair(*images, colour, depth, motion, self.name, self.inputs, self.notes, self.depth_view)
-
-
-def numbers_of(camera: CameraIntrinsics | None) -> tuple[float, float, float, float] | None:
-    """fx, fy, cx, cy of a camera, as `FrameInputs` has them."""
-    return None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)

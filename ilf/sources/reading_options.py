@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from types import NoneType
 from typing import Any, Self, get_args, get_type_hints
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime.schema import Section, converted, plain
-from ..data.camera import INTRINSICS, CameraIntrinsics, checked_transform, is_preset
+from ..data.camera import INTRINSICS, Camera, checked_transform, is_preset
 from ..errors import ParameterError
 from ..io.cameras import IntrinsicsSpec
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
@@ -311,8 +311,8 @@ class ReadingOptions:
         for name, value in found.items():
             if isinstance(value, list):
                 found[name] = tuple(data.items(name, float))
-            elif isinstance(value, dict) and value.keys() == {one.name for one in fields(CameraIntrinsics)}:
-                found[name] = converted(value, CameraIntrinsics, data.name, name)
+            elif isinstance(value, dict) and {*_CAMERA_FIELDS[:5]} <= value.keys() <= {*_CAMERA_FIELDS}:
+                found[name] = converted(value, Camera, data.name, name)
         return cls(**found)
 
 
@@ -327,12 +327,14 @@ def _pose_numbers(pose: str | os.PathLike[str] | ArrayLike) -> PoseSpec:
 
 def _camera_to_json(given: IntrinsicsSpec) -> Any:
     """Intrinsics for JSON: text, a list of four or nine numbers, or an object."""
-    if isinstance(given, CameraIntrinsics):
-        return asdict(given)
+    if isinstance(given, Camera):
+        return given.to_json()
     if isinstance(given, os.PathLike):
         return os.fspath(given)
     return plain(given if isinstance(given, str | Mapping) else np.asarray(given, float).ravel().tolist())
 
+
+_CAMERA_FIELDS = tuple(one.name for one in fields(Camera))
 
 AS_STATED = ReadingOptions()
 """No option is given."""

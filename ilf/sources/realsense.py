@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.installation import load_libusb, optional
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..data.frame import RGBDFrame
 from ..errors import InputError
-from .registration import Camera, RawPair, register
+from .registration import RawPair, register
 
 SETTLING = 30
 """Frames until exposure and white balance have settled."""
@@ -137,5 +137,5 @@ def _camera(frame: Any) -> Camera:
     coefficients: NDArray[np.float64] = np.array(seen.coeffs, float)
     if seen.model.name in _OTHER_LENSES and coefficients.any():
         raise InputError(f"The camera's lens model {seen.model.name} is not supported.")
-    intrinsics = CameraIntrinsics(seen.fx, seen.fy, seen.ppx, seen.ppy)
-    return Camera(intrinsics, (seen.width, seen.height), tuple(coefficients) if coefficients.any() else ())
+    distortion = tuple(coefficients) if coefficients.any() else ()
+    return Camera(seen.fx, seen.fy, seen.ppx, seen.ppy, size=(seen.width, seen.height), distortion=distortion)

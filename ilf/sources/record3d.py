@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import struct
 import zipfile
@@ -15,13 +16,11 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent, open_file, parse_json, zip_member
 from .._runtime.formatting import as_float
 from .._runtime.installation import optional
-from ..data.camera import CameraIntrinsics, fitted
+from ..data.camera import Camera, Cameras, fitted
 from ..errors import FormatError, InputError, cause
 from ..io.images import check_pixel_count, image_header, read_colour
 from .poses import OPENGL_AXES, posed
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras, sha256_of
-from .registration import Camera
-from .times import MAX_TIME_GAP_S
+from .recording import RecordedFrame, Recording, part_of
 
 # Data compressed by LZFSE (Apple): unpacked only if its size is as expected.
 
@@ -30,18 +29,16 @@ _MIN_BLOCK_BYTES = 10_000
 """Minimum number of bytes in a block of an encoder, except for the last one."""
 
 
-def unpacked(data: bytes, size: int, file: str) -> bytes:
+def unpacked(file: FileContent, size: int) -> bytes:
     """Decompress data packed by LZFSE.
 
     The decoder allocates as much memory as the data require, so the sizes announced by the blocks are summed first.
 
     Parameters
     ----------
-    data : bytes
+    file : FileContent
     size : int
         Expected number of bytes.
-    file : str
-        Name of the file, for messages.
 
     Raises
     ------
@@ -51,6 +48,7 @@ def unpacked(data: bytes, size: int, file: str) -> bytes:
         If the data are damaged or have another size.
     """
     lzfse = optional("lzfse", "ilf-studio[sensors]", "Reading depth of Record3D")
+    data = file.data.tobytes()
     try:
         if _announced_size(data, size) != size:
             raise ValueError(f"it does not announce {size} bytes")
@@ -107,90 +105,68 @@ class Record3D(Recording):
         try:
             self._names = frozenset(self._zip.namelist())
             numbers = sorted(int(found[1]) for name in self._names if (found := _DEPTH.fullmatch(name)))
-            self._keys = tuple(str(number) for number in numbers if f"rgbd/{number}.jpg" in self._names)
-            if not self._keys:
+            self.frames = {str(number): number for number in numbers if f"rgbd/{number}.jpg" in self._names}
+            if not self.frames:
                 raise FormatError(f"{path} has no frames: it contains no rgbd/0.jpg with rgbd/0.depth.")
             self._metadata = self._read_metadata()
             self._depth_size = self._size("dw", "dh")
         except BaseException:
             self.close()
             raise
+        times = [self._time(key) for key in self.frames]
+        self.times = tuple(time for time in times if time is not None and math.isfinite(time))
+        if len(self.times) < len(times):
+            self.times = ()
 
     def close(self) -> None:
         self._zip.close()
         self._file.close()
 
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        times = [self._frame_entry("frameTimestamps", key) for key in self._keys]
-        known = tuple(as_float(time) for time in times if isinstance(time, int | float))
-        return RecordingIndex(self._keys, known if len(known) == len(times) and np.isfinite(known).all() else ())
-
     def frame(self, key: str) -> RecordedFrame:
-        jpeg, depth = self._colour_bytes(key), self._member(f"rgbd/{key}.depth")
+        jpeg, depth = self._jpeg(key), self._member(f"rgbd/{key}.depth")
         width, height = self._depth_size
-        values = np.frombuffer(unpacked(depth, 4 * width * height, self._member_path(f"rgbd/{key}.depth")), "<f4")
-        time = self._frame_entry("frameTimestamps", key)
-        return RecordedFrame(
-            self.colour(key),
-            values.astype(np.float32).reshape(height, width),
-            sha256_of(jpeg),
-            sha256_of(depth),
-            "m",
-            time=as_float(time) if isinstance(time, int | float) else None,
-            confidence=self._confidence(key),
-        )
+        values = np.frombuffer(unpacked(depth, 4 * width * height), "<f4").astype(np.float32).reshape(height, width)
+        confidence = None
+        if f"rgbd/{key}.conf" in self._names:
+            levels = unpacked(self._member(f"rgbd/{key}.conf"), width * height)
+            confidence = np.frombuffer(levels, np.uint8).reshape(height, width)
+        hashes, time = (jpeg.sha256, depth.sha256), self._time(key)
+        return RecordedFrame(read_colour(jpeg), values, *hashes, "m", time=time, confidence=confidence)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        jpeg = self._colour_bytes(key)
-        return read_colour(FileContent(Path(self._member_path(f"rgbd/{key}.jpg")), np.frombuffer(jpeg, np.uint8)))
+        return read_colour(self._jpeg(key))
 
     def cameras(self, key: str) -> Cameras:
-        header = image_header(self._member_path(f"rgbd/{key}.jpg"), self._colour_bytes(key))
-        size = header.width, header.height
+        jpeg = self._jpeg(key)
+        header = image_header(jpeg, jpeg.data.tobytes())
         try:
-            stated = self._intrinsics(key)
-            return scaled_cameras(
-                Camera(fitted(stated, self._size("w", "h"), (size[1], size[0])), size), self._depth_size
-            )
+            return Cameras.of_one_view(fitted(self._camera(key), (header.height, header.width)), self._depth_size)
         except InputError as error:
             raise FormatError(f"{self.path}: the camera of frame {key} is invalid ({error})") from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        numbers = self._frame_entry("poses", key)
-        if not (isinstance(numbers, list) and len(numbers) == 7 and all(isinstance(n, int | float) for n in numbers)):
-            return None
-        numbers = [as_float(number) for number in numbers]
-        found = posed(numbers[:4], numbers[4:])
+        numbers = _floats(self._frame_entry("poses", key), 7)
+        found = None if numbers is None else posed(numbers[:4], numbers[4:])
         return None if found is None else found @ OPENGL_AXES
 
-    def _intrinsics(self, key: str) -> CameraIntrinsics:
-        """Intrinsics for the image size in the metadata: those of the frame, or else of the recording, whose matrix is
+    def _camera(self, key: str) -> Camera:
+        """The camera for the image size in the metadata: those of the frame, or else of the recording, whose matrix is
         stored by columns."""
         numbers = self._frame_entry("perFrameIntrinsicCoeffs", key)
         if numbers is None:
             matrix = self._metadata.get("K")
             numbers = [matrix[at] for at in (0, 4, 6, 7)] if isinstance(matrix, list) and len(matrix) == 9 else None
-        if not (isinstance(numbers, list) and len(numbers) == 4 and all(isinstance(n, int | float) for n in numbers)):
+        if (stated := _floats(numbers, 4)) is None:
             raise FormatError("its metadata have no K of nine numbers")
-        fx, fy, cx, cy = map(as_float, numbers)
-        return CameraIntrinsics(fx, fy, cx, cy)
+        return Camera(*stated, size=self._size("w", "h"))
 
-    def _confidence(self, key: str) -> NDArray[np.uint8] | None:
-        name = f"rgbd/{key}.conf"
-        if name not in self._names:
-            return None
-        width, height = self._depth_size
-        levels = unpacked(self._member(name), width * height, self._member_path(name))
-        return np.frombuffer(levels, np.uint8).reshape(height, width)
-
-    def _colour_bytes(self, key: str) -> bytes:
-        if key not in self._keys:
-            raise self.unknown(key)
-        return self._member(f"rgbd/{key}.jpg")
+    def _time(self, key: str) -> float | None:
+        time = self._frame_entry("frameTimestamps", key)
+        return as_float(time) if isinstance(time, int | float) else None
 
     def _frame_entry(self, name: str, key: str) -> Any:
         """The entry for a frame in a list of the metadata; None if there is none."""
-        values, number = self._metadata.get(name), int(key)
+        values, number = self._metadata.get(name), self.at(key)
         return values[number] if isinstance(values, list) and number < len(values) else None
 
     def _size(self, width: str, height: str) -> tuple[int, int]:
@@ -203,18 +179,25 @@ class Record3D(Recording):
     def _read_metadata(self) -> dict[str, Any]:
         if _METADATA not in self._names:
             raise FormatError(f"{self.path} has no {_METADATA} of Record3D. Export it again.")
-        metadata = parse_json(self._member(_METADATA), self._member_path(_METADATA), "Export it again.")
+        content = self._member(_METADATA)
+        metadata = parse_json(content.data.tobytes(), content, "Export it again.")
         if not isinstance(metadata, dict):
-            raise FormatError(f"{self._member_path(_METADATA)} must contain a JSON object. Export the recording again.")
+            raise FormatError(f"{content} must contain a JSON object. Export the recording again.")
         return metadata
 
-    def _member(self, name: str) -> bytes:
-        try:
-            return zip_member(self._zip, self._zip.getinfo(name), _MAX_MEMBER_BYTES)
-        except (zipfile.BadZipFile, zlib.error, OSError, RuntimeError, EOFError, ValueError) as error:
-            raise FormatError(
-                f"{self._member_path(name)} is damaged ({cause(error):.80}). Export the recording again."
-            ) from error
+    def _jpeg(self, key: str) -> FileContent:
+        return self._member(f"rgbd/{self.at(key)}.jpg")
 
-    def _member_path(self, name: str) -> str:
-        return f"{self.path}/{name}"
+    def _member(self, name: str) -> FileContent:
+        path = f"{self.path}/{name}"
+        try:
+            return part_of(path, zip_member(self._zip, self._zip.getinfo(name), _MAX_MEMBER_BYTES))
+        except (zipfile.BadZipFile, zlib.error, OSError, RuntimeError, EOFError, ValueError) as error:
+            raise FormatError(f"{path} is damaged ({cause(error):.80}). Export the recording again.") from error
+
+
+def _floats(values: Any, count: int) -> list[float] | None:
+    """A list of so many numbers; None for anything else."""
+    if not (isinstance(values, list) and len(values) == count and all(isinstance(n, int | float) for n in values)):
+        return None
+    return [as_float(value) for value in values]

@@ -44,7 +44,7 @@ def read_recorded(ref: FrameRef, name: str | None = None) -> ReadImages:
             invalid=reading.encoding.invalid,
             frame=key,
         ),
-        (*stored.notes, *((cameras.note,) if cameras.note else ()), *reading.notes),
+        (*((cameras.note,) if cameras.note else ()), *reading.notes),
         reading.warnings,
         pose=pose if options.pose is None else stated_pose(options.pose),
         depth_view=stored.depth_view,

@@ -5,23 +5,27 @@ from __future__ import annotations
 import hashlib
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.files import FileContent
 from .._runtime.formatting import counted
-from ..data.camera import fitted
-from ..errors import InputError
+from ..data.camera import Cameras
+from ..errors import FormatError, IlfError, InputError, cause
 from ..io.encodings import EncodingSpec
-from .registration import Camera
+from ..io.frame_additions import read_confidence
 from .times import MAX_TIME_GAP_S, associated, gap_text
 
 Topics = tuple[str, str]
 """Names of the colour and the depth topic of one camera, in a recording with several."""
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -44,47 +48,6 @@ class RecordingIndex:
 
 
 @dataclass(frozen=True, eq=False)
-class Cameras:
-    """The two cameras of a frame.
-
-    Attributes
-    ----------
-    colour, depth : Camera or None
-        None if not known. For registered frames, `depth` is the same camera as `colour`, possibly at another size.
-    depth_to_colour : ndarray of float64, shape (4, 4), or None
-        Transform of points [m] from the depth camera to the colour camera; None if not known.
-    is_registered : bool
-        Whether colour and depth have the same pixels, or the same view at two sizes: colour is then resized to the
-        size of depth.
-    note : str
-        A sentence for the user about the cameras; "" for none.
-    """
-
-    colour: Camera | None
-    depth: Camera | None
-    depth_to_colour: NDArray[np.float64] | None
-    is_registered: bool
-    note: str = ""
-
-
-def scaled_cameras(colour: Camera, size: tuple[int, int]) -> Cameras:
-    """Cameras of a frame whose depth has the view of its colour at another size (width, height).
-
-    Raises
-    ------
-    InputError
-        If the aspect ratios of the two sizes differ.
-    """
-    depth = fitted(colour.intrinsics, colour.size, (size[1], size[0]))
-    return Cameras(colour, Camera(depth, size, colour.distortion), np.eye(4), is_registered=True)
-
-
-def registered_cameras(camera: Camera | None, note: str = "") -> Cameras:
-    """Cameras of a frame whose depth has the pixels of its colour."""
-    return Cameras(camera, camera, np.eye(4), True, note)
-
-
-@dataclass(frozen=True, eq=False)
 class RecordedFrame:
     """A frame as stored in the recording.
 
@@ -103,8 +66,6 @@ class RecordedFrame:
         The value for missing depth, besides those that always stand for it.
     time : float or None
         Time of its colour [s].
-    notes : tuple of str
-        Notes for the user, a sentence each.
     confidence : ndarray or None
         The sensor's confidence of its depth, shape (hd, wd), for registered frames; larger is more confident.
     depth_view : ndarray of bool or None
@@ -118,7 +79,6 @@ class RecordedFrame:
     encoding: EncodingSpec | None = None
     invalid: float | None = None
     time: float | None = None
-    notes: tuple[str, ...] = ()
     confidence: NDArray[Any] | None = None
     depth_view: NDArray[np.bool_] | None = None
 
@@ -132,6 +92,15 @@ class Recording(ABC):
     ----------
     path : Path
         Absolute path of a file or a folder.
+
+    Attributes
+    ----------
+    frames : mapping
+        Key -> what its class needs to read the frame, in the order of time.
+    times : tuple of float
+        Times of the frames' colour [s]; empty if not known.
+    notes : tuple of str
+        Notes for the user, a sentence each.
     """
 
     kind: ClassVar[str]
@@ -140,6 +109,10 @@ class Recording(ABC):
     """Extensions of its files, in lower case."""
     has_topics: ClassVar[bool] = False
     """Whether one of several cameras is selected by its topics."""
+
+    frames: Mapping[str, Any]
+    times: tuple[float, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -155,17 +128,24 @@ class Recording(ABC):
         found = path.stat()
         return found.st_mtime_ns, found.st_size
 
-    @abstractmethod
     def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         """List the frames. No image is decoded.
 
         Parameters
         ----------
         max_gap : float
-            Maximum time difference [s] of colour and depth of one frame; each image is used once.
+            Maximum time difference [s] of colour and depth of one frame, where they are matched by time; each image is
+            used once.
         topics : tuple of str, optional
             Topics of one of several cameras; None selects the most suitable one.
         """
+        return RecordingIndex(tuple(self.frames), self.times, self.notes)
+
+    def at(self, key: str) -> Any:
+        """What `frames` has for a key; raises InputError if there is no such frame."""
+        if key not in self.frames:
+            raise self.unknown(key)
+        return self.frames[key]
 
     @abstractmethod
     def frame(self, key: str) -> RecordedFrame:
@@ -197,6 +177,24 @@ class Recording(ABC):
         return ""
 
 
+class PairedRecording(Recording):
+    """A recording whose colour is paired with depth by time."""
+
+    pairs: TimedPairs[Any]
+
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
+        return self.pairs.index(max_gap, self.path)
+
+    def at(self, key: str) -> Any:
+        found = self.pairs.find(key)
+        if found is None:
+            raise self.unknown(key)
+        return found
+
+    def lack(self, key: str) -> str:
+        return self.pairs.lack(key)
+
+
 def sha256_of(*parts: bytes) -> str:
     """SHA-256 of concatenated bytes."""
     digest = hashlib.sha256()
@@ -205,53 +203,88 @@ def sha256_of(*parts: bytes) -> str:
     return digest.hexdigest()
 
 
+def part_of(name: str, data: bytes) -> FileContent:
+    """An image in a recording, with the name that messages have for it."""
+    return FileContent(Path(name), np.frombuffer(data, np.uint8))
+
+
+def confidence_beside(path: Path, shape: tuple[int, ...]) -> NDArray[Any] | None:
+    """The confidence map of a file; None if there is no such file."""
+    return read_confidence(path, shape) if path.is_file() else None
+
+
+@contextmanager
+def damage_told(
+    path: Path, what: str, *problems: type[Exception], hints: Mapping[str, str] | None = None
+) -> Iterator[None]:
+    """Convert the errors of a library that reads a recording to InputError or FormatError.
+
+    Parameters
+    ----------
+    path : Path
+    what : str
+        What it reads, such as "recording".
+    *problems : type
+        The errors that stand for damage.
+    hints : mapping, optional
+        What to do, by a part of the error's text.
+    """
+    try:
+        yield
+    except IlfError:
+        raise
+    except PermissionError as error:
+        raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
+    except problems as error:
+        known = (todo for part, todo in (hints or {}).items() if part in str(error))
+        todo = next(known, "Copy or export it again.")
+        raise FormatError(
+            f"{path}: this {what} is truncated, damaged or not supported ({error!s:.120}). {todo}"
+        ) from error
+
+
 # Pairing the images of two streams by their time stamps.
 
 _GAPS = (MAX_TIME_GAP_S, 0.2, 2.0, 10.0)
 """Maximum time gaps [s] for finding a frame. Images paired with a smaller gap are also paired with a larger one."""
 
 
-class StampedPairs:
-    """Pairs of colour and the depth nearest in time, each used once. The key of a pair is the time stamp of its colour
-    in seconds, with all of its digits.
+class TimedPairs(Generic[T]):
+    """Pairs of colour and the depth nearest in time, each used once.
 
     Parameters
     ----------
-    colours, depths : iterable of int
-        Time stamps.
-    per_second : int
-        Units of the time stamps per second: a power of ten.
+    colours, depths : mapping
+        Name -> time [s] and what it stands for. The name of a colour is the key of its frame.
 
     Examples
     --------
-    >>> StampedPairs([0, 33], [4, 41], 1000).paired(0.02)
+    >>> TimedPairs(stamped([0, 33], 1000), stamped([4, 41], 1000)).paired(0.02)
     {'0.000': (0, 4), '0.033': (33, 41)}
     """
 
-    def __init__(self, colours: Iterable[int], depths: Iterable[int], per_second: int) -> None:
-        self._colours, self._depths, self._per_second = sorted(colours), sorted(depths), per_second
-        self._digits = len(str(per_second)) - 1
-        self._paired: dict[float, dict[str, tuple[int, int]]] = {}
+    def __init__(self, colours: Mapping[str, tuple[float, T]], depths: Mapping[str, tuple[float, T]]) -> None:
+        self._colours, self._depths = colours, depths
+        self._paired: dict[float, dict[str, tuple[T, T]]] = {}
 
-    def paired(self, max_gap: float) -> dict[str, tuple[int, int]]:
-        """Key -> time stamps of colour and depth that differ by at most `max_gap` [s], in the order of time."""
+    def paired(self, max_gap: float) -> dict[str, tuple[T, T]]:
+        """Key -> colour and depth whose times differ by at most `max_gap` [s], in the order of time."""
         known = self._paired.get(max_gap)
         if known is None:
-            colours, depths = self._timed()
-            pairs = [(int(colour), int(depth)) for colour, depth in associated(colours, depths, max_gap)]
-            known = self._paired[max_gap] = {self._key(colour): (colour, depth) for colour, depth in pairs}
+            pairs = associated(*self._timed(), max_gap)
+            known = {colour: (self._colours[colour][1], self._depths[depth][1]) for colour, depth in pairs}
+            self._paired[max_gap] = known
         return known
 
-    def find(self, key: str) -> tuple[int, int] | None:
-        """The time stamps of colour and depth for a key, with any gap of `_GAPS`; None if there are none."""
+    def find(self, key: str) -> tuple[T, T] | None:
+        """Colour and depth for a key, with any gap of `_GAPS`; None if there are none."""
         return next((pairs[key] for gap in _GAPS if key in (pairs := self.paired(gap))), None)
 
     def lack(self, key: str) -> str:
         """As `Recording.lack`."""
-        stamp = next((stamp for stamp in self._colours if self._key(stamp) == key), None)
-        if stamp is None or not self._depths:
+        if key not in self._colours or not self._depths:
             return ""
-        gap = min(abs(stamp - depth) for depth in self._depths) / self._per_second
+        gap = min(abs(self._colours[key][0] - time) for time, _ in self._depths.values())
         return f" Its colour lacks depth: the nearest is {gap:.4g} s away (--max-gap), unless another frame has it."
 
     def index(self, max_gap: float, path: Path) -> RecordingIndex:
@@ -265,16 +298,23 @@ class StampedPairs:
             for what, count in unmatched
             if count
         )
-        times = tuple(colour / self._per_second for colour, _ in pairs.values())
-        return RecordingIndex(tuple(pairs), times, notes)
+        return RecordingIndex(tuple(pairs), tuple(self._colours[key][0] for key in pairs), notes)
 
     def _timed(self) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
-        """Times [s] of colours and depths, with their stamps as names."""
-        colours, depths = (
-            [(stamp / self._per_second, str(stamp)) for stamp in stamps] for stamps in (self._colours, self._depths)
-        )
+        """Times [s] and names of colours and depths."""
+        colours, depths = ([(time, name) for name, (time, _) in some.items()] for some in (self._colours, self._depths))
         return colours, depths
 
-    def _key(self, stamp: int) -> str:
-        seconds, rest = divmod(stamp, self._per_second)
-        return f"{seconds}.{rest:0{self._digits}d}"
+
+def stamped(stamps: Iterable[int], per_second: int) -> dict[str, tuple[float, int]]:
+    """Images by their time stamps, as `TimedPairs` takes them. A name is the stamp in seconds, with all of its digits.
+
+    Parameters
+    ----------
+    stamps : iterable of int
+    per_second : int
+        Units of the time stamps per second: a power of ten.
+    """
+    digits = len(str(per_second)) - 1
+    parts = ((stamp, *divmod(stamp, per_second)) for stamp in stamps)
+    return {f"{seconds}.{rest:0{digits}d}": (stamp / per_second, stamp) for stamp, seconds, rest in parts}

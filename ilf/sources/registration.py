@@ -3,83 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import CameraIntrinsics, checked_transform
+from ..data.camera import Camera, checked_transform
 from ..data.frame import FrameInputs, RGBDFrame, checked_colour, checked_depth, checked_mask, read_only
 from ..errors import InputError
 
 # A raw pair: colour and depth of two cameras, and the transform between them.
 
-_COEFFICIENTS = (0, 4, 5, 8, 12, 14)
-"""Supported numbers of distortion coefficients, in OpenCV's order."""
-
-_MAX_COEFFICIENT = 1e6
-
 _MAX_CAMERA_DISTANCE = 1000.0
 """Maximum distance [m] between the two cameras of a pair."""
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A camera with its distortion.
-
-    Parameters
-    ----------
-    intrinsics : CameraIntrinsics
-    size : tuple of int
-        Width and height [px] of its images.
-    distortion : tuple of float
-        Coefficients in OpenCV's order: k1 k2 p1 p2, then k3, then k4 k5 k6 of the rational model, then s1 s2 s3 s4 of
-        thin prisms, then the two angles of a tilted sensor; none for a camera without distortion.
-
-    Raises
-    ------
-    InputError
-        If the number of coefficients is not supported, or the numbers are no valid camera.
-
-    Examples
-    --------
-    >>> Camera(CameraIntrinsics(525.0, 525.0, 319.5, 239.5), (640, 480)).matrix.tolist()
-    [[525.0, 0.0, 319.5], [0.0, 525.0, 239.5], [0.0, 0.0, 1.0]]
-    """
-
-    intrinsics: CameraIntrinsics
-    size: tuple[int, int]
-    distortion: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        if len(self.size) != 2 or min(self.size) < 1:
-            raise InputError(f"A camera's size must be a width and a height in pixels, not {self.size}.")
-        object.__setattr__(self, "distortion", tuple(map(float, self.distortion)))
-        if len(self.distortion) not in _COEFFICIENTS:
-            raise InputError(
-                f"A camera's distortion must have {', '.join(map(str, _COEFFICIENTS[:-1]))} or {_COEFFICIENTS[-1]} "
-                f"coefficients, k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 and two angles, not {len(self.distortion)}."
-            )
-        if not np.all(np.abs(self.distortion) <= _MAX_COEFFICIENT):
-            raise InputError(f"A camera's distortion must be finite numbers, not {self.distortion}.")
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Height and width of its images in pixels."""
-        return self.size[1], self.size[0]
-
-    @property
-    def matrix(self) -> NDArray[np.float64]:
-        """The camera matrix, float64 (3, 3)."""
-        camera = self.intrinsics
-        return np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
-
-    @property
-    def coefficients(self) -> NDArray[np.float64] | None:
-        """The distortion in OpenCV's form; None if there is none."""
-        return np.array(self.distortion) if any(self.distortion) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +33,7 @@ class RawPair:
         Depth along the depth camera's axis [m], shape (hd, wd), any real type; what is not finite and positive is
         missing and becomes NaN.
     colour_camera, depth_camera : Camera
+        A camera without a size is for images of the size of its own.
     depth_to_colour : array_like
         Transform of points [m] from the depth camera to the colour camera, shape (4, 4): a rotation and a translation.
     name : str
@@ -114,7 +54,7 @@ class RawPair:
 
     Examples
     --------
-    >>> camera = Camera(CameraIntrinsics(30.0, 30.0, 15.5, 11.5), (32, 24))
+    >>> camera = Camera(30.0, 30.0, 15.5, 11.5)
     >>> pair = RawPair(np.zeros((24, 32, 3), np.uint8), np.full((24, 32), 2.0), camera, camera, np.eye(4))
     >>> pair.depth.dtype, pair.depth_to_colour.shape
     (dtype('float32'), (4, 4))
@@ -141,13 +81,16 @@ class RawPair:
             raise InputError(
                 f"The depth and the colour camera cannot be {apart:.3g} m apart. Give their distance in metres."
             )
-        for what, image, camera in (
-            ("Colour", self.rgb, self.colour_camera),
-            ("Depth", self.depth, self.depth_camera),
+        for what, image, name in (
+            ("Colour", self.rgb, "colour_camera"),
+            ("Depth", self.depth, "depth_camera"),
         ):
-            if image.shape[:2] != camera.shape:
+            camera, size = getattr(self, name), (image.shape[1], image.shape[0])
+            if camera.size is None:
+                object.__setattr__(self, name, replace(camera, size=size))
+            elif camera.size != size:
                 raise InputError(
-                    f"{what} is {image.shape[1]} x {image.shape[0]}, but its camera's intrinsics are for "
+                    f"{what} is {size[0]} x {size[1]}, but its camera's intrinsics are for "
                     f"{camera.size[0]} x {camera.size[1]} pixels."
                 )
         if self.depth_view is not None:
@@ -186,12 +129,12 @@ def max_ray_tangent(distortion: tuple[float, ...]) -> float:
 
 
 @lru_cache(maxsize=8)
-def undistorted_view(camera: Camera) -> tuple[CameraIntrinsics, NDArray[np.float32], NDArray[np.float32]]:
+def undistorted_view(camera: Camera) -> tuple[Camera, NDArray[np.float32], NDArray[np.float32]]:
     """The remapping to an undistorted image of the same size, without empty pixels.
 
     Returns
     -------
-    CameraIntrinsics
+    Camera
         Intrinsics of the new image: the largest rectangle without gaps that has the same ratio of focal lengths.
     ndarray, ndarray of float32, shape (H, W)
         Source column and row [px] of each pixel in the camera's image.
@@ -201,26 +144,25 @@ def undistorted_view(camera: Camera) -> tuple[CameraIntrinsics, NDArray[np.float
     InputError
         If the distortion cannot be inverted over the image.
     """
-    width, height = camera.size
+    height, width = camera.shape
     across, down = np.linspace(0, width - 1, _BORDER_STEPS), np.linspace(0, height - 1, _BORDER_STEPS)
     left = _rays(camera, np.zeros_like(down), down)[:, 0].max()
     right = _rays(camera, np.full_like(down, width - 1), down)[:, 0].min()
     top = _rays(camera, across, np.zeros_like(across))[:, 1].max()
     bottom = _rays(camera, across, np.full_like(across, height - 1))[:, 1].min()
-    own = camera.intrinsics
     if not (left < right and top < bottom):
         raise _not_invertible(camera)
-    scale = float(max((width - 1) / own.fx / (right - left), (height - 1) / own.fy / (bottom - top)))
-    fx, fy = scale * own.fx, scale * own.fy
+    scale = float(max((width - 1) / camera.fx / (right - left), (height - 1) / camera.fy / (bottom - top)))
+    fx, fy = scale * camera.fx, scale * camera.fy
     cx, cy = (width - 1 - fx * float(left + right)) / 2, (height - 1 - fy * float(top + bottom)) / 2
-    new = CameraIntrinsics(fx, fy, cx, cy, own.name)
+    new = Camera(fx, fy, cx, cy, camera.name, camera.size)
     columns, rows = cv2.initUndistortRectifyMap(
-        camera.matrix, camera.coefficients, None, Camera(new, camera.size).matrix, camera.size, cv2.CV_32FC1
+        camera.matrix, camera.coefficients, None, new.matrix, (width, height), cv2.CV_32FC1
     )
     return new, read_only(np.clip(columns, 0, width - 1)), read_only(np.clip(rows, 0, height - 1))
 
 
-def undistorted_colour(rgb: NDArray[np.uint8], camera: Camera) -> tuple[NDArray[np.uint8], CameraIntrinsics]:
+def undistorted_colour(rgb: NDArray[np.uint8], camera: Camera) -> tuple[NDArray[np.uint8], Camera]:
     """Undistorted colour, shape (H, W, 3), and its intrinsics.
 
     Raises
@@ -229,9 +171,9 @@ def undistorted_colour(rgb: NDArray[np.uint8], camera: Camera) -> tuple[NDArray[
         If the distortion cannot be inverted over the image.
     """
     if camera.coefficients is None:
-        return rgb, camera.intrinsics
-    intrinsics, columns, rows = undistorted_view(camera)
-    return np.asarray(cv2.remap(rgb, columns, rows, cv2.INTER_LINEAR), np.uint8), intrinsics
+        return rgb, camera
+    seen, columns, rows = undistorted_view(camera)
+    return np.asarray(cv2.remap(rgb, columns, rows, cv2.INTER_LINEAR), np.uint8), seen
 
 
 def _rays(camera: Camera, columns: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -254,8 +196,8 @@ def _rays(camera: Camera, columns: NDArray[np.float64], rows: NDArray[np.float64
 def _not_invertible(camera: Camera) -> InputError:
     numbers = ", ".join(f"{number:g}" for number in camera.distortion)
     return InputError(
-        f"The colour camera's distortion ({numbers}) cannot be inverted over an image of {camera.size[0]} x "
-        f"{camera.size[1]}. Check that the coefficients are OpenCV's, k1 k2 p1 p2 k3 k4 k5 k6, and of this camera."
+        f"The colour camera's distortion ({numbers}) cannot be inverted over an image of {camera.shape[1]} x "
+        f"{camera.shape[0]}. Check that the coefficients are OpenCV's, k1 k2 p1 p2 k3 k4 k5 k6, and of this camera."
     )
 
 
@@ -316,17 +258,16 @@ def register(pair: RawPair) -> RGBDFrame:
 
     Examples
     --------
-    >>> from ilf.data.camera import CameraIntrinsics
-    >>> camera = Camera(CameraIntrinsics(30.0, 30.0, 15.5, 11.5), (32, 24))
+    >>> from ilf.data.camera import Camera
+    >>> camera = Camera(30.0, 30.0, 15.5, 11.5)
     >>> shifted = np.eye(4)
     >>> shifted[0, 3] = 0.2
     >>> frame = register(RawPair(np.zeros((24, 32, 3), np.uint8), np.full((24, 32), 2.0), camera, camera, shifted))
     >>> int(frame.known[0].sum()), int(frame.outside_view[0].sum())
     (29, 3)
     """
-    _check_size("colour", pair.colour_camera.size)
-    rgb, intrinsics = undistorted_colour(pair.rgb, pair.colour_camera)
-    colour = Camera(intrinsics, pair.colour_camera.size)
+    _check_size("colour", pair.colour_camera.shape[::-1])
+    rgb, colour = undistorted_colour(pair.rgb, pair.colour_camera)
     if not np.isfinite(pair.depth).any():
         raise InputError("The depth image has no known pixel (all are zero, negative or not finite).")
     moved = projected_depth(pair.depth, pair.depth_camera, colour, pair.depth_to_colour)
@@ -340,7 +281,7 @@ def register(pair: RawPair) -> RGBDFrame:
     depths = 1 / np.linspace(1 / nearest, 1 / farthest, _VIEW_STEPS)
     grid = _sample_grid(pair.depth_camera, _samples(pair.depth_camera, colour))
     outside = ~_in_view(grid, pair.depth_view, colour, pair.depth_to_colour, depths)
-    return RGBDFrame(rgb, moved, intrinsics, pair.name, inputs=pair.inputs, notes=pair.notes, outside_view=outside)
+    return RGBDFrame(rgb, moved, colour, pair.name, inputs=pair.inputs, notes=pair.notes, outside_view=outside)
 
 
 def projected_depth(
@@ -380,7 +321,7 @@ class _SampleGrid:
 
     def __init__(self, camera: Camera, samples: int) -> None:
         left, right, top, bottom = _extent(camera)
-        fx, fy = samples * camera.intrinsics.fx, samples * camera.intrinsics.fy
+        fx, fy = samples * camera.fx, samples * camera.fy
         # the outermost samples lie half a sample inside the outer pixels' outer sides
         size = max(round((right - left) * fx), 1), max(round((bottom - top) * fy), 1)
         _check_size("depth", size)
@@ -390,15 +331,18 @@ class _SampleGrid:
         )
         x, y = (np.arange(size[0]) + 0.5) / fx + left, (np.arange(size[1]) + 0.5) / fy + top
         folded = np.hypot(x[None], y[:, None]) > max_ray_tangent(camera.distortion)
-        width, height = camera.size
-        seen = (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5) & ~folded
+        seen = _inside(columns, rows, camera) & ~folded
         columns[~seen] = -2.0
         self.columns, self.rows, self.seen = read_only(columns), read_only(rows), read_only(seen.astype(np.uint8))
 
 
-@lru_cache(maxsize=2)
-def _sample_grid(camera: Camera, samples: int) -> _SampleGrid:
-    return _SampleGrid(camera, samples)
+_sample_grid = lru_cache(maxsize=2)(_SampleGrid)
+
+
+def _inside(columns: NDArray[Any], rows: NDArray[Any], camera: Camera) -> NDArray[np.bool_]:
+    """Whether positions [px] lie in the images of a camera."""
+    height, width = camera.shape
+    return (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5)
 
 
 def _check_size(what: str, size: tuple[int, int]) -> None:
@@ -411,15 +355,15 @@ def _check_size(what: str, size: tuple[int, int]) -> None:
 
 def _samples(depth: Camera, colour: Camera) -> int:
     """Number of samples per depth pixel, along a row and along a column."""
-    scale = max(colour.intrinsics.fx / depth.intrinsics.fx, colour.intrinsics.fy / depth.intrinsics.fy)
+    scale = max(colour.fx / depth.fx, colour.fy / depth.fy)
     return min(max(math.ceil(SAMPLES_PER_PIXEL * scale), 2), _MAX_SAMPLES_PER_PIXEL)
 
 
 def _extent(camera: Camera) -> tuple[float, float, float, float]:
     """The bounding rectangle of a camera's view on the plane at depth 1: left, right, top, bottom."""
-    own, (width, height) = camera.intrinsics, camera.size
-    sides = (-0.5 - own.cx) / own.fx, (width - 0.5 - own.cx) / own.fx
-    ends = (-0.5 - own.cy) / own.fy, (height - 0.5 - own.cy) / own.fy
+    height, width = camera.shape
+    sides = (-0.5 - camera.cx) / camera.fx, (width - 0.5 - camera.cx) / camera.fx
+    ends = (-0.5 - camera.cy) / camera.fy, (height - 0.5 - camera.cy) / camera.fy
     if camera.coefficients is None:
         return *sides, *ends
     widest_ray = math.hypot(max(map(abs, sides)), max(map(abs, ends)))
@@ -429,8 +373,7 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
     points = np.stack([x, y, np.ones_like(x)], axis=1)
     seen, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, camera.coefficients)
     columns, rows = seen[:, 0].T
-    inside = (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5)
-    inside &= np.hypot(x, y) <= reach
+    inside = _inside(columns, rows, camera) & (np.hypot(x, y) <= reach)
     step = line[1] - line[0]
     if not inside.any():
         return *sides, *ends
@@ -446,12 +389,13 @@ def _projected_depth(
     projection = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(grid.matrix)).astype(np.float32)
     shift = (colour.matrix @ motion[:3, 3]).astype(np.float32)
     across = np.arange(samples.shape[1], dtype=np.float32)
+    height, width = colour.shape
     step = max(_CHUNK_SAMPLES // samples.shape[1], 1)
     parts = [
-        _projected_samples(samples[start : start + step], across, start, projection, shift, colour.size)
+        _projected_samples(samples[start : start + step], across, start, projection, shift, (width, height))
         for start in range(0, samples.shape[0], step)
     ]
-    pixels = colour.size[0] * colour.size[1]
+    pixels = height * width
     front = np.full(pixels, np.inf, np.float32)
     for place, projected, _ in parts:
         np.minimum.at(front, place, projected)
@@ -463,7 +407,7 @@ def _projected_depth(
     for place, projected, off in parts:
         chosen = (off == closest[place]) & np.isfinite(off)
         depth[place[chosen]] = projected[chosen]
-    return depth.reshape(colour.shape)
+    return depth.reshape(height, width)
 
 
 def _projected_samples(
@@ -511,5 +455,5 @@ def _in_view(
         plane = back[:3, :3] + back[:3, 3:] @ np.array([[0.0, 0.0, 1 / depth]])
         to_fine = grid.matrix @ plane @ np.linalg.inv(colour.matrix)
         flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-        found |= cv2.warpPerspective(seen, to_fine, colour.size, flags=flags)
+        found |= cv2.warpPerspective(seen, to_fine, colour.shape[::-1], flags=flags)
     return found.astype(bool)

@@ -7,8 +7,9 @@ import re
 import struct
 import weakref
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -18,18 +19,19 @@ from numpy.typing import NDArray
 
 from .._runtime.files import open_file
 from .._runtime.installation import optional
-from ..errors import FormatError, IlfError, InputError, cause
+from ..data.camera import Cameras
+from ..errors import FormatError, InputError
 from ..io.mcap import EndedMcap, whole_size
 from .packed import bound_unpacking, unpacked, unpacking_command
 from .recording import (
-    Cameras,
     RecordedFrame,
     Recording,
     RecordingIndex,
-    StampedPairs,
+    TimedPairs,
     Topics,
-    registered_cameras,
+    damage_told,
     sha256_of,
+    stamped,
 )
 from .ros_messages import (
     COMPRESSED,
@@ -279,10 +281,9 @@ class RosBag(Recording):
         except FormatError:
             self.close()
             raise
-        self._image_topics: list[ImageTopic] | None = None
         self._first_messages: dict[str, Any] = {}
         self._stamps: dict[str, _Stamped] = {}
-        self._paired: dict[Topics, StampedPairs] = {}
+        self._paired: dict[Topics, TimedPairs[int]] = {}
         self._cameras: dict[Topics, Cameras] = {}
 
     def _check_connections(self) -> None:
@@ -350,12 +351,12 @@ class RosBag(Recording):
         if topics.is_registered:
             found = self._info(colour) or self._info(depth)
             try:
-                return registered_cameras(None if found is None else camera_of(found, colour.name, colour.size))
+                return Cameras.registered(None if found is None else camera_of(found, colour.name, colour.size))
             except FormatError as error:  # registered depth needs no camera
-                return registered_cameras(None, f"Intrinsics are not known, since {error}")
+                return Cameras.registered(None, f"Intrinsics are not known, since {error}")
         infos = [(self._info(topic), topic) for topic in (colour, depth)]
         cameras = [None if info is None else camera_of(info, topic.name, topic.size) for info, topic in infos]
-        return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics), is_registered=False)
+        return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics))
 
     def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         stamped = (one for message in self._messages("/tf_static", TRANSFORMS) for one in message.transforms)
@@ -386,10 +387,9 @@ class RosBag(Recording):
     # topics
 
     def _camera(self, wanted: Topics | None) -> tuple[CameraTopics, str]:
-        if self._image_topics is None:
-            self._image_topics = [topic for name in self._names() if (topic := self._image_topic(name)) is not None]
+        topics = self._image_topics
         try:
-            return select_topics(self._image_topics, wanted)
+            return select_topics(topics, wanted)
         except InputError as error:
             raise InputError(f"{self.path} {error}{self._other_depth()}") from None
 
@@ -402,9 +402,10 @@ class RosBag(Recording):
         }
         return f" Messages of other types are not read: {', '.join(sorted(others))}." if others else ""
 
-    def _names(self) -> list[str]:
-        """Topics with images."""
-        return sorted({one.topic for one in self._reader.connections if one.msgtype in _IMAGES})
+    @cached_property
+    def _image_topics(self) -> list[ImageTopic]:
+        names = sorted({one.topic for one in self._reader.connections if one.msgtype in _IMAGES})
+        return [topic for name in names if (topic := self._image_topic(name)) is not None]
 
     def _image_topic(self, name: str) -> ImageTopic | None:
         """An image topic, described by its first image; None if it has none of a known type."""
@@ -448,12 +449,11 @@ class RosBag(Recording):
         colour, plus, depth = names.partition("+")
         return self._camera((colour, depth) if plus else None)[0], stamp
 
-    def _pairs(self, camera: CameraTopics) -> StampedPairs:
-        known = self._paired.get(camera.names)
-        if known is None:
-            known = StampedPairs(self._stamped(camera.colour), self._stamped(camera.depth), 10**9)
-            self._paired[camera.names] = known
-        return known
+    def _pairs(self, camera: CameraTopics) -> TimedPairs[int]:
+        if camera.names not in self._paired:
+            topics = camera.colour, camera.depth
+            self._paired[camera.names] = TimedPairs(*(stamped(self._stamped(topic), 10**9) for topic in topics))
+        return self._paired[camera.names]
 
     def _stamped(self, topic: ImageTopic) -> _Stamped:
         """The time stamps of a topic's messages; for images without a stamp, the recording times."""
@@ -511,17 +511,6 @@ class RosBag(Recording):
         named = (one for one in self._reader.connections if one.topic == name)
         return [one for one in named if not kinds or one.msgtype in kinds]
 
-    @contextmanager
-    def _reading(self) -> Iterator[None]:
-        """Convert errors of the library to InputError or FormatError."""
-        try:
-            yield
-        except IlfError:
-            raise
-        except PermissionError as error:
-            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
-        except Exception as error:
-            hint = f" Run: rosbag reindex {self.path}" if "not indexed" in str(error) else ""
-            raise FormatError(
-                f"{self.path}: this ROS bag is truncated, damaged or not supported ({error!s:.120}).{hint}"
-            ) from error
+    def _reading(self) -> AbstractContextManager[None]:
+        hints = {"not indexed": f"Run: rosbag reindex {self.path}"}
+        return damage_told(self.path, "ROS bag", Exception, hints=hints)

@@ -6,6 +6,7 @@ import re
 import struct
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,13 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.installation import optional
-from ..data.camera import camera_from_numbers, fitted
+from ..data.camera import Camera, camera_from_numbers, fitted
 from ..errors import FormatError, InputError
 from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
 from ..io.images import check_pixel_count, image_header, read_colour, read_image
 from ..io.rvl import read_rvl, rvl_size
 from ..io.sqlite_files import DEFINITIONS, LONGEST, STEPS, TimeLimit, check_plain
-from .registration import Camera
+from .poses import turned_and_moved
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
@@ -223,10 +224,9 @@ def camera_of(info: Any, topic: str, size: tuple[int, int]) -> Camera | None:
             matrix = projection.reshape(3, 4)[:, :3].ravel()
         if matrix.size != 9 or not matrix.any():
             return None
-        intrinsics = camera_from_numbers(matrix, "")
-        if info.width > 0 and info.height > 0:
-            intrinsics = fitted(intrinsics, (info.width, info.height), (size[1], size[0]))
-        return Camera(intrinsics, size, () if is_rectified else _distortion(distortion, info.distortion_model))
+        stated = (info.width, info.height) if info.width > 0 and info.height > 0 else size
+        camera = fitted(replace(camera_from_numbers(matrix, ""), size=stated), (size[1], size[0]))
+        return replace(camera, distortion=() if is_rectified else _distortion(distortion, info.distortion_model))
     except InputError as error:
         raise FormatError(f"the calibration of {topic} cannot be used: {error}") from error
 
@@ -242,19 +242,11 @@ def _distortion(values: NDArray[np.float64], model: str) -> tuple[float, ...]:
 def transform_matrix(transform: Any) -> NDArray[np.float64]:
     """A geometry_msgs/Transform as a matrix, float64 (4, 4); raises FormatError if it is invalid."""
     turn, shift = transform.rotation, transform.translation
-    quaternion = np.array([turn.w, turn.x, turn.y, turn.z], float)
+    quaternion = np.array([turn.x, turn.y, turn.z, turn.w], float)
     length = np.linalg.norm(quaternion)
     if not np.isfinite(length) or length < 1e-6:
         raise FormatError("a transform between the cameras has no valid rotation.")
-    w, x, y, z = quaternion / length
-    matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    matrix[:3, 3] = shift.x, shift.y, shift.z
-    return matrix
+    return turned_and_moved(quaternion / length, (shift.x, shift.y, shift.z))
 
 
 def transform_between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float64] | None:

@@ -11,14 +11,12 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import FileContent, open_file
-from ..data.camera import CameraIntrinsics
+from .._runtime.files import open_file
+from ..data.camera import Camera, Cameras
 from ..errors import FormatError, InputError
 from ..io.images import check_pixel_count, read_colour
 from .poses import checked_pose
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
-from .registration import Camera
-from .times import MAX_TIME_GAP_S
+from .recording import RecordedFrame, Recording, part_of, sha256_of
 
 _VERSION = 4
 _MAX_NAME_LENGTH = 1000
@@ -50,20 +48,18 @@ class ScanNet(Recording):
         self._file = open_file(path)
         try:
             self._count = self._read_header()
-            self._frames = self._read_positions()
+            self.frames = {str(number): place for number, place in enumerate(self._read_positions())}
         except BaseException:
             self._file.close()
             raise
+        times = tuple(place.time * 1e-6 for place in self.frames.values())
+        self.times = times if any(times) else ()
 
     def close(self) -> None:
         self._file.close()
 
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        times = tuple(place.time * 1e-6 for place in self._frames)
-        return RecordingIndex(tuple(map(str, range(len(self._frames)))), times if any(times) else ())
-
     def frame(self, key: str) -> RecordedFrame:
-        place = self._position(key)
+        place = self.at(key)
         colour = self._bytes(place.start, place.colour_bytes)
         depth = self._bytes(place.start + place.colour_bytes, place.depth_bytes)
         values = np.frombuffer(self._unpacked(depth, key), "<u2").astype(np.uint16)
@@ -77,13 +73,13 @@ class ScanNet(Recording):
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        place = self._position(key)
+        place = self.at(key)
         return self._decoded(self._bytes(place.start, place.colour_bytes), key)
 
     def cameras(self, key: str) -> Cameras:
         try:
             colour, depth = (
-                Camera(CameraIntrinsics(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]), size)
+                Camera(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], size=size)
                 for matrix, size in zip(self._intrinsics, (self._colour_size, self._depth_size), strict=True)
             )
             # extrinsics transform points of a camera to the device: in ScanNet itself, both are the identity
@@ -92,11 +88,11 @@ class ScanNet(Recording):
         except (InputError, np.linalg.LinAlgError) as error:
             raise FormatError(f"{self.path}: its cameras are invalid ({error})") from error
         if colour == depth and np.array_equal(motion, np.eye(4)):
-            return registered_cameras(colour)
-        return Cameras(colour, depth, motion, is_registered=False)
+            return Cameras.registered(colour)
+        return Cameras(colour, depth, motion)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        return checked_pose(np.array(self._position(key).pose).reshape(4, 4))
+        return checked_pose(np.array(self.at(key).pose).reshape(4, 4))
 
     def _read_header(self) -> int:
         """Read the header; returns the number of frames."""
@@ -147,11 +143,6 @@ class ScanNet(Recording):
             places.append(_FramePosition(start, colour_bytes, depth_bytes, tuple(pose), time))
         return places
 
-    def _position(self, key: str) -> _FramePosition:
-        if not key.isdecimal() or str(int(key)) != key or int(key) >= len(self._frames):
-            raise self.unknown(key)
-        return self._frames[int(key)]
-
     def _bytes(self, start: int, count: int) -> bytes:
         stream: BinaryIO = self._file
         stream.seek(start)
@@ -171,7 +162,7 @@ class ScanNet(Recording):
         return found
 
     def _decoded(self, data: bytes, key: str) -> NDArray[np.uint8]:
-        return read_colour(FileContent(Path(f"{self.path}, colour of frame {key}"), np.frombuffer(data, np.uint8)))
+        return read_colour(part_of(f"{self.path}, colour of frame {key}", data))
 
     def _truncated(self, what: str) -> FormatError:
         return FormatError(f"{self.path} ends within {what}: it is truncated or damaged. Download or copy it again.")

@@ -7,8 +7,7 @@ import io
 import json
 import tarfile
 from collections.abc import Container, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -22,14 +21,12 @@ from .._runtime.installation import optional
 from .._runtime.memory import memory_limit
 from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import check_schema, converted
-from ..data.camera import camera_from_numbers, checked_transform
+from ..data.camera import Cameras, camera_from_numbers, checked_transform
 from ..errors import FormatError, InputError, cause
 from ..io.depth import read_depth_values
 from ..io.images import read_colour
 from .own_results import SHARDS_FILE, is_shards
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
-from .registration import Camera
-from .times import MAX_TIME_GAP_S
+from .recording import RecordedFrame, Recording, sha256_of
 
 # The folder: shards.json, the frozen list of frames, and a tar and a table for each shard.
 
@@ -310,26 +307,20 @@ class Shards(Recording):
                 raise FormatError(f"{path}: its tables need more memory than is allowed. Raise ILF_MEMORY (GB).")
         self._names, self._starts = names, list(np.cumsum([0, *map(len, tables)])[:-1])
         self._table = pyarrow.concat_tables(tables) if tables else None
-        self._places = {} if self._table is None else {key: i for i, key in enumerate(self._table["key"].to_pylist())}
+        self.frames = {} if self._table is None else {key: i for i, key in enumerate(self._table["key"].to_pylist())}
         parameters = shards.settings.get("parameters")
         self.mode = str(parameters.get("mode", "")) if isinstance(parameters, dict) else ""
-        self._open_frames = shards.frames - sum(map(len, tables))
+        if left := shards.frames - sum(map(len, tables)):
+            self.notes = (f"Left out, because they have failed or are not done: {left} of the batch's frames.",)
         self._last: tuple[str, dict[str, bytes]] = ("", {})
-        if not self._places:
+        if not self.frames:
             raise InputError(f"{path} has no completed frames yet. Run its batch first; `ilf info` lists its state.")
+        times = self._table["time_s"].to_pylist()  # type: ignore[index]
+        self.times = () if None in times else tuple(times)
 
     @classmethod
     def fits(cls, path: Path) -> bool:
         return is_shards(path)
-
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        times = self._table["time_s"].to_pylist()  # type: ignore[index]
-        return RecordingIndex(tuple(self._places), () if None in times else tuple(times), self._notes)
-
-    @cached_property
-    def _notes(self) -> tuple[str, ...]:
-        left = self._open_frames
-        return (f"Left out, because they have failed or are not done: {left} of the batch's frames.",) if left else ()
 
     def frame(self, key: str) -> RecordedFrame:
         row, (name, units) = self._row(key), self.depth_file(key)
@@ -376,7 +367,7 @@ class Shards(Recording):
             camera = None if numbers is None else camera_from_numbers(np.array(numbers, float), "")
         except (KeyError, TypeError, ValueError, InputError) as error:
             raise self._wrong(key, error) from error
-        return registered_cameras(None if camera is None else Camera(camera, (int(width), int(height))))
+        return Cameras.registered(None if camera is None else replace(camera, size=(int(width), int(height))))
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         pose = self._facts(key).get("pose")
@@ -386,13 +377,11 @@ class Shards(Recording):
             raise self._wrong(key, error) from error
 
     def _row(self, key: str) -> dict[str, Any]:
-        if key not in self._places:
-            raise self.unknown(key)
-        row: dict[str, Any] = self._table.slice(self._places[key], 1).to_pylist()[0]  # type: ignore[union-attr]
+        row: dict[str, Any] = self._table.slice(self.at(key), 1).to_pylist()[0]  # type: ignore[union-attr]
         return row
 
     def _tar(self, key: str) -> str:
-        return f"{self._names[bisect.bisect_right(self._starts, self._places[key]) - 1]}.tar"
+        return f"{self._names[bisect.bisect_right(self._starts, self.frames[key]) - 1]}.tar"
 
     def _files(self, key: str) -> dict[str, bytes]:
         """The files of a frame, by the endings of their names; those of the last frame are kept."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal, Self, overload
+from typing import Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .._runtime.addresses import Address
 from .._runtime.files import is_address
 from .._runtime.formatting import counted
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Cameras
 from ..data.frame import RGBDFrame
 from ..errors import InputError, ParameterError, PathKind, check_kind
 from ..io.cameras import IntrinsicsSpec, frame_camera, intrinsics_from
@@ -28,7 +28,7 @@ from .neighbours import around, with_neighbours
 from .opening import opened
 from .reading import files_of, read_frame, read_raw_pair
 from .reading_options import AS_STATED, ReadingOptions
-from .recording import Cameras, Topics
+from .recording import Topics
 from .registration import RawPair
 from .remote import copied
 from .times import MAX_TIME_GAP_S
@@ -37,39 +37,6 @@ _ONE_CAMERA_NOTE = (
     "The transform from the depth to the colour camera is not known: both are treated as one camera, and their edges "
     "may lie some pixels apart."
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Calibration:
-    """The two cameras of a frame.
-
-    Attributes
-    ----------
-    colour, depth : CameraIntrinsics or None
-        None if not known. Where depth is registered to colour, both are the same.
-    depth_to_colour : ndarray of float64, shape (4, 4), or None
-        Transform of points [m] from the depth camera to the colour camera; None if not known.
-    colour_distortion, depth_distortion : tuple of float
-        Lens distortion as in `ilf.registration.Camera`; empty if there is none, or it is not known.
-    """
-
-    colour: CameraIntrinsics | None
-    depth: CameraIntrinsics | None
-    depth_to_colour: NDArray[np.float64] | None
-    colour_distortion: tuple[float, ...] = ()
-    depth_distortion: tuple[float, ...] = ()
-
-    @classmethod
-    def of(cls, cameras: Cameras) -> Self:
-        """The calibration from the cameras of a recording."""
-        colour, depth = cameras.colour, cameras.depth
-        return cls(
-            None if colour is None else colour.intrinsics,
-            None if depth is None else depth.intrinsics,
-            cameras.depth_to_colour,
-            () if colour is None else colour.distortion,
-            () if depth is None else depth.distortion,
-        )
 
 
 class Source:
@@ -176,7 +143,7 @@ class Source:
         InputError as `find`."""
         return around([*self._frames.values()], self.keys.index(self.find(key)), reach)
 
-    def calibration(self, key: str) -> Calibration:
+    def calibration(self, key: str) -> Cameras:
         """The cameras of a frame, without decoding it.
 
         Raises
@@ -189,14 +156,14 @@ class Source:
             frame_camera(given, None)[0] for given in (ref.options.intrinsics, ref.options.depth_intrinsics)
         )
         if depth_camera is not None and ref.frame is None:
-            return Calibration(camera, depth_camera, np.eye(4))
+            return Cameras(camera, depth_camera, np.eye(4))
         if ref.frame is not None and (camera is None or not self.is_registered):
             with opened(ref.rgb) as recording:
-                return Calibration.of(recording.cameras(ref.frame))
+                return recording.cameras(ref.frame)
         if camera is None and ref.depth is None:
             with copied(ref) as here:
                 camera = intrinsics_from(frame_folder(here.rgb).options.intrinsics)
-        return Calibration(camera, camera, np.eye(4)) if self.is_registered else Calibration(None, camera, None)
+        return Cameras.registered(camera) if self.is_registered else Cameras(None, camera, None)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         """The camera pose of a frame, (4, 4), from its points [m] to the world; None if not known."""

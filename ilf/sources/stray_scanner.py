@@ -8,7 +8,8 @@ import io
 import math
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,16 +18,13 @@ from numpy.typing import NDArray
 
 from .._runtime.files import read_file
 from .._runtime.installation import optional
-from ..data.camera import camera_from_numbers
+from ..data.camera import Cameras, camera_from_numbers
 from ..errors import FormatError, InputError
 from ..io.depth import read_depth_values
-from ..io.frame_additions import read_confidence
 from ..io.images import check_pixel_count
 from .naming import by_stem
 from .poses import posed
-from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
-from .registration import Camera
-from .times import MAX_TIME_GAP_S
+from .recording import RecordedFrame, Recording, confidence_beside, damage_told
 
 # Reading frames of a video by their numbers.
 
@@ -114,13 +112,8 @@ class Video:
                 if image.pts in hashes:
                     yield image, hashes.pop(image.pts)
 
-    @contextmanager
-    def _reading(self) -> Iterator[None]:
-        problems: Any = self._av.FFmpegError
-        try:
-            yield
-        except (problems, ValueError, MemoryError, EOFError) as error:
-            raise FormatError(f"{self.path}: this video cannot be read ({error!s:.80}). Copy it again.") from error
+    def _reading(self) -> AbstractContextManager[None]:
+        return damage_told(self.path, "video", self._av.FFmpegError, ValueError, MemoryError, EOFError)
 
 
 _VIDEO, _DEPTH, _CONFIDENCE = "rgb.mp4", "depth", "confidence"
@@ -138,10 +131,12 @@ class StrayScanner(Recording):
         super().__init__(path)
         with os.scandir(path / _DEPTH) as entries:
             files = by_stem(Path(entry.path) for entry in entries if entry.name.endswith(_SUFFIXES))
-        self._depth = {key: file for key, file in files.items() if key.isdecimal() and len(key) < 10}
-        if not self._depth:
+        self.frames = {key: file for key, file in files.items() if key.isdecimal() and len(key) < 10}
+        if not self.frames:
             raise InputError(f"{path / _DEPTH} has no images with frame numbers as names. Export the recording again.")
         self._rows = self._odometry()
+        times = [self._rows.get(int(key), {}).get("timestamp", math.nan) for key in self.frames]
+        self.times = tuple(times) if np.isfinite(times).all() else ()
         self._video: Video | None = None
 
     @classmethod
@@ -153,15 +148,10 @@ class StrayScanner(Recording):
             self._video.close()
             self._video = None
 
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        times = [self._rows.get(int(key), {}).get("timestamp", math.nan) for key in self._depth]
-        return RecordingIndex(tuple(self._depth), tuple(times) if np.isfinite(times).all() else ())
-
     def frame(self, key: str) -> RecordedFrame:
-        depth = read_file(self._file(key))
+        depth = read_file(self.at(key))
         values = read_depth_values(depth)
         rgb, sha256 = self._open_video().frame(int(key))
-        confidence = self.path / _CONFIDENCE / f"{key}.png"
         return RecordedFrame(
             rgb,
             values,
@@ -169,27 +159,27 @@ class StrayScanner(Recording):
             depth.sha256,
             "mm",
             time=self._rows.get(int(key), {}).get("timestamp"),
-            confidence=read_confidence(confidence, values.shape) if confidence.is_file() else None,
+            confidence=confidence_beside(self.path / _CONFIDENCE / f"{key}.png", values.shape),
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        self._file(key)
+        self.at(key)
         return self._open_video().frame(int(key))[0]
 
     def cameras(self, key: str) -> Cameras:
         path, video = self.path / _CAMERA, self._open_video()
-        height, width = read_depth_values(self._file(key)).shape
+        height, width = read_depth_values(self.at(key)).shape
         try:
             numbers = np.array(list(csv.reader(io.StringIO(_text(path)))), float)
-            stated = Camera(camera_from_numbers(numbers, ""), video.size)
-            return scaled_cameras(stated, (width, height))
+            stated = replace(camera_from_numbers(numbers, ""), size=video.size)
+            return Cameras.of_one_view(stated, (width, height))
         except (ValueError, InputError, csv.Error) as error:
             raise FormatError(
                 f"{path} must contain a camera matrix, three lines of three numbers ({error!s:.200})."
             ) from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        row = self._rows.get(int(self._file(key).stem), {})
+        row = self._rows.get(int(self.at(key).stem), {})
         numbers = [row.get(name, math.nan) for name in ("qx", "qy", "qz", "qw", "x", "y", "z")]
         return posed(numbers[:4], numbers[4:])
 
@@ -206,11 +196,6 @@ class StrayScanner(Recording):
             raise FormatError(
                 f"{path} must have a header line with a column frame, followed by lines of numbers ({error!s:.80})."
             ) from error
-
-    def _file(self, key: str) -> Path:
-        if key not in self._depth:
-            raise self.unknown(key)
-        return self._depth[key]
 
     def _open_video(self) -> Video:
         if self._video is None:

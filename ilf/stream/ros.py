@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import CameraIntrinsics
+from ..data.camera import Camera
 from ..data.frame import RGBDFrame
 from ..io.depth import depth_in_metres
 from ..io.rosbags import encoded_depth
@@ -41,7 +41,7 @@ def frame_of_messages(colour: Any, depth: Any, info: Any = None, name: str = "fr
     matrix = None if info is None else np.reshape(info.p, (3, 4))
     camera = None
     if matrix is not None and matrix[0, 0] > 0:
-        camera = CameraIntrinsics(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2])
+        camera = Camera(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2])
     return RGBDFrame(colour_of(colour, _MESSAGE), depth_in_metres(values, units), camera, name)
 
 

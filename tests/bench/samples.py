@@ -26,7 +26,7 @@ def scaled(size: Size, folder: str | Path | None = None) -> ilf.RGBDFrame:
     width, height = size
     rgb = cv2.resize(frame.rgb, size, interpolation=cv2.INTER_AREA)
     depth = cv2.resize(np.nan_to_num(frame.depth), size, interpolation=cv2.INTER_NEAREST)
-    camera = ilf.CameraIntrinsics(0.8 * width, 0.8 * width, width / 2, height / 2)
+    camera = ilf.Camera(0.8 * width, 0.8 * width, width / 2, height / 2)
     return ilf.RGBDFrame(rgb, depth, camera)
 
 

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.data.frame import RGBDFrame
 
 SHAPE = 60, 80
-CAMERA = CameraIntrinsics(80.0, 80.0, 39.5, 29.5)
+CAMERA = Camera(80.0, 80.0, 39.5, 29.5)
 CAMERA_TEXT = "80,80,39.5,29.5"
 
 

@@ -42,7 +42,7 @@ def test_one_neighbour_and_one_point_need_no_list(small_frame):
 
 @pytest.mark.parametrize("camera", [CAMERA, np.array([[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]])])
 def test_points_normals_and_surfaces_take_intrinsics_as_numbers(camera, completion, small_frame):
-    images, known = (completion.depth, small_frame.rgb), ilf.CameraIntrinsics(*CAMERA)
+    images, known = (completion.depth, small_frame.rgb), ilf.Camera(*CAMERA)
     for make in (ilf.point_cloud, ilf.surface_mesh):
         assert len(make(*images, camera)) == len(make(*images, known)) > 0
     np.testing.assert_array_equal(ilf.surface_normals(images[0], camera), ilf.surface_normals(images[0], known))

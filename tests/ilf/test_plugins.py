@@ -240,7 +240,7 @@ class Ending(Abstract):
     assert "broken-package failed: SystemExit: 7" in (told := capsys.readouterr().err)
     assert told.count("\n") == 1
     source = ilf.open_source(tmp_path / "in")
-    assert any("Abstract is abstract: it has no cameras, frame, index" in note for note in source.notes)
+    assert any("Abstract is abstract: it has no cameras, frame" in note for note in source.notes)
     assert ".rgbd" in recording_suffixes()
     completion = ilf.complete(frame, **QUICK)
     with pytest.raises(InputError, match="broken-package failed: SystemExit: 7"):

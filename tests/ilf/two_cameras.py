@@ -10,15 +10,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.camera import CameraIntrinsics
-from ilf.sources.registration import Camera, RawPair
+from ilf.data.camera import Camera
+from ilf.sources.registration import RawPair
 
 WALL_M, BOARD_M = 2.0, 1.0
 BOARD = (-0.2, 0.1, -0.15, 0.15)
 """Left, right, top and bottom of the board [m] in the colour camera's axes; the wall leans back by a tenth."""
 
-COLOUR = Camera(CameraIntrinsics(60.0, 61.0, 47.0, 36.5), (96, 72), (0.08, -0.1, 0.001, -0.001, 0.02))
-DEPTH = Camera(CameraIntrinsics(50.0, 50.0, 32.0, 27.0), (64, 56), (0.3, -0.02, 0.0, 0.001, 0.01, 0.5, 0.05, 0.0))
+COLOUR = Camera(60.0, 61.0, 47.0, 36.5, size=(96, 72), distortion=(0.08, -0.1, 0.001, -0.001, 0.02))
+DEPTH = Camera(50.0, 50.0, 32.0, 27.0, size=(64, 56), distortion=(0.3, -0.02, 0.0, 0.001, 0.01, 0.5, 0.05, 0.0))
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def motion(x: float = -0.05, turn: float = 0.02) -> Floats:
 
 def rays(camera: Camera) -> Floats:
     """Of every pixel, (N, 3) with depth 1."""
-    columns, rows = np.meshgrid(*map(np.arange, camera.size))
+    columns, rows = np.meshgrid(*map(np.arange, camera.shape[::-1]))
     pixels = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(np.float64)
     criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-10)
     flat = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.coefficients, None, None, None, criteria)
@@ -54,15 +54,14 @@ def seen(views: Floats, to_colour: Floats) -> Floats:
 def made_pair(colour: Camera = COLOUR, depth: Camera = DEPTH, to_colour: Floats | None = None) -> RawPair:
     """The raw pair of the scene; colour is as bright as its pixel is far to the right."""
     moved = motion() if to_colour is None else to_colour
-    width, height = colour.size
+    height, width = colour.shape
     rgb = np.broadcast_to((255 * np.arange(width) // width).astype(np.uint8)[None, :, None], (height, width, 3))
     return RawPair(rgb, seen(rays(depth), moved).reshape(depth.shape), colour, depth, moved, "board")
 
 
 def _numbers(camera: Camera) -> dict[str, Any]:
     """A camera as a calibration has it."""
-    k = camera.intrinsics
-    return {"size": list(camera.size), "K": [k.fx, k.fy, k.cx, k.cy], "distortion": list(camera.distortion)}
+    return {"size": list(camera.shape[::-1]), "K": list(camera.numbers), "distortion": list(camera.distortion)}
 
 
 def calibration(pair: RawPair) -> dict[str, Any]:

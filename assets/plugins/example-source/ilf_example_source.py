@@ -7,20 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera, Cameras
 from ilf.errors import FormatError
 from ilf.sources.layout import layout_of
-from ilf.sources.recording import (
-    Cameras,
-    RecordedFrame,
-    Recording,
-    RecordingIndex,
-    Topics,
-    registered_cameras,
-    sha256_of,
-)
-from ilf.sources.registration import Camera
-from ilf.sources.times import MAX_TIME_GAP_S
+from ilf.sources.recording import RecordedFrame, Recording, sha256_of
 
 
 class RgbdArchive(Recording):
@@ -35,24 +25,21 @@ class RgbdArchive(Recording):
             with np.load(path, allow_pickle=False) as arrays:
                 self._rgb, self._depth, matrix = arrays["rgb"], arrays["depth"], arrays["K"]
             frames, height, width, _ = self._rgb.shape
-            intrinsics = CameraIntrinsics(*map(float, (matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2])))
+            numbers = map(float, (matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]))
+            self._camera = Camera(*numbers, size=(width, height))
         except (OSError, KeyError, ValueError, IndexError, zipfile.BadZipFile) as error:
             raise FormatError(f"{path} has no rgb (N, H, W, 3), depth (N, H, W) and K (3, 3): {error}") from error
         if self._rgb.dtype != np.uint8 or self._depth.shape != (frames, height, width):
             raise FormatError(f"{path}: rgb must be uint8, and depth must have its size and number of frames.")
-        self._camera = Camera(intrinsics, (width, height))
-
-    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
-        return RecordingIndex(tuple(f"{number:04d}" for number in range(len(self._rgb))))
+        self.frames = {f"{number:04d}": number for number in range(frames)}
 
     def frame(self, key: str) -> RecordedFrame:
-        if key not in self.index().keys:
-            raise self.unknown(key)
-        rgb, depth = self._rgb[int(key)], self._depth[int(key)]
+        number = self.at(key)
+        rgb, depth = self._rgb[number], self._depth[number]
         return RecordedFrame(rgb, depth, sha256_of(rgb.tobytes()), sha256_of(depth.tobytes()), encoding="mm")
 
     def cameras(self, key: str) -> Cameras:
-        return registered_cameras(self._camera)
+        return Cameras.registered(self._camera)
 
 
 STEREO_RIG = layout_of(

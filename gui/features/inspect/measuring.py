@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QApplication
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.writing import write_bytes
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.errors import InputError
 from ilf.evaluation.measuring import (
     NEEDS_INTRINSICS,
@@ -75,14 +75,14 @@ class StatisticsRequest:
     ----------
     raw, result : ndarray of float32, shape (H, W)
         [m]; the second is None if there is no result.
-    intrinsics : CameraIntrinsics or None
+    intrinsics : Camera or None
     subject, other : ndarray of bool, shape (H, W), or None
         Region of the statistics; second block, for the angle between both.
     """
 
     raw: NDArray[np.float32]
     result: NDArray[np.float32] | None
-    intrinsics: CameraIntrinsics | None
+    intrinsics: Camera | None
     subject: Mask | None
     other: Mask | None
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QColor
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.data.points import back_project
 from ilf.drawing.clouds import spacing_of
 from ilf.drawing.colours import (
@@ -237,7 +237,7 @@ class CloudRequest:
     ----------
     key : str
         Key of the session.
-    intrinsics : CameraIntrinsics
+    intrinsics : Camera
     subject : Subject
         Depth, and data to colour it by.
     by : ColourBy
@@ -248,7 +248,7 @@ class CloudRequest:
     """
 
     key: str
-    intrinsics: CameraIntrinsics
+    intrinsics: Camera
     subject: Subject
     by: ColourBy
     chosen: frozenset[int] | None

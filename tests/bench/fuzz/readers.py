@@ -35,7 +35,6 @@ from ilf.run.record_file import read_record
 from ilf.segmentation.edges.importing import add_model
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
-from ilf.sources.nyu import NyuLabelled
 from ilf.sources.opening import close_all
 from ilf.sources.poses import camera_pose
 from ilf.sources.reading import load_frame, read_frame
@@ -120,13 +119,6 @@ def weights(path: Path) -> None:
     """Import of a network; the test run of the import uses smaller images, because it is not part of reading."""
     ilf.segmentation.edges.detectors._TRIAL_SHAPES = ((16, 16), (16, 32))
     network(path)
-
-
-def labelled(path: Path) -> None:
-    with NyuLabelled(path) as file:
-        for index in range(min(len(file), 2)):
-            file.colour(index)
-            file.measured(index)
 
 
 def recording(path: Path) -> None:

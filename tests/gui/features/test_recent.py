@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QSettings
 
 from gui.features.project.recent import MOST, RecentOrigins, is_missing, name_of
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.io.cameras import IntrinsicsSpec
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
@@ -52,7 +52,7 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -
     assert len(later.origins) == MOST
 
 
-@pytest.mark.parametrize("camera", [CameraIntrinsics(1, 1, 0, 0, "own"), "kinect-v2", {"K": [1.0, 1.0, 0.0, 0.0]}])
+@pytest.mark.parametrize("camera", [Camera(1, 1, 0, 0, "own"), "kinect-v2", {"K": [1.0, 1.0, 0.0, 0.0]}])
 def test_every_kind_of_camera_is_kept(tmp_path: Path, camera: IntrinsicsSpec) -> None:
     origin = FrameRef(str(tmp_path), options=ReadingOptions(intrinsics=camera))
     RecentOrigins("frames", persistent=True).note(origin)

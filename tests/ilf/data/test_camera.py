@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from ilf.data.camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
+from ilf.data.camera import INTRINSICS, Camera
 from ilf.errors import FormatError, IlfError, InputError
 from ilf.io.cameras import intrinsics_from
 
@@ -13,14 +13,14 @@ NUMBERS = [500.0, 510.0, 320.5, 240.25]
 MATRIX = [[500.0, 0, 320.5], [0, 510.0, 240.25], [0, 0, 1]]
 
 
-def numbers_of(camera: CameraIntrinsics) -> list[float]:
+def numbers_of(camera: Camera) -> list[float]:
     return [camera.fx, camera.fy, camera.cx, camera.cy]
 
 
 @pytest.mark.parametrize("name", INTRINSICS)
 def test_preset_at_its_own_size_is_unchanged(name):
-    width, height = IMAGE_SIZES[name]
-    assert intrinsics_from(name, (height, width)) == INTRINSICS[name]
+    width, height = INTRINSICS[name].size
+    assert intrinsics_from(name, (height, width)) == INTRINSICS[name].pinhole
     assert 0.3 < INTRINSICS[name].cx / width < 0.7
     assert 0.3 < INTRINSICS[name].cy / height < 0.7
 
@@ -55,7 +55,7 @@ def test_every_form_gives_the_same_camera(spec, tmp_path):
 
 
 def test_none_and_intrinsics_pass_through():
-    camera = CameraIntrinsics(*NUMBERS)
+    camera = Camera(*NUMBERS)
     assert intrinsics_from(None) is None
     assert intrinsics_from(camera, (1, 1)) is camera
 

@@ -12,7 +12,7 @@ import matplotlib.pyplot
 import numpy as np
 import pytest
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.data.frame import RGBDFrame, scale_warning
 from ilf.errors import InputError
 
@@ -66,7 +66,7 @@ def test_unusable_arrays_are_refused_with_the_way_out(rgb: np.ndarray, depth: np
 @pytest.mark.parametrize("numbers", [(0, 1, 1, 1), (-5, 1, 1, 1), (1, np.nan, 1, 1), (np.inf, 1, 1, 1)])
 def test_impossible_intrinsics_are_refused(numbers: tuple[float, float, float, float]) -> None:
     with pytest.raises(InputError):
-        CameraIntrinsics(*numbers)
+        Camera(*numbers)
 
 
 @pytest.mark.parametrize(
@@ -76,13 +76,13 @@ def test_impossible_intrinsics_are_refused(numbers: tuple[float, float, float, f
         [[12, 0, 1.5], [0, 13, 0.5], [0, 0, 1]],
         (12, 13, 1.5, 0.5),
         {"fx": 12, "fy": 13, "cx": 1.5, "cy": 0.5},
-        CameraIntrinsics(12.0, 13.0, 1.5, 0.5),
+        Camera(12.0, 13.0, 1.5, 0.5),
     ],
     ids=lambda given: type(given).__name__,
 )
 def test_intrinsics_are_taken_in_the_forms_that_programs_hold(given: object) -> None:
     frame = RGBDFrame(RGB, np.ones((2, 4)), given)  # type: ignore[arg-type]
-    assert frame.intrinsics == CameraIntrinsics(12.0, 13.0, 1.5, 0.5)
+    assert frame.intrinsics == Camera(12.0, 13.0, 1.5, 0.5)
 
 
 def test_intrinsics_of_a_preset_are_scaled_to_the_frame() -> None:

@@ -12,7 +12,7 @@ from ilf.data.open3d_images import load_open3d
 from ilf.data.points import point_cloud
 from ilf.errors import ExportError, InputError
 
-CAMERA = ilf.CameraIntrinsics(50.0, 52.0, 9.5, 7.0)
+CAMERA = ilf.Camera(50.0, 52.0, 9.5, 7.0)
 RNG = np.random.default_rng(4)
 DEPTH = RNG.uniform(0.4, 9.0, (15, 20)).astype(np.float32)
 DEPTH[2:5, 3:9] = np.nan

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.data.points import FARTHEST, NEAREST, PointCloud, back_project, in_axes, point_cloud
 from ilf.errors import InputError, ParameterError
 
-CAMERA = CameraIntrinsics(fx=100.0, fy=200.0, cx=2.0, cy=1.0)
+CAMERA = Camera(fx=100.0, fy=200.0, cx=2.0, cy=1.0)
 
 
 def test_back_projection_by_hand():

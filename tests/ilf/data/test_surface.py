@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.data.points import PointCloud, point_cloud
 from ilf.data.surface import flying_points, surface_links, surface_mesh, surface_normals
 from ilf.errors import InputError
 
-CAMERA = CameraIntrinsics(fx=500.0, fy=480.0, cx=30.0, cy=20.0)
+CAMERA = Camera(fx=500.0, fy=480.0, cx=30.0, cy=20.0)
 SHAPE = (40, 60)
 ROWS, COLUMNS = np.indices(SHAPE)
 
@@ -44,7 +44,7 @@ def test_a_plane_is_one_surface_with_one_normal_towards_the_camera(normal):
 
 
 def test_a_floor_far_away_goes_on_though_it_is_seen_at_a_grazing_angle():
-    camera = CameraIntrinsics(500.0, 500.0, 30.0, -10.0)
+    camera = Camera(500.0, 500.0, 30.0, -10.0)
     depth = plane((0, 1, 0), 1.0, camera=camera)  # 1 m below the camera
     steepest = np.arctan(depth[0, 0] / 1.0)
     assert np.degrees(steepest) > 88

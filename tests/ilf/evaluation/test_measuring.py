@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.errors import InputError
 from ilf.evaluation.measuring import angle_between, depth_profile, measure, measurements_csv, point_in_space
 from ilf.evaluation.statistics import PlaneFit, surface_statistics
 
-CAMERA = CameraIntrinsics(300.0, 310.0, 79.5, 59.5)
+CAMERA = Camera(300.0, 310.0, 79.5, 59.5)
 SHAPE = (120, 160)
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]
 RAYS = np.stack([(COLUMNS - CAMERA.cx) / CAMERA.fx, (ROWS - CAMERA.cy) / CAMERA.fy, np.ones(SHAPE)], axis=-1)
@@ -212,7 +212,7 @@ def test_measures_as_table() -> None:
     depth = np.full((4, 4), 2.0)
     depth[3] = np.nan
     lost = (0.5, 0.5), (0.5, 3.5)
-    camera = CameraIntrinsics(100.0, 100.0, 0.0, 0.0)
+    camera = Camera(100.0, 100.0, 0.0, 0.0)
     table = measurements_csv([line, lost], [measure(depth, one, camera) for one in (line, lost)]).splitlines()
     assert table[0].startswith("measurement,x1,y1,x_m1")
     assert table[1] == "1,0,0,0.00000,0.00000,2.00000,3,0,0.06000,0.00000,2.00000,0.06000,0.00000"

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.data.open3d_images import load_open3d
 from ilf.data.points import PointCloud, in_axes, in_world, point_cloud
 from ilf.data.surface import Mesh
@@ -88,7 +88,7 @@ def test_a_pcd_has_the_same(cloud, ascii, tmp_path):
 def test_a_pcd_of_every_pixel_is_organised(ascii, tmp_path):
     depth = RNG.uniform(1, 3, (3, 5)).astype(np.float32)
     colour = RNG.integers(0, 256, (3, 5, 3), dtype=np.uint8)
-    camera = CameraIntrinsics(10.0, 10.0, 2.0, 1.0)
+    camera = Camera(10.0, 10.0, 2.0, 1.0)
     moved = in_axes(in_world(point_cloud(depth, colour, camera), np.eye(4)), "y-up")
     write_cloud(tmp_path / "c.pcd", moved, ascii=ascii)
     assert b"\nWIDTH 5\nHEIGHT 3\n" in (tmp_path / "c.pcd").read_bytes()

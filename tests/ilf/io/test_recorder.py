@@ -19,7 +19,7 @@ from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, write_aligned
 
 METRES = np.where(DEPTH > 0, DEPTH / np.float32(1000), np.nan).astype(np.float32)
-CAMERA = ilf.CameraIntrinsics(30.0, 30.0, 15.5, 11.5)
+CAMERA = ilf.Camera(30.0, 30.0, 15.5, 11.5)
 WRITER = """
 import resource, sys
 from ilf.errors import ExportError
@@ -66,7 +66,7 @@ def test_the_file_is_readable_after_every_frame(tmp_path: Path) -> None:
             assert np.array_equal(found[-1], METRES, equal_nan=True)
     source = ilf.open_source(path)
     assert source.timestamps == (0.1, 0.2, 0.3)
-    assert source.calibration(source.keys[0]).colour == CAMERA
+    assert source.calibration(source.keys[0]).colour.pinhole == CAMERA
     with pytest.raises(ilf.IlfError, match="already exists"):
         DepthRecorder(path)
 

@@ -225,7 +225,7 @@ def test_paths_that_are_no_text_are_told_as_far_as_they_are(run: Run, subject: S
 
 def test_the_scale_bar_is_as_long_as_it_says() -> None:
     depth = np.full((48, 64), 2.5, np.float32)
-    camera = ilf.CameraIntrinsics(50, 50, 31.5, 23.5)
+    camera = ilf.Camera(50, 50, 31.5, 23.5)
     share, text = scale_bar(ilf.RGBDFrame(np.zeros((48, 64, 3), np.uint8), depth, camera), depth)
     assert text == "50 cm at 2.50 m depth"
     assert share * 64 * 2.5 / 50 == pytest.approx(0.5)

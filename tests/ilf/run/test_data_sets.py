@@ -206,7 +206,7 @@ def test_what_gaussian_splatting_cannot_express_is_told(framed, tmp_path, monkey
     depth = np.where(np.arange(80) < 8, 0.05, 2.0) * np.ones((60, 1))
     error = np.full((60, 80), np.nan)
     error[:, 40:] = 0.03  # a weight below a half: no points of it
-    odd = replace(framed, depth=depth, intrinsics=ilf.CameraIntrinsics(80.0, 80.0, 44.5, 29.5))
+    odd = replace(framed, depth=depth, intrinsics=ilf.Camera(80.0, 80.0, 44.5, 29.5))
     folder = written(tmp_path / "odd", odd)
     np.save(folder / "expected_error.npy", error.astype(np.float32))
     monkeypatch.setattr("ilf.run.data_sets._GaussianSplatting._POINTS", 50)
@@ -240,7 +240,7 @@ def test_what_cannot_become_one_is_told(framed, tmp_path):
 
 
 def test_open3d_has_one_camera(framed, tmp_path):
-    other = replace(framed, intrinsics=ilf.CameraIntrinsics(81.0, 80.0, 39.5, 29.5))
+    other = replace(framed, intrinsics=ilf.Camera(81.0, 80.0, 39.5, 29.5))
     folders = [written(tmp_path / name, frame) for name, frame in (("a", framed), ("b", other))]
     with pytest.raises(InputError, match=r"b has another camera than the results before it; Open3D has one for all\."):
         write_data_set(tmp_path / "data", folders, "open3d")

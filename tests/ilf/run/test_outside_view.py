@@ -168,7 +168,7 @@ def test_a_project_keeps_it_and_the_pose_of_a_frame_with_files(opened_again):
 
 
 def test_a_cloud_has_no_point_of_it(frame):
-    camera = ilf.CameraIntrinsics(30.0, 30.0, 19.5, 11.5)
+    camera = ilf.Camera(30.0, 30.0, 19.5, 11.5)
     seen = replace(frame, intrinsics=camera)
     depth = ilf.complete(seen, BLOCKS, QUICK).depth
     assert len(point_cloud(depth, seen.rgb, camera).points) == (~OUTSIDE).sum()

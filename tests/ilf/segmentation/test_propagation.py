@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
@@ -17,7 +17,7 @@ from ilf.segmentation.propagation.refining import Refined
 
 _SHAPE = (96, 128)
 _QUICK = BlockParameters(detector="canny", min_size=1.0)
-_CAMERA = CameraIntrinsics(120.0, 120.0, 63.5, 47.5)
+_CAMERA = Camera(120.0, 120.0, 63.5, 47.5)
 
 
 def _scene(height: int = 160, width: int = 200, seed: int = 3) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

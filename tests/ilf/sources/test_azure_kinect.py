@@ -36,7 +36,7 @@ def test_a_real_recording() -> None:
     cameras = source.calibration("0.463945")
     depth = [cameras.depth.fx, cameras.depth.fy, cameras.depth.cx, cameras.depth.cy]
     assert depth == pytest.approx([504.608, 504.733, 332.781, 348.830], abs=1e-3)
-    assert len(cameras.colour_distortion) == len(cameras.depth_distortion) == 8
+    assert len(cameras.colour.distortion) == len(cameras.depth.distortion) == 8
     assert cameras.depth_to_colour[:3, 3] == pytest.approx([-0.03208, -0.00221, 0.00388], abs=1e-5)
     pair = source.read("0.463945", registered=False)
     assert (pair.rgb.shape, pair.depth.shape) == ((720, 1280, 3), (576, 640))
@@ -93,7 +93,7 @@ def test_a_frame_is_registered_and_replayed(tmp_path: Path) -> None:
 def test_depth_modes(mode: str, size: tuple[int, int], fx: float, cx: float) -> None:
     depth = cameras_of(json.dumps(calibration()).encode(), mode, "MJPG_1080P").depth
     assert depth.size == size
-    assert (depth.intrinsics.fx, depth.intrinsics.cx) == pytest.approx((fx, cx))
+    assert (depth.fx, depth.cx) == pytest.approx((fx, cx))
     assert depth.distortion == (0.01, 0.002, 1e-4, 2e-4, 0.003, 0.004, 0.005, 0.006)
 
 
@@ -111,7 +111,7 @@ def test_depth_modes(mode: str, size: tuple[int, int], fx: float, cx: float) -> 
 def test_colour_modes(mode: str, size: tuple[int, int], fy: float, cy: float) -> None:
     colour = cameras_of(json.dumps(calibration()).encode(), "NFOV_UNBINNED", mode).colour
     assert colour.size == size
-    assert (colour.intrinsics.fy, colour.intrinsics.cy) == pytest.approx((fy, cy))
+    assert (colour.fy, colour.cy) == pytest.approx((fy, cy))
 
 
 def test_calibrations_that_make_no_cameras() -> None:

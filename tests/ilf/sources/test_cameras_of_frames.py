@@ -8,7 +8,7 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.data.camera import CAMERA_DOUBT, IMAGE_SIZES, INTRINSICS, CameraIntrinsics, camera_doubt
+from ilf.data.camera import CAMERA_DOUBT, INTRINSICS, Camera, camera_doubt
 from ilf.errors import DepthWarning, InputError
 from ilf.io.images import encode_image
 
@@ -64,12 +64,12 @@ def files(tmp_path):
 @pytest.mark.parametrize("name", TRUE)
 def test_true_cameras_are_not_doubted(name):
     numbers, (width, height) = TRUE[name]
-    assert camera_doubt(CameraIntrinsics(*numbers), (height, width)) == ""
+    assert camera_doubt(Camera(*numbers), (height, width)) == ""
 
 
 @pytest.mark.parametrize("name", INTRINSICS)
 def test_presets_are_not_doubted(name):
-    width, height = IMAGE_SIZES[name]
+    width, height = INTRINSICS[name].size
     assert camera_doubt(INTRINSICS[name], (height, width)) == ""
 
 

@@ -291,7 +291,7 @@ def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path: Path) -> 
     assert frame.depth[row, column] == pytest.approx(METRES[30, 10], abs=0.02)
     assert np.allclose(frame.pose, _poses(2)[1])
     pair = source.read("color/1", registered=False)
-    assert (pair.rgb.shape[:2], pair.depth.shape, pair.depth_camera.intrinsics.fx) == ((96, 128), (H, W), 60.0)
+    assert (pair.rgb.shape[:2], pair.depth.shape, pair.depth_camera.fx) == ((96, 128), (H, W), 60.0)
     calibration = source.calibration("color/1")
     assert (calibration.colour.fx, calibration.depth.fx) == (121.5, 60.0)
     again = ilf.load_frame(**frame.sources)

@@ -1,5 +1,7 @@
 """Raw folders of NYU Depth V2: a wall with a board before it, as the data set's two cameras would have it."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -8,7 +10,6 @@ import ilf
 from ilf.cli import main
 from ilf.errors import InputError
 from ilf.sources.nyu import nyu_cameras
-from ilf.sources.registration import Camera
 
 from ..two_cameras import made_pair, rays, seen
 
@@ -48,21 +49,21 @@ def source(folder, pair):
 def test_frames_are_paired_by_the_times_in_their_names(source):
     assert source.keys == tuple(f"r-{time:.6f}-{NUMBER}" for time in TIMES)
     assert source.timestamps == pytest.approx(TIMES)
-    assert source.notes == ("1 colour file left out: there is no depth file within 0.02 s.",)
+    assert source.notes == ("1 colour image left out: no match within 0.02 s.",)
     assert not source.is_registered
     assert source.calibration(source.keys[0]).depth.fx == pytest.approx(582.6245, abs=1e-4)
 
 
 def test_depth_is_registered_by_the_data_sets_own_cameras(source):
     frame = source.read(source.keys[0])
-    ground_truth = seen(rays(Camera(frame.intrinsics, (640, 480))), np.eye(4)).reshape(frame.shape)
+    ground_truth = seen(rays(replace(frame.intrinsics, size=(640, 480))), np.eye(4)).reshape(frame.shape)
     off = np.abs(frame.depth - ground_truth)[frame.known]
     assert frame.known.mean() > 0.75
     # a step of disparity is 11 mm at 2 m
     assert np.median(off) < 0.004
     assert np.quantile(off, 0.95) < 0.02
     # the toolbox cuts its pictures off to columns 41-601 and rows 45-471, since depth goes a little farther than that
-    own, published = frame.intrinsics, nyu_cameras().colour.intrinsics
+    own, published = frame.intrinsics, nyu_cameras().colour
     left, right = (round((column - published.cx) / published.fx * own.fx + own.cx) for column in (40, 600))
     top, bottom = (round((row - published.cy) / published.fy * own.fy + own.cy) for row in (44, 470))
     assert frame.missing[top:bottom, left + 15 : right].mean() < 0.05, "a shadow, and columns without disparity"

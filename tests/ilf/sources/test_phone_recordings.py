@@ -23,6 +23,7 @@ from ilf.cli.parsing import add_frame, add_invalid_mask, frame_from
 from ilf.errors import FormatError, IlfError, InputError, ParameterError
 from ilf.sources.opening import close_all
 from ilf.sources.record3d import unpacked
+from ilf.sources.recording import part_of
 from tests.ilf.phone_files import (
     COLOUR_SIZE,
     COUNT,
@@ -80,7 +81,7 @@ def test_colour_comes_to_the_pixels_of_depth(tmp_path, kind):
     assert np.abs(frame.rgb.astype(int) - 100).max() <= 6
     camera = frame.intrinsics
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == DEPTH_K
-    assert source.calibration(key).depth == camera
+    assert source.calibration(key).depth.pinhole == camera
     assert np.allclose(source.pose(key), pose(1), atol=1e-6)
     again = ilf.load_frame(**frame.sources)
     assert again.inputs == frame.inputs
@@ -91,7 +92,7 @@ def test_colour_comes_to_the_pixels_of_depth(tmp_path, kind):
 def test_a_raw_pair_has_colour_as_it_was_recorded(tmp_path, kind):
     source = ilf.open_source(WRITERS[kind](tmp_path))
     pair = source.read(source.keys[0], registered=False)
-    camera = pair.colour_camera.intrinsics
+    camera = pair.colour_camera
     assert (pair.colour_camera.size, pair.depth_camera.size) == (COLOUR_SIZE, SIZE)
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == K
     assert pair.rgb.shape[:2] == COLOUR_SIZE[::-1]
@@ -124,7 +125,7 @@ def test_a_video_that_is_a_list_of_others_is_not_followed(tmp_path):
     folder = write_stray(tmp_path / "stray")
     (folder / "rgb.mp4").rename(folder / "other.mp4")
     (folder / "rgb.mp4").write_text("ffconcat version 1.0\nfile other.mp4\n")
-    with pytest.raises(FormatError, match=r"rgb\.mp4: this video cannot be read"):
+    with pytest.raises(FormatError, match=r"rgb\.mp4: this video is truncated, damaged or not supported"):
         ilf.open_source(folder).read("000000")
 
 
@@ -289,7 +290,7 @@ DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "no jpeg": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.jpg", b"x" * 99), "not a PNG, JPEG"),
     "no json": (lambda f: replaced(write_record3d(f / "a.r3d"), "metadata", b"[" * 9), "not valid JSON"),
     "cut video": (lambda f: _cut_video(write_stray(f / "s")), "video"),
-    "no video": (lambda f: changed(write_stray(f / "s"), "rgb.mp4", b"nothing"), "video cannot be read"),
+    "no video": (lambda f: changed(write_stray(f / "s"), "rgb.mp4", b"nothing"), "video is truncated, damaged"),
     "short video": (lambda f: _more_depth(write_stray(f / "s")), "3 frames, but no frame 3"),
     "no matrix": (lambda f: changed(write_stray(f / "s"), "camera_matrix.csv", b"1,2\n"), "camera matrix"),
     "no odometry": (lambda f: changed(write_stray(f / "s"), "odometry.csv", b"a,b\n1,2\n"), "header line"),
@@ -385,6 +386,6 @@ def test_lzfse_gives_what_was_packed_whatever_its_blocks():
     rng = np.random.default_rng(0)
     for values in (rng.random(49152), np.sin(np.arange(49152) / 500), np.zeros(49152), np.ones(3), rng.random(900)):
         data = values.astype("<f4").tobytes()
-        assert unpacked(lzfse.compress(data), len(data), "x") == data
+        assert unpacked(part_of("x", lzfse.compress(data)), len(data)) == data
         with pytest.raises(FormatError, match="x cannot be unpacked"):
-            unpacked(lzfse.compress(data)[:-8], len(data), "x")
+            unpacked(part_of("x", lzfse.compress(data)[:-8]), len(data))

@@ -85,7 +85,7 @@ def test_a_frame_of_a_device(library: Any, tmp_path: Path, monkeypatch: pytest.M
         assert len(software.running) == 2
     assert not software.running
     assert pair.depth[0, 0] == pytest.approx(1.5 + pair.rgb[0, 0, 0] / 1000)  # both of one moment
-    assert (pair.depth_camera.intrinsics.fx, pair.colour_camera.intrinsics.fx) == (25, 30)
+    assert (pair.depth_camera.fx, pair.colour_camera.fx) == (25, 30)
     assert pair.depth_to_colour[:2, :2] == pytest.approx(
         np.array([[math.cos(0.004), -math.sin(0.004)], [math.sin(0.004), math.cos(0.004)]]), abs=1e-6
     )

@@ -10,6 +10,7 @@ import sqlite3
 import struct
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -66,7 +67,7 @@ def test_aligned_depth_of_every_kind_of_bag(tmp_path: Path, kind: str) -> None:
     assert np.array_equal(frame.depth, in_metres(DEPTH + np.uint16(DEPTH > 0)), equal_nan=True)
     assert frame.name == f"recording {source.keys[1]}"
     camera = source.calibration(source.keys[0])
-    assert camera.colour == camera.depth == frame.intrinsics
+    assert camera.colour == camera.depth == replace(frame.intrinsics, size=(W, H))
     assert (frame.intrinsics.fx, frame.intrinsics.cx) == (30, 15.5)
     again = ilf.load_frame(**frame.sources)
     assert again.inputs == frame.inputs
@@ -235,8 +236,8 @@ def test_depth_of_a_camera_of_its_own_is_registered(tmp_path: Path) -> None:
     source = ilf.open_source(tmp_path / "recording")
     assert not source.is_registered
     cameras = source.calibration(source.keys[0])
-    assert cameras.colour_distortion == (0.01, 0.0, 0.001, 0.0, 0.0)
-    assert (cameras.depth.fx, cameras.depth_distortion) == (25, ())  # of a rectified image
+    assert cameras.colour.distortion == (0.01, 0.0, 0.001, 0.0, 0.0)
+    assert (cameras.depth.fx, cameras.depth.distortion) == (25, ())  # of a rectified image
     expected = np.eye(4)
     expected[0, 3] = 0.5
     assert cameras.depth_to_colour == pytest.approx(expected, abs=1e-9)
@@ -449,7 +450,7 @@ def test_lenses_of_12_and_14_coefficients(tmp_path: Path, distortion: tuple[floa
     source = ilf.open_source(tmp_path / "recording")
     assert source.is_registered == registered
     kept = distortion if any(distortion[8:]) else distortion[:8]
-    assert source.calibration(source.keys[0]).colour_distortion == pytest.approx(kept)
+    assert source.calibration(source.keys[0]).colour.distortion == pytest.approx(kept)
     frame = source[0]
     assert np.nanmax(np.abs(frame.depth - 1.5)) < 1e-6
     if registered:

@@ -1,23 +1,25 @@
 """Registration of raw pairs: exact depth of a wall with a board before it says what is right."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ilf import CameraIntrinsics
+from ilf import Camera
 from ilf.errors import InputError
-from ilf.sources.registration import Camera, RawPair, register
+from ilf.sources.registration import RawPair, register
 
 from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen
 
-PLAIN = Camera(COLOUR.intrinsics, COLOUR.size)
+PLAIN = replace(COLOUR, distortion=())
 
 
 def exact(frame):
     height, width = frame.shape
-    view = Camera(frame.intrinsics, (width, height))
+    view = replace(frame.intrinsics, size=(width, height))
     return rays(view), seen(rays(view), np.eye(4)).reshape(frame.shape)
 
 
@@ -55,7 +57,7 @@ def steep(depth):
 
 
 @pytest.mark.parametrize("colour", [COLOUR, PLAIN], ids=["bent", "straight"])
-@pytest.mark.parametrize("depth", [DEPTH, Camera(DEPTH.intrinsics, DEPTH.size)], ids=["bent", "straight"])
+@pytest.mark.parametrize("depth", [DEPTH, replace(DEPTH, distortion=())], ids=["bent", "straight"])
 def test_depth_comes_to_the_pixels_that_show_it(colour, depth):
     pair = made_pair(colour, depth)
     frame = register(pair)
@@ -115,7 +117,7 @@ def test_pixels_that_the_depth_camera_cannot_use_lie_outside_its_view():
 
 def test_colour_has_no_invented_pixels_and_its_intrinsics_fit():
     frame = register(made_pair())
-    assert frame.intrinsics.fx > COLOUR.intrinsics.fx, "what the lens cut off at the corners is cut off everywhere"
+    assert frame.intrinsics.fx > COLOUR.fx, "what the lens cut off at the corners is cut off everywhere"
     # colour says how far to the right of the bent image a pixel comes from
     views, _ = exact(frame)
     source, _ = cv2.projectPoints(views, np.zeros(3), np.zeros(3), COLOUR.matrix, COLOUR.coefficients)
@@ -129,7 +131,7 @@ def test_colour_without_distortion_stays_as_it_is():
     pair = made_pair(PLAIN)
     frame = register(pair)
     assert frame.rgb is pair.rgb
-    assert frame.intrinsics == PLAIN.intrinsics
+    assert frame.intrinsics == PLAIN.pinhole
     assert frame.name == "board"
 
 
@@ -148,9 +150,9 @@ def test_one_camera_for_both_changes_nothing():
     k1=st.floats(-0.15, 0.15),
 )
 def test_a_closed_wall_stays_closed_whatever_the_cameras(scale, x, turn, k1):
-    fine = CameraIntrinsics(40 * scale, 40 * scale, 20 * scale, 15 * scale)
-    colour = Camera(fine, (round(40 * scale), round(30 * scale)), (k1, 0.0, 0.0, 0.0))
-    depth = Camera(CameraIntrinsics(40.0, 40.0, 19.5, 14.5), (40, 30), (-k1, 0.01, 0.0, 0.0))
+    fine, size = (40 * scale, 40 * scale, 20 * scale, 15 * scale), (round(40 * scale), round(30 * scale))
+    colour = Camera(*fine, size=size, distortion=(k1, 0.0, 0.0, 0.0))
+    depth = Camera(40.0, 40.0, 19.5, 14.5, size=(40, 30), distortion=(-k1, 0.01, 0.0, 0.0))
     to_colour = motion(x, turn)
     frame = register(RawPair(np.zeros((*colour.shape, 3), np.uint8), np.full((30, 40), 2.0), colour, depth, to_colour))
     outside = np.zeros(frame.shape, np.uint8) if frame.outside_view is None else frame.outside_view.astype(np.uint8)
@@ -192,7 +194,7 @@ def test_pairs_that_cannot_be_registered_are_told_why():
     away[:3, 3] = 0.0, 0.0, -50.0
     with pytest.raises(InputError, match="do not match"):
         register(RawPair(pair.rgb, pair.depth, COLOUR, DEPTH, away))
-    bent = Camera(COLOUR.intrinsics, COLOUR.size, (-3.0, 0.0, 0.0, 0.0))
+    bent = replace(COLOUR, distortion=(-3.0, 0.0, 0.0, 0.0))
     with pytest.raises(InputError, match="cannot be inverted"):
         register(RawPair(pair.rgb, pair.depth, bent, DEPTH, np.eye(4)))
 
@@ -207,14 +209,14 @@ def test_pairs_that_cannot_be_registered_are_told_why():
 )
 def test_distortions_that_are_none_are_refused(distortion, why):
     with pytest.raises(InputError, match=f"distortion {why}"):
-        Camera(COLOUR.intrinsics, COLOUR.size, distortion)
+        replace(COLOUR, distortion=distortion)
 
 
 def test_cameras_that_are_none_take_neither_memory_nor_the_process():
     pair = made_pair()
-    huge = Camera(CameraIntrinsics(1e6, 1e6, 48.0, 36.0), COLOUR.size)
-    narrow = Camera(CameraIntrinsics(1e5, 1e5, 32.0, 28.0), DEPTH.size, DEPTH.distortion)
-    tiny = Camera(CameraIntrinsics(1e-3, 1e-3, 32.0, 28.0), DEPTH.size, DEPTH.distortion)
+    huge = Camera(1e6, 1e6, 48.0, 36.0)
+    narrow = replace(DEPTH, fx=1e5, fy=1e5, cx=32.0, cy=28.0)
+    tiny = replace(DEPTH, fx=1e-3, fy=1e-3, cx=32.0, cy=28.0)
     for colour, depth in ((huge, DEPTH), (COLOUR, narrow), (COLOUR, tiny), (huge, tiny)):
         try:
             frame = register(RawPair(pair.rgb, pair.depth, colour, depth, pair.depth_to_colour))
@@ -231,8 +233,8 @@ def test_cameras_that_are_none_take_neither_memory_nor_the_process():
     is_colour=st.booleans(),
 )
 def test_whatever_the_distortion_there_is_a_frame_or_a_word(k, focal, is_colour):
-    bent = Camera(CameraIntrinsics(focal, focal, 16.0, 12.0), (32, 24), tuple(k))
-    plain = Camera(CameraIntrinsics(30.0, 30.0, 15.5, 11.5), (32, 24))
+    bent = Camera(focal, focal, 16.0, 12.0, distortion=tuple(k))
+    plain = Camera(30.0, 30.0, 15.5, 11.5)
     colour, depth = (bent, plain) if is_colour else (plain, bent)
     pair = RawPair(np.zeros((24, 32, 3), np.uint8), np.full((24, 32), 2.0), colour, depth, motion())
     try:

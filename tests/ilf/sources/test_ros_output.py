@@ -11,7 +11,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from ilf.cli import main
-from ilf.data.camera import CameraIntrinsics
+from ilf.data.camera import Camera
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import ExportError, ParameterError
 from ilf.io.rosbags import StampedDepth, write_rosbag
@@ -23,7 +23,7 @@ from tests.ilf.bags import COLOUR, DEPTH, START, H, W, write_aligned
 from tests.ilf.small_runs import small_run, written
 
 METRES = np.where(DEPTH > 0, DEPTH / 1000, np.nan).astype(np.float32)
-CAMERA = CameraIntrinsics(30.0, 31.0, 15.5, 11.5)
+CAMERA = Camera(30.0, 31.0, 15.5, 11.5)
 
 
 def _messages(path: Path) -> dict[str, list]:

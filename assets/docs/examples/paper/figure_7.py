@@ -33,8 +33,8 @@ frames = []
 for place in sorted({round(place) for place in np.linspace(0, len(source) - 1, count)}):
     whole = source[place]
     height, width = whole.shape
-    camera = whole.intrinsics or ilf.CameraIntrinsics(0.82 * width, 0.82 * width, (width - 1) / 2, (height - 1) / 2)
-    camera = ilf.CameraIntrinsics(camera.fx / every, camera.fy / every, camera.cx / every, camera.cy / every)
+    camera = whole.intrinsics or ilf.Camera(0.82 * width, 0.82 * width, (width - 1) / 2, (height - 1) / 2)
+    camera = ilf.Camera(camera.fx / every, camera.fy / every, camera.cx / every, camera.cy / every)
     rgb, depth = whole.rgb[::every, ::every], whole.depth[::every, ::every]
     frames.append(ilf.RGBDFrame(rgb=rgb, depth=depth, intrinsics=camera, name=whole.name))
 

@@ -106,9 +106,7 @@ def layers_of(
     return layers
 
 
-def depth_layer(
-    depth: NDArray[np.float32], name: str, intrinsics: ilf.CameraIntrinsics | None, **how: Any
-) -> LayerData:
+def depth_layer(depth: NDArray[np.float32], name: str, intrinsics: ilf.Camera | None, **how: Any) -> LayerData:
     """The layer of depth [m]."""
     levels = robust_depth_levels(depth)
     known = {} if intrinsics is None else {INTRINSICS: intrinsics}

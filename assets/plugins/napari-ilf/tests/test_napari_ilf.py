@@ -10,7 +10,7 @@ from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
 
-CAMERA = ilf.CameraIntrinsics(80, 80, 39.5, 29.5)
+CAMERA = ilf.Camera(80, 80, 39.5, 29.5)
 
 
 @pytest.fixture
