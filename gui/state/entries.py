@@ -62,7 +62,7 @@ class Entry:
         """Summary of the frame; up to date if the frame is open."""
         session = self.session
         if session is not None:
-            stamp = (*session.stamp, id(session.valid_results()), id(session.notes), session.done)
+            stamp = (*session.stamp, id(session.valid_results()), id(session.blocks), session.state.done)
             if stamp != self._stamp:
                 self._summary, self._stamp = summary_of(session), stamp
         return self._summary
@@ -173,7 +173,7 @@ class Entries(QObject):
             entry = Entry(session.id, session.key, session.name, source, session)
             self.add([entry])
             return entry
-        session.id, session.note, session.done = entry.id, entry.note, entry.summary.done
+        session.change(id=entry.id, note=entry.note, done=entry.summary.done)
         if entry.unsaved:
             session.note_other_change()
         entry.session, entry.name = session, session.name
@@ -214,22 +214,22 @@ def summary_of(session: Session) -> FrameSummary:
         stage = Stage.FAILED
     elif results:
         stage = Stage.RUN
-    elif blocks and session.blocks().propagated:
+    elif blocks and session.blocks.propagated:
         stage = Stage.PROPAGATED
-    elif blocks and (session.edited or session.by_hand is not None):
+    elif blocks and (session.blocks.edited or session.blocks.by_hand is not None):
         stage = Stage.EDITED
     else:
         stage = Stage.EXTRACTED if blocks else Stage.UNTOUCHED
     return FrameSummary(
         stage,
-        session.note,
+        session.state.note,
         session.frame.shape,
         session.frame.missing_share,
         len(blocks),
         len(results),
-        len(session.to_check & blocks.keys()),
+        len(session.state.to_check & blocks.keys()),
         unrecoverable[0].message if failed else "",
-        session.own_parameters,
-        session.done,
+        session.state.own_parameters,
+        session.state.done,
         sum(result.outcome.status is Status.ITERATION_LIMIT for result in results.values()),
     )
