@@ -9,7 +9,6 @@ from typing import Self
 
 from PySide6.QtCore import QObject, Signal
 
-from ilf.data.results import Status
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_source import FrameSource
 
@@ -64,7 +63,7 @@ class Entry:
         if session is not None:
             stamp = (*session.stamp, id(session.valid_results()), id(session.blocks), session.state.done)
             if stamp != self._stamp:
-                self._summary, self._stamp = summary_of(session), stamp
+                self._summary, self._stamp = session.summary(), stamp
         return self._summary
 
     def set_summary(self, summary: FrameSummary) -> None:
@@ -203,33 +202,3 @@ class Entries(QObject):
         """Store why a frame could not be opened."""
         entry.set_summary(replace(entry.summary, stage=Stage.FAILED, problem=problem))
         self.changed.emit(entry)
-
-
-def summary_of(session: Session) -> FrameSummary:
-    """Return the summary of an open frame."""
-    results, blocks = session.valid_results(), session.counts()
-    unrecoverable = [result.outcome for result in results.values() if result.outcome.status is Status.NOT_RECOVERABLE]
-    failed = bool(results) and len(unrecoverable) == len(results)
-    if failed:
-        stage = Stage.FAILED
-    elif results:
-        stage = Stage.RUN
-    elif blocks and session.blocks.propagated:
-        stage = Stage.PROPAGATED
-    elif blocks and (session.blocks.edited or session.blocks.by_hand is not None):
-        stage = Stage.EDITED
-    else:
-        stage = Stage.EXTRACTED if blocks else Stage.UNTOUCHED
-    return FrameSummary(
-        stage,
-        session.state.note,
-        session.frame.shape,
-        session.frame.missing_share,
-        len(blocks),
-        len(results),
-        len(session.state.to_check & blocks.keys()),
-        unrecoverable[0].message if failed else "",
-        session.state.own_parameters,
-        session.state.done,
-        sum(result.outcome.status is Status.ITERATION_LIMIT for result in results.values()),
-    )

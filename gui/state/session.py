@@ -20,6 +20,7 @@ from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
 from ilf.drawing.blocks import block_colour
 from ilf.project.frame_state import FrameState
+from ilf.project.project import FrameSummary
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.key_frames import KeyFrames
 from ilf.run.replaying import Replay
@@ -72,6 +73,7 @@ class Session:
         self._outdated: frozenset[int] = frozenset()
         """Blocks whose valid results have other parameters than the current ones."""
         self._completion: Completion | None = None
+        self._extrapolated: tuple[Completion, Extrapolation] | None = None
         self._copies: dict[str, Any] = {}
         """Read-only copies of label map and drawn borders, by name, as long as these have not changed."""
         self._edits = 0
@@ -118,14 +120,17 @@ class Session:
         Label map and drawn borders are copied only if they have changed since the last snapshot: else they are the
         same objects.
         """
-        completion = self.completion() if self.extrapolated else None
         return replace(
             self.state,
             blocks=self._lasting_blocks(),
             results=dict(self.valid_results()),
-            extrapolation=None if completion is None else Extrapolation.of(completion),
+            extrapolation=self._extrapolation(),
             runs=tuple(kept.detached() for kept in self.state.runs),
         )
+
+    def summary(self) -> FrameSummary:
+        """Return the summary of the frame as it is now."""
+        return replace(self.state, results=self.valid_results()).summary(self.counts())
 
     def _lasting_blocks(self) -> Blocks:
         """The blocks with copies of the arrays that change in place."""
@@ -134,6 +139,15 @@ class Session:
                 array = getattr(self.blocks, name)
                 self._copies[name] = None if array is None else read_only(array)
         return replace(self.blocks, **self._copies)
+
+    def _extrapolation(self) -> Extrapolation | None:
+        """The extrapolated depth of the current completion; the same object until it changes."""
+        completion = self.completion() if self.extrapolated else None
+        if completion is None:
+            return None
+        if self._extrapolated is None or self._extrapolated[0] is not completion:
+            self._extrapolated = completion, Extrapolation.of(completion)
+        return self._extrapolated[1]
 
     def change(self, **fields: Any) -> None:
         """Replace fields of the state; `change_blocks` replaces those of its blocks, `take_frame` the frame."""

@@ -19,7 +19,6 @@ from gui.features.quality_check.feature import QualityCheckFeature
 from gui.features.quality_check.invalid_depth import InvalidDepthFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
-from gui.state.entries import summary_of
 from gui.state.results import ErrorEstimate
 from gui.state.session import Session
 from ilf.data.frame import RGBDFrame
@@ -295,7 +294,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     row = block_rows(workspace.session, window.runs)[0]
     assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
     assert "limit of steps" in row.detail
-    assert summary_of(workspace.session).not_converged == 1
+    assert workspace.session.summary().not_converged == 1
 
 
 def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):

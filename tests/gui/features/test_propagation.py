@@ -9,7 +9,7 @@ import pytest
 
 from gui.features.blocks.feature import block_rows
 from gui.features.propagation.propagator import session_of
-from gui.state.entries import Entry, summary_of
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController
@@ -72,8 +72,8 @@ def test_blocks_are_taken_and_given_back_as_one_step(
     assert session.labels.tolist() == propagated.blocks.labels.tolist()
     assert session.info(1).name == "Wall"
     assert (session.parameters_of(1).smoothness, session.state.extrapolate) == (3.0, True)
-    assert summary_of(session).stage is Stage.PROPAGATED
-    assert summary_of(session).to_check == 1
+    assert session.summary().stage is Stage.PROPAGATED
+    assert session.summary().to_check == 1
     assert session.selected == [1]
     session.undo_stack.undo()
     assert known(session) == before
