@@ -83,12 +83,12 @@ class Comparison(QObject):
 
 def earlier_run(session: Session) -> StoredRun | None:
     """The latest stored run whose results are not the current ones."""
-    return next((kept for kept in reversed(session.run_history) if not _is_present(kept, session)), None)
+    return next((kept for kept in reversed(session.state.runs) if not _is_present(kept, session)), None)
 
 
 def _number_of_result(session: Session) -> int:
     """The number of the latest stored run whose results are the current ones; 0 for none."""
-    there = reversed(session.run_history) if session.valid_results() else ()
+    there = reversed(session.state.runs) if session.valid_results() else ()
     return next((kept.number for kept in there if _is_present(kept, session)), 0)
 
 
@@ -245,7 +245,7 @@ class DerivedPresenter(QObject):
                 one.request(None)
         if session is None:
             return
-        frame, extraction = session.frame, session.notes.extraction or BlockParameters()
+        frame, extraction = session.frame, session.blocks.extraction or BlockParameters()
         if self._views.shows("edges"):
             self._edges.request(_Request((frame, extraction), lambda: find_edges(frame, extraction)))
         if self._views.shows("interpolated"):

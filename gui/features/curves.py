@@ -74,9 +74,9 @@ def _shown_labels(session: Session) -> list[int]:
 
 def _block_curve(session: Session, label: int) -> Curve:
     info = session.info(label)
-    parameters = session.parameters_of(label, session.common)
+    parameters = session.parameters_of(label)
     metres = _criterion(parameters)
-    remarks = ["own"] if "s_criteria" in session.notes.own.get(label, {}) else []
+    remarks = ["own"] if "s_criteria" in session.blocks.own.get(label, {}) else []
     result = session.valid_results().get(label)
     if result is not None and result.history and label not in session.results.live:
         then = _criterion(result.parameters)

@@ -269,7 +269,7 @@ class EditSummaryPresenter(QObject):
 
     def _take_by_hand(self, change: HandDepthChange) -> None:
         """Handle a change of depth by hand."""
-        by_hand = change.session.by_hand
+        by_hand = change.session.blocks.by_hand
         self._take_other("Depth by hand", 0 if by_hand is None else int(np.count_nonzero(by_hand.pixels)))
 
     def _take_other(self, title: str, count: int) -> None:

@@ -86,8 +86,8 @@ def _reader(entry: Entry, store: WorkStore, configuration: RunConfiguration, for
 def _of_session(session: Session) -> tuple[Run, Completion | None]:
     """The run of an open frame, and its completion if every block has a result."""
     if session.counts().keys() - session.valid_results().keys():
-        return session.run(session.common, extrapolate=session.extrapolate), None
-    return session.run(session.common, extrapolate=session.extrapolated), session.completion()
+        return session.run(session.state.common, extrapolate=session.state.extrapolate), None
+    return session.run(session.state.common, extrapolate=session.extrapolated), session.completion()
 
 
 def _of_store(entry: Entry, store: WorkStore, for_all: Parameters | None) -> tuple[Run, Completion | None]:
@@ -157,7 +157,7 @@ class ExportAllFeature(Feature):
         session = self.context.workspace.session
         scopes = {name: (text, len(self._chosen(name))) for name, (text, _) in _CHOICES.items()}
         dialog = ExportDialog(
-            session.run(session.common), True, str(save_folder() / "export"), self.context.window, scopes=scopes
+            session.run(session.state.common), True, str(save_folder() / "export"), self.context.window, scopes=scopes
         )
         usual = next(name for name in _CHOICES if scopes[name][1])
         dialog.scope.setCurrentIndex(dialog.scope.findData(usual))

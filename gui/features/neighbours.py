@@ -70,7 +70,12 @@ class NeighboursDialog(QDialog):
         self.found: NeighbourDepth | None = None
         self.note = ""
         """What was found, and which frames were left out."""
-        self._frame, self._run, self._sides, self._worker = session.frame, session.run(session.common), sides, worker
+        self._frame, self._run, self._sides, self._worker = (
+            session.frame,
+            session.run(session.state.common),
+            sides,
+            worker,
+        )
         self._waiting: tuple[Callable[[], Generator[Any, None, Any]], Callable[[Any], None]] | None = None
         self._take: Callable[[Any], None] | None = None
         """What takes the result of the work in progress; None once it is cancelled."""

@@ -207,10 +207,10 @@ class ReadoutPresenter(QObject):
         added = session.frame.from_neighbours
         if added is not None and added[y, x]:
             given = f"from neighbours {_metres(depth_in)}"
-        if session.by_hand is not None and np.isfinite(session.by_hand.depth[y, x]):
+        if session.blocks.by_hand is not None and np.isfinite(session.blocks.by_hand.depth[y, x]):
             own = np.isfinite(depth_in) and (added is None or not added[y, x])
             if not own and (outside is None or not outside[y, x]):
-                given = f"by hand {_metres(float(session.by_hand.depth[y, x]))}"
+                given = f"by hand {_metres(float(session.blocks.by_hand.depth[y, x]))}"
         locked = " (locked)" if label in session.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
         viewed_iteration, error = self._workspace.runs.viewed_iteration, session.expected_error()

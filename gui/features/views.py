@@ -86,9 +86,9 @@ class ViewsPresenter(QObject):
             self._views.set_invalid_mask(self._invalid_mask)
         if session is not None and session.frame.from_neighbours is not self._views.material.from_neighbours:
             self._views.set_from_neighbours(session.frame.from_neighbours)
-        if session is not None and (session.by_hand, session.frame) != self._by_hand:
-            self._by_hand = session.by_hand, session.frame
-            mask = None if session.by_hand is None else session.by_hand.pixels & session.frame.missing
+        if session is not None and (session.blocks.by_hand, session.frame) != self._by_hand:
+            self._by_hand = session.blocks.by_hand, session.frame
+            mask = None if session.blocks.by_hand is None else session.blocks.by_hand.pixels & session.frame.missing
             self._views.set_by_hand(mask if mask is not None and mask.any() else None)
 
     def show_played(self, frame: RGBDFrame, depth: NDArray[np.float32] | None, text: str, before: Before) -> None:
@@ -121,7 +121,7 @@ class ViewsPresenter(QObject):
                 self._views.update_blocks_region(*box, session.labels[box])
         self._table = table
         self._views.set_selected(session.selected)
-        self._views.set_to_check(sorted(session.to_check))
+        self._views.set_to_check(sorted(session.state.to_check))
         if not self._names_valid:
             self._names_valid = True
             names = {label: session.info(label).name for label in session.counts()} if self._shows_names else None

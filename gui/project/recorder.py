@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import copy
 import time
 from collections.abc import Callable, Collection, Generator
 from dataclasses import dataclass, field, replace
-from typing import Generic, TypeVar
 from weakref import WeakSet
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from ilf.data.label_map import Box
 from ilf.errors import IlfError
 from ilf.project.encoding import Encoder, frame_part
-from ilf.project.frame_state import FrameState, InspectionState
+from ilf.project.frame_state import FrameState
 from ilf.project.journal import JournalHeader
 from ilf.project.project import Project
 from ilf.project.project_json import PROJECT, encode_project
-from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.project.thumbnail import thumbnail, thumbnail_part
 
 from ..state.session import Session
@@ -28,107 +22,6 @@ from ..state.workspace import Workspace
 from ..work.jobs import Worker
 from .current_project import project_of
 from .store import WorkStore
-
-# Copies of an array that changes in place, cheap to update.
-
-T = TypeVar("T", bound=np.generic)
-
-_SIDE = 256
-
-
-class Tiles(Generic[T]):
-    """A copy of an array (H, W) in immutable tiles: only tiles with changes are copied again."""
-
-    def __init__(self) -> None:
-        self._shape: tuple[int, ...] = ()
-        self._tiles: list[list[NDArray[T]]] = []
-
-    def update(self, array: NDArray[T], box: Box | None) -> Callable[[], NDArray[T]]:
-        """Update the copy; since the last call the array has changed only inside `box`, None for nowhere.
-
-        Returns
-        -------
-        callable
-            Assembles the copy as of now; can be called in any thread, at any time.
-        """
-        height, width = array.shape
-        if array.shape != self._shape:
-            self._shape, box = array.shape, (slice(0, height), slice(0, width))
-            self._tiles = [[array[:0, :0]] * -(-width // _SIDE) for _ in range(-(-height // _SIDE))]
-        if box is not None:
-            rows, columns = (range(side.start // _SIDE, -(-side.stop // _SIDE)) for side in box)
-            for row in rows:
-                fresh = list(self._tiles[row])
-                for column in columns:
-                    top, left = row * _SIDE, column * _SIDE
-                    fresh[column] = array[top : top + _SIDE, left : left + _SIDE].copy()
-                self._tiles[row] = fresh
-        now = list(self._tiles)
-        return lambda: np.block(now)
-
-
-# A fast snapshot of an open frame, to be stored by another thread.
-
-
-class SessionSnapshot:
-    """Takes snapshots of one session; only changes since the last one cost time.
-
-    No other code may call the session's `pop_dirty_box`.
-    """
-
-    def __init__(self, session: Session) -> None:
-        self._session = session
-        self._labels = Tiles[np.int32]()
-        self._drawn = Tiles[np.bool_]()
-
-    def take(self) -> Callable[[], FrameState]:
-        """Return a function that assembles the current state; it can be called in any thread."""
-        session = self._session
-        dirty = session.pop_dirty_box()
-        labels = self._labels.update(session.labels, dirty)
-        former = session.notes.drawn
-        drawn = None if former is None else self._drawn.update(former, dirty)
-        if drawn is None:
-            self._drawn = Tiles()
-        results = dict(session.valid_results())
-        completion = session.completion() if session.extrapolated else None
-        runs = tuple(map(_detached_copy, session.run_history))
-        state = FrameState(
-            session.id,
-            session.frame,
-            session.blocks(),
-            session.common,
-            results,
-            runs=runs,
-            compared=tuple(kept.number for kept in session.compared),
-            next_number=session.next_run,
-            extrapolate=session.extrapolate,
-            own_parameters=session.own_parameters,
-            note=session.note,
-            done=session.done,
-            to_check=frozenset(session.to_check),
-            ignored=session.ignored,
-            selected=tuple(session.selected),
-            looked=InspectionState(session.line, session.region, session.measurements),
-            view=dict(session.view),
-        )
-
-        def whole() -> FrameState:
-            return replace(
-                state,
-                blocks=replace(state.blocks, labels=labels(), drawn=None if drawn is None else drawn()),
-                extrapolation=None if completion is None else Extrapolation.of(completion),
-            )
-
-        return whole
-
-
-def _detached_copy(kept: StoredRun) -> StoredRun:
-    """Return a copy that does not follow later changes of the run and does not hold its depth."""
-    one = copy.copy(kept)
-    one._composed = one._held = None
-    return one
-
 
 PACE_MS = 300
 """Minimum interval [ms] between snapshots."""
@@ -142,7 +35,7 @@ Then = Callable[[Exception | None], None]
 class _Batch:
     """The changes as of one moment."""
 
-    frames: dict[str, Callable[[], FrameState]] = field(default_factory=dict)
+    frames: dict[str, FrameState] = field(default_factory=dict)
     project: Project | None = None
     then: list[Then] = field(default_factory=list)
     needs_retry: bool = False
@@ -183,7 +76,6 @@ class Recorder(QObject):
         self._workspace = workspace
         self.store = store
         self._encoder = Encoder()
-        self._captures: dict[Session, SessionSnapshot] = {}
         self._touched = WeakSet[Session]()
         self._project_touched = True
         self._frames: frozenset[str] = frozenset()
@@ -264,14 +156,11 @@ class Recorder(QObject):
         self._timer.stop()
         self._taken = time.monotonic()
         batch, there = self._waiting, self._workspace.frames.sessions
-        self._captures = {session: capture for session, capture in self._captures.items() if session in there}
         for session in there:
             if session in self._touched:
-                if session not in self._captures:
-                    self._captures[session] = SessionSnapshot(session)
                 if session.id not in batch.frames:
                     self.store.expect(session.id)
-                batch.frames[session.id] = self._captures[session].take()
+                batch.frames[session.id] = session.snapshot()
         self._touched.clear()
         if self._project_touched:
             self._project_touched = False
@@ -322,9 +211,9 @@ class Recorder(QObject):
         encoding: Exception | None = None
         put: dict[str, bytes] = {}
         refers: dict[str, frozenset[str]] = {}
-        for frame_id, whole in batch.frames.items():
+        for frame_id, state in batch.frames.items():
             try:
-                refers[frame_id] = self._encode(whole(), put)
+                refers[frame_id] = self._encode(state, put)
             except Exception as error:  # any error must affect only this frame
                 encoding = error
         if batch.project is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,26 +12,26 @@ from PySide6.QtCore import QObject, Signal, SignalInstance
 from PySide6.QtGui import QUndoCommand
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import BlockInfo
-from ilf.data.frame import GroundTruthFile, RGBDFrame
+from ilf.data.blocks import BlockInfo, Blocks
+from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
 from ilf.data.guide import Guide
 from ilf.data.label_map import Box
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_colour
-from ilf.evaluation.quality.ignored import IgnoredPlace, ignore
+from ilf.evaluation.quality.ignored import ignore
 from ilf.evaluation.quality.places import Place
 from ilf.project.frame_state import FrameState
 from ilf.segmentation.editing.patches import LabelPatch, patch_between, redrawn
 from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 
-from .block_notes import BlockNotes
 from .frames import WorkspaceFrames
 from .parameters import WorkspaceParameters
 from .results import BlockErrors, same_depth, same_mask
 from .session import Session, touched_by
 from .stroke import StrokeInProgress
+from .swap import Swap
 
 DrawnChange = tuple[Box, NDArray[np.bool_], NDArray[np.bool_]]
 """Where drawn borders change, and the drawn pixels there before and after."""
@@ -128,7 +127,7 @@ class WorkspaceBlocks(QObject):
 
     def _select(self, session: Session, labels: list[int]) -> None:
         if labels != session.selected:
-            session.selected = labels
+            session.change(selected=tuple(labels))
             if self._frames.is_current(session):
                 self.selection_changed.emit()
 
@@ -184,8 +183,9 @@ class WorkspaceBlocks(QObject):
         if session.undo_stack.count() or session.counts():
             self.set_extracted(session, extraction, used)
             return
-        session.take_notes(BlockNotes(extraction=used, network=extraction.network, extracted=extraction.blocks.copy()))
-        session.set_labels(extraction.blocks)
+        labels = extraction.blocks
+        session.take_blocks(Blocks(labels, extraction=used, network=extraction.network, extracted=read_only(labels)))
+        session.set_labels(labels)
         self._frames.touch(session, viewing=True)
         if self._frames.is_current(session):
             self.labels_changed.emit((slice(0, session.labels.shape[0]), slice(0, session.labels.shape[1])))
@@ -200,8 +200,15 @@ class WorkspaceBlocks(QObject):
         labels = extraction.blocks
         around = fill_around(session.labels, kept, labels, used.smallest_block(labels.size))
         # a block that was only locked is not hand-made: a later extraction replaces it once it is unlocked
-        notes = BlockNotes({}, {}, None, used, extraction.network, around.copy(), kept, handmade & kept)
-        self._replace(session, around, "Extract blocks", notes)
+        blocks = Blocks(
+            around,
+            extraction=used,
+            network=extraction.network,
+            extracted=read_only(around),
+            kept=kept,
+            handmade=handmade & kept,
+        )
+        self._replace(session, blocks, "Extract blocks")
         return KeptBlocks(len(locked), len(by_hand), kept == set(session.counts()))
 
     def staying(self, session: Session) -> tuple[frozenset[int], frozenset[int]]:
@@ -227,19 +234,22 @@ class WorkspaceBlocks(QObject):
             if renamed:
                 self.edit_infos(renamed, text)
         infos = {label: BlockInfo(name, block_colour(label)) for label, name in named.items()}
-        self._replace(session, around, text, BlockNotes(infos, kept=locked))
+        self._replace(session, Blocks(around, infos, kept=locked), text)
 
-    def _replace(self, session: Session, labels: NDArray[np.int32], text: str, notes: BlockNotes) -> None:
-        """Replace label map and attributes; blocks that are kept keep their attributes."""
-        old, patch = session.notes, patch_between(session.labels, labels)
+    def _replace(self, session: Session, blocks: Blocks, text: str) -> None:
+        """Replace the blocks; those that are kept keep what is said about them."""
+        old, patch, kept = session.blocks, patch_between(session.labels, blocks.labels), blocks.kept
         if patch is None:
-            session.take_notes(replace(notes, infos=old.infos, own=old.own, drawn=old.drawn))
+            session.take_blocks(replace(blocks, infos=old.infos, own=old.own, drawn=old.drawn))
             self.validity_changed.emit(session)
             return
-        notes.infos |= {label: info for label, info in old.infos.items() if label in notes.kept}
-        notes.own = {label: own for label, own in old.own.items() if label in notes.kept}
-        notes.drawn = None if old.drawn is None else old.drawn & np.isin(labels, list(notes.kept))
-        session.undo_stack.push(EditLabels(self, session, patch, text, notes=notes))
+        blocks = replace(
+            blocks,
+            infos={**blocks.infos, **{label: info for label, info in old.infos.items() if label in kept}},
+            own={label: own for label, own in old.own.items() if label in kept},
+            drawn=None if old.drawn is None else old.drawn & np.isin(blocks.labels, list(kept)),
+        )
+        session.undo_stack.push(EditLabels(self, session, patch, text, blocks=blocks))
 
     def edit(self, patch: LabelPatch | None, text: str) -> bool:
         """Change the label map as one undo step; False if there is nothing to change."""
@@ -261,7 +271,19 @@ class WorkspaceBlocks(QObject):
 
     def edit_infos(self, changes: Mapping[int, Mapping[str, Any]], text: str) -> None:
         """Rename, recolour or lock blocks as one undo step."""
-        self._frames.session.undo_stack.push(EditInfo(self, self._frames.session, changes, text))
+        session = self._frames.session
+
+        def exchange(changes: Mapping[int, Mapping[str, Any]]) -> Mapping[int, Mapping[str, Any]]:
+            former = {
+                label: {name: getattr(session.info(label), name) for name in values}
+                for label, values in changes.items()
+            }
+            for label, values in changes.items():
+                session.change_info(label, **values)
+            self._note_infos_changed(session)
+            return former
+
+        session.undo_stack.push(Swap(text, changes, exchange))
 
     def set_lock(self, label: int, locked: bool) -> None:
         """Lock or unlock a block as one undo step."""
@@ -312,9 +334,10 @@ class WorkspaceBlocks(QObject):
 
     def set_region(self, box: Box | None) -> None:
         """Set or remove the current frame's rectangle (rows, columns)."""
-        if box != self._frames.session.region:
-            self._frames.session.region = box
-            self._frames.touch(self._frames.session, viewing=True)
+        session = self._frames.session
+        if box != session.state.looked.region:
+            session.change(looked=replace(session.state.looked, region=box))
+            self._frames.touch(session, viewing=True)
             self.region_changed.emit()
 
     def set_ground_truth(self, ground_truth: NDArray[np.float32] | None, file: GroundTruthFile | None = None) -> None:
@@ -347,16 +370,30 @@ class WorkspaceBlocks(QObject):
 
     def mark_checked(self, blocks: Collection[int]) -> None:
         """Mark blocks of the current frame as checked, as one undo step."""
-        unseen = self._frames.session.to_check.intersection(blocks)
+        session = self._frames.session
+        unseen = session.state.to_check.intersection(blocks)
         if unseen:
-            self._frames.session.undo_stack.push(MarkChecked(self, self._frames.session, unseen))
+            name = session.info(next(iter(unseen))).name if len(unseen) == 1 else counted(len(unseen), "block")
+            left = session.state.to_check - unseen
+            self._push_change(session, f"Mark {name} as checked", self.note_checked, to_check=left)
 
     def ignore_place(self, place: Place) -> None:
         """Ignore a flagged place of the current frame, as one undo step."""
         session = self._frames.session
-        rest = (other for other in session.ignored if not other.is_at(place))
+        rest = (other for other in session.state.ignored if not other.is_at(place))
         ignored = (*rest, ignore(place, session.frame, session.labels))
-        session.undo_stack.push(IgnorePlace(self, session, ignored))
+        self._push_change(session, "Ignore flagged place", self._note_ignored_changed, ignored=ignored)
+
+    def _push_change(self, session: Session, text: str, notify: Callable[[Session], None], **fields: Any) -> None:
+        """Replace fields of a frame's state as one undo step; `notify` is called after it."""
+
+        def exchange(fields: dict[str, Any]) -> dict[str, Any]:
+            former = {name: getattr(session.state, name) for name in fields}
+            session.change(**fields)
+            notify(session)
+            return former
+
+        session.undo_stack.push(Swap(text, fields, exchange))
 
     # notifications from commands
 
@@ -388,7 +425,14 @@ class WorkspaceBlocks(QObject):
     def _take_frame(self, frame: RGBDFrame, text: str, changed: SignalInstance) -> bool:
         """Put a frame in place of the current one, as one undo step."""
         session = self._frames.session
-        session.undo_stack.push(TakeFrame(session, frame, text, partial(self._note_depth_changed, changed)))
+
+        def exchange(frame: RGBDFrame) -> RGBDFrame:
+            former = session.frame
+            session.take_frame(frame)
+            self._note_depth_changed(changed, session)
+            return former
+
+        session.undo_stack.push(Swap(text, frame, exchange))
         return True
 
     def _note_depth_changed(self, changed: SignalInstance, session: Session) -> None:
@@ -398,16 +442,16 @@ class WorkspaceBlocks(QObject):
 
     def note_checked(self, session: Session) -> None:
         """Called by commands after the set of blocks to check has changed."""
-        self.note_infos_changed(session)
+        self._note_infos_changed(session)
         self._frames.sessions_changed.emit()
 
-    def note_ignored_changed(self, session: Session) -> None:
-        """Called by commands after the set of ignored places has changed."""
+    def _note_ignored_changed(self, session: Session) -> None:
+        """Called after the set of ignored places has changed."""
         if self._frames.is_current(session):
             self.ignored_changed.emit()
 
-    def note_infos_changed(self, session: Session) -> None:
-        """Called by commands after a name, colour or lock has changed."""
+    def _note_infos_changed(self, session: Session) -> None:
+        """Called after a name, colour or lock has changed."""
         if self._frames.is_current(session):
             self.infos_changed.emit()
 
@@ -415,8 +459,8 @@ class WorkspaceBlocks(QObject):
 class EditLabels(QUndoCommand):
     """A change of the label map.
 
-    New borders become drawn borders. With `notes`, they do not: the attributes of the blocks change too, as when all
-    blocks are replaced. With `done`, the map is already changed (a brush paints while it moves).
+    New borders become drawn borders. With `blocks`, they do not: all that is said about the blocks changes too, as when
+    all blocks are replaced. With `done`, the map is already changed (a brush paints while it moves).
     """
 
     def __init__(
@@ -426,21 +470,22 @@ class EditLabels(QUndoCommand):
         patch: LabelPatch,
         text: str,
         done: bool = False,
-        notes: BlockNotes | None = None,
+        blocks: Blocks | None = None,
     ) -> None:
         super().__init__(text)
         self._host = host
         self._session = session
         self._patch = patch
         self._done = done
-        self._other_notes = notes
-        self._other_to_check = session.to_check
-        if session.to_check:
-            self._other_to_check = session.to_check & notes.kept if notes else session.to_check - touched_by(patch)
+        self._other_blocks = blocks
+        to_check = session.state.to_check
+        if to_check:
+            to_check = to_check - touched_by(patch) if blocks is None else to_check & blocks.kept
+        self._other_to_check = to_check
         self._drawn: DrawnChange | None = None
         """Where drawn borders change, and the drawn pixels there before and after."""
-        if notes is None:
-            former = session.notes.drawn
+        if blocks is None:
+            former = session.blocks.drawn
             box, drawn = redrawn(former, session.labels, patch)
             self._drawn = box, np.zeros_like(drawn) if former is None else former[box].copy(), drawn
 
@@ -460,61 +505,16 @@ class EditLabels(QUndoCommand):
 
     def _notify(self, forward: bool) -> None:
         session, change = self._session, None
-        session.to_check, self._other_to_check = self._other_to_check, session.to_check
-        if self._other_notes is not None:
-            self._other_notes = session.take_notes(self._other_notes)
+        to_check = session.state.to_check
+        session.change(to_check=self._other_to_check)
+        self._other_to_check = to_check
+        if self._other_blocks is not None:
+            self._other_blocks = session.take_blocks(self._other_blocks)
         elif self._drawn is not None:
             box, before, after = self._drawn
             change = Change(session, self._patch, forward, self.text(), self._drawn)
             session.draw(box, after if forward else before, change.blocks)
         self._host.note_labels_changed(session, self._patch, change)
-
-
-class EditInfo(QUndoCommand):
-    """A change of blocks' names, colours or locks."""
-
-    def __init__(
-        self, host: WorkspaceBlocks, session: Session, changes: Mapping[int, Mapping[str, Any]], text: str
-    ) -> None:
-        super().__init__(text)
-        self._host = host
-        self._session = session
-        self._before = {
-            label: {name: getattr(session.info(label), name) for name in values} for label, values in changes.items()
-        }
-        self._after = changes
-
-    def redo(self) -> None:
-        """Apply the change."""
-        self._change(self._after)
-
-    def undo(self) -> None:
-        """Undo the change."""
-        self._change(self._before)
-
-    def _change(self, changes: Mapping[int, Mapping[str, Any]]) -> None:
-        for label, values in changes.items():
-            self._session.change_info(label, **values)
-        self._host.note_infos_changed(self._session)
-
-
-class TakeFrame(QUndoCommand):
-    """A change of the frame's invalid mask, guide or depth of neighbours. `notify` is called after it."""
-
-    def __init__(self, session: Session, frame: RGBDFrame, text: str, notify: Callable[[Session], None]) -> None:
-        super().__init__(text)
-        self._session = session
-        self._other = frame
-        self._notify = notify
-
-    def redo(self) -> None:
-        """Apply the change."""
-        former = self._session.frame
-        self._session.take_frame(self._other)
-        self._other = former
-        self._notify(self._session)
-
-    undo = redo
 
 
 class PropagateBlocks(QUndoCommand):
@@ -533,13 +533,10 @@ class PropagateBlocks(QUndoCommand):
         self._parameters = parameters
         self._session = session
         self._patch = patch_between(session.labels, propagated.blocks.labels)
-        self._notes = BlockNotes.of(propagated.blocks)
-        self._common, self._own, self._extrapolate = (
-            propagated.common,
-            propagated.own_parameters,
-            propagated.extrapolate,
+        drawn = propagated.blocks.drawn
+        self._other = replace(
+            propagated, blocks=replace(propagated.blocks, drawn=None if drawn is None else drawn.copy())
         )
-        self._to_check = set(propagated.to_check)
 
     def redo(self) -> None:
         """Apply the change."""
@@ -554,49 +551,10 @@ class PropagateBlocks(QUndoCommand):
         self._host.prepare_change(session)
         if self._patch is not None:
             session.apply(self._patch, forward)
-        self._notes = session.take_notes(self._notes)
-        session.to_check, self._to_check = self._to_check, session.to_check
-        session.extrapolate, self._extrapolate = self._extrapolate, session.extrapolate
-        common, own = session.common, session.own_parameters
-        self._parameters.take_common(session, self._common, self._own)
-        self._common, self._own = common, own
+        other, former = self._other, session.state
+        blocks = session.take_blocks(other.blocks)
+        session.change(to_check=other.to_check, extrapolate=other.extrapolate)
+        self._parameters.take_common(session, other.common, other.own_parameters)
+        self._other = replace(former, blocks=blocks)
         self._host.note_checked(session)
         self._host.note_labels_changed(session, self._patch)
-
-
-class MarkChecked(QUndoCommand):
-    """Marking of propagated blocks as checked."""
-
-    def __init__(self, host: WorkspaceBlocks, session: Session, blocks: Collection[int]) -> None:
-        name = session.info(next(iter(blocks))).name if len(blocks) == 1 else counted(len(blocks), "block")
-        super().__init__(f"Mark {name} as checked")
-        self._host = host
-        self._session = session
-        self._blocks = frozenset(blocks)
-
-    def redo(self) -> None:
-        """Apply the change."""
-        self._session.to_check = self._session.to_check - self._blocks
-        self._host.note_checked(self._session)
-
-    def undo(self) -> None:
-        """Undo the change."""
-        self._session.to_check = self._session.to_check | self._blocks
-        self._host.note_checked(self._session)
-
-
-class IgnorePlace(QUndoCommand):
-    """Ignoring of a flagged place."""
-
-    def __init__(self, host: WorkspaceBlocks, session: Session, ignored: tuple[IgnoredPlace, ...]) -> None:
-        super().__init__("Ignore flagged place")
-        self._host = host
-        self._session = session
-        self._other = ignored
-
-    def redo(self) -> None:
-        """Apply the change."""
-        self._session.ignored, self._other = self._other, self._session.ignored
-        self._host.note_ignored_changed(self._session)
-
-    undo = redo

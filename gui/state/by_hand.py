@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QUndoCommand
 
 from ilf.data.by_hand import DepthByHand
 from ilf.data.label_map import Box
@@ -15,6 +14,7 @@ from ilf.data.label_map import Box
 from .blocks import WorkspaceBlocks
 from .frames import WorkspaceFrames
 from .session import Session
+from .swap import Swap
 
 Depth = NDArray[np.float32]
 
@@ -63,7 +63,15 @@ class WorkspaceByHand(QObject):
         if np.array_equal(before, after, equal_nan=True):
             return False
         DepthByHand(after)  # refuses it before it becomes a step
-        session.undo_stack.push(SetDepth(self, session, box, after, text))
+
+        def exchange(depth: Depth) -> Depth:
+            former = _part(session, box)
+            blocks = session.take_by_hand(box, depth)
+            self.changed.emit(HandDepthChange(session, blocks))
+            self._blocks.validity_changed.emit(session)
+            return former
+
+        session.undo_stack.push(Swap(text, after, exchange))
         return True
 
     def propose(self, depth: Depth | None) -> None:
@@ -74,37 +82,12 @@ class WorkspaceByHand(QObject):
         self._frames.session.propose(depth)
         self.proposed.emit()
 
-    def note_changed(self, session: Session, blocks: frozenset[int]) -> None:
-        """Called by the command after depth by hand has changed at pixels of these blocks."""
-        self.changed.emit(HandDepthChange(session, blocks))
-        self._blocks.validity_changed.emit(session)
-
-
-class SetDepth(QUndoCommand):
-    """A change of depth by hand in a box."""
-
-    def __init__(self, host: WorkspaceByHand, session: Session, box: Box, depth: Depth, text: str) -> None:
-        super().__init__(text)
-        self._host = host
-        self._session = session
-        self._box = box
-        self._other = depth
-
-    def redo(self) -> None:
-        """Apply the change."""
-        former = _part(self._session, self._box)
-        blocks = self._session.take_by_hand(self._box, self._other)
-        self._other = former
-        self._host.note_changed(self._session, blocks)
-
-    undo = redo
-
 
 def _part(session: Session, box: Box) -> Depth:
     """Return a copy of depth by hand in a box."""
-    if session.by_hand is None:
+    if session.blocks.by_hand is None:
         return np.full(session.labels[box].shape, np.nan, np.float32)
-    return session.by_hand.depth[box].copy()
+    return session.blocks.by_hand.depth[box].copy()
 
 
 def _box_of(mask: NDArray[np.bool_]) -> Box | None:

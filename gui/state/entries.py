@@ -9,7 +9,6 @@ from typing import Self
 
 from PySide6.QtCore import QObject, Signal
 
-from ilf.data.results import Status
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_ref import FrameRef
 
@@ -62,9 +61,9 @@ class Entry:
         """Summary of the frame; up to date if the frame is open."""
         session = self.session
         if session is not None:
-            stamp = (*session.stamp, id(session.valid_results()), id(session.notes), session.done)
+            stamp = (*session.stamp, id(session.valid_results()), id(session.blocks), session.state.done)
             if stamp != self._stamp:
-                self._summary, self._stamp = summary_of(session), stamp
+                self._summary, self._stamp = session.summary(), stamp
         return self._summary
 
     def set_summary(self, summary: FrameSummary) -> None:
@@ -173,7 +172,7 @@ class Entries(QObject):
             entry = Entry(session.id, session.key, session.name, source, session)
             self.add([entry])
             return entry
-        session.id, session.note, session.done = entry.id, entry.note, entry.summary.done
+        session.change(id=entry.id, note=entry.note, done=entry.summary.done)
         if entry.unsaved:
             session.note_other_change()
         entry.session, entry.name = session, session.name
@@ -203,33 +202,3 @@ class Entries(QObject):
         """Store why a frame could not be opened."""
         entry.set_summary(replace(entry.summary, stage=Stage.FAILED, problem=problem))
         self.changed.emit(entry)
-
-
-def summary_of(session: Session) -> FrameSummary:
-    """Return the summary of an open frame."""
-    results, blocks = session.valid_results(), session.counts()
-    unrecoverable = [result.outcome for result in results.values() if result.outcome.status is Status.NOT_RECOVERABLE]
-    failed = bool(results) and len(unrecoverable) == len(results)
-    if failed:
-        stage = Stage.FAILED
-    elif results:
-        stage = Stage.RUN
-    elif blocks and session.blocks().propagated:
-        stage = Stage.PROPAGATED
-    elif blocks and (session.edited or session.by_hand is not None):
-        stage = Stage.EDITED
-    else:
-        stage = Stage.EXTRACTED if blocks else Stage.UNTOUCHED
-    return FrameSummary(
-        stage,
-        session.note,
-        session.frame.shape,
-        session.frame.missing_share,
-        len(blocks),
-        len(results),
-        len(session.to_check & blocks.keys()),
-        unrecoverable[0].message if failed else "",
-        session.own_parameters,
-        session.done,
-        sum(result.outcome.status is Status.ITERATION_LIMIT for result in results.values()),
-    )

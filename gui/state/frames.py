@@ -161,7 +161,7 @@ class WorkspaceFrames(QObject):
         if entry.session is None:
             self.entries.mark(entry, note, done)
         else:
-            entry.session.note, entry.session.done = note, done
+            entry.session.change(note=note, done=done)
             self.touch(entry.session)
         self.sessions_changed.emit()
         self.project_touched.emit()

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from PySide6.QtCore import QObject, Signal
 
 from ilf.data.label_map import Box
 from ilf.errors import InputError
 from ilf.evaluation.measuring import Line, point_in_space
+from ilf.project.frame_state import Point
 
-from .session import Point
 from .workspace import Workspace
 
 
@@ -39,21 +40,21 @@ class Inspection(QObject):
     @property
     def line(self) -> Line | None:
         """The current frame's profile line."""
-        return self._workspace.session.line if self._workspace.has_session else None
+        return self._workspace.session.state.looked.line if self._workspace.has_session else None
 
     def set_line(self, line: Line | None) -> None:
         """Set the profile line; None removes it."""
         if line == self.line:
             return
         session = self._workspace.session
-        session.line = line
+        session.change(looked=replace(session.state.looked, line=line))
         self._workspace.frames.touch(session, viewing=True)
         self.line_changed.emit()
 
     @property
     def region(self) -> Box | None:
         """The current frame's rectangle."""
-        return self._workspace.session.region if self._workspace.has_session else None
+        return self._workspace.session.state.looked.region if self._workspace.has_session else None
 
     def set_region(self, box: Box | None) -> None:
         """Set the rectangle; None removes it."""
@@ -62,12 +63,13 @@ class Inspection(QObject):
     @property
     def measurements(self) -> tuple[Line, ...]:
         """The current frame's measurements, oldest first."""
-        return self._workspace.session.measurements if self._workspace.has_session else ()
+        return self._workspace.session.state.looked.measurements if self._workspace.has_session else ()
 
     def set_measurements(self, lines: Sequence[Line]) -> None:
         """Set all measurements."""
-        self._workspace.session.measurements = tuple(lines)
-        self._workspace.frames.touch(self._workspace.session)
+        session = self._workspace.session
+        session.change(looked=replace(session.state.looked, measurements=tuple(lines)))
+        self._workspace.frames.touch(session)
         self.measurements_changed.emit()
 
     def has_depth(self, point: Point) -> bool:

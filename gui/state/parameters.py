@@ -41,20 +41,20 @@ class SharedParameters(NamedTuple):
 
     def applies_to(self, session: Session) -> bool:
         """Whether a frame has the shared parameters."""
-        return self.on and not session.own_parameters
+        return self.on and not session.state.own_parameters
 
     def apply_to(self, session: Session) -> None:
         """Set the shared parameters in a restored frame, unless it has its own."""
         if self.applies_to(session):
-            session.take_common(self.values)
+            session.change(common=self.values)
 
     def apply_to_all(self, sessions: Iterable[Session], transient: bool = False) -> None:
         """Set the shared parameters in all frames without own ones; with `transient`, undo does not lead back."""
         for session in sessions:
-            if self.applies_to(session) and session.common != self.values:
+            if self.applies_to(session) and session.state.common != self.values:
                 if not transient:
                     session.remember_parameters()
-                session.take_common(self.values)
+                session.change(common=self.values)
 
 
 class WorkspaceParameters(QObject):
@@ -81,7 +81,7 @@ class WorkspaceParameters(QObject):
     @property
     def current(self) -> Parameters:
         """Common parameters of the current frame: those of all blocks without own parameters."""
-        return self._frames.session.common if self._frames.has_session else self.shared.values
+        return self._frames.session.state.common if self._frames.has_session else self.shared.values
 
     @property
     def of_next_frame(self) -> Parameters:
@@ -100,16 +100,16 @@ class WorkspaceParameters(QObject):
         if restored:
             self.shared.apply_to(session)
         else:
-            session.take_common(self.of_next_frame)
+            session.change(common=self.of_next_frame)
         if recorded is None:
             return
-        session.take_common(recorded.parameters)
-        session.own_parameters = self.shared.on and recorded.parameters != self.shared.values
+        own_parameters = self.shared.on and recorded.parameters != self.shared.values
+        session.change(common=recorded.parameters, own_parameters=own_parameters)
         if recorded.extraction is not None:
             self.set_extraction(recorded.extraction)
         labels = session.counts() if recorded.only is None else recorded.only
         own = {label: own_values(recorded.parameters_of(label), recorded.parameters) for label in labels}
-        session.notes.own.update({label: values for label, values in own.items() if values})
+        session.change_blocks(own={**session.blocks.own, **{label: values for label, values in own.items() if values}})
 
     def set(self, parameters: Parameters, blocks: int | Collection[int] | None = None) -> None:
         """Set the common parameters, or those of some blocks, as one undo step.
@@ -125,7 +125,7 @@ class WorkspaceParameters(QObject):
 
     def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
         """Add own parameters to blocks; values equal to the common ones are removed."""
-        common, own = self.current.to_dict(), self._frames.session.notes.own
+        common, own = self.current.to_dict(), self._frames.session.blocks.own
         merged = {label: {**own.get(label, {}), **values} for label in blocks}
         self._edit_own(
             {
@@ -140,7 +140,7 @@ class WorkspaceParameters(QObject):
 
     def copy_own(self, source: int, blocks: Collection[int]) -> None:
         """Copy the own parameters of a block to others."""
-        values = self._frames.session.notes.own.get(source, {})
+        values = self._frames.session.blocks.own.get(source, {})
         self._edit_own(dict.fromkeys(blocks, values))
 
     def _edit_own(self, wanted: Mapping[int, OwnValues]) -> None:
@@ -149,7 +149,7 @@ class WorkspaceParameters(QObject):
 
     def _own_changes(self, wanted: Mapping[int, OwnValues]) -> OwnChange:
         """Return the changes that give blocks these own parameters."""
-        own = self._frames.session.notes.own
+        own = self._frames.session.blocks.own
         return {
             label: (own.get(label), values or None)
             for label, values in wanted.items()
@@ -194,14 +194,12 @@ class WorkspaceParameters(QObject):
         before = session.valid_results()
         if not transient:
             session.remember_parameters()
-        for label, values in own.items():
-            if values:
-                session.notes.own[label] = values
-            else:
-                session.notes.own.pop(label, None)
-        session.take_common(session.common.replace(**common))
+        if own:
+            merged = {**session.blocks.own, **own}
+            session.change_blocks(own={label: values for label, values in merged.items() if values})
+        session.change(common=session.state.common.replace(**common))
         if common and self.shared.applies_to(session):
-            self.shared = SharedParameters(True, session.common)
+            self.shared = SharedParameters(True, session.state.common)
             self.shared.apply_to_all(self._frames.sessions, transient)
             self._frames.project_touched.emit()
         if self._frames.is_current(session):
@@ -214,8 +212,7 @@ class WorkspaceParameters(QObject):
 
         With `own`, they are its own while parameters are shared by all frames.
         """
-        session.own_parameters = own
-        session.take_common(common)
+        session.change(common=common, own_parameters=own)
         self.shared.apply_to(session)
         if self._frames.is_current(session):
             self.changed.emit()
@@ -237,7 +234,8 @@ class WorkspaceParameters(QObject):
         Returns the open frames that had other parameters.
         """
         shared = SharedParameters(True, self.current)
-        others = [one for one in self._frames.sessions if not one.own_parameters and one.common != self.current]
+        states = {session: session.state for session in self._frames.sessions}
+        others = [one for one, state in states.items() if not state.own_parameters and state.common != self.current]
         self._push_sharing(shared, own=False, text="Use parameters for all frames")
         return [one for one in others if not self._frames.is_current(one)]
 
@@ -261,8 +259,7 @@ class WorkspaceParameters(QObject):
         """Set whether parameters are shared, the shared ones, and those of one frame. Called by commands."""
         before = session.valid_results()
         session.remember_parameters()
-        session.own_parameters = own
-        session.take_common(common)
+        session.change(common=common, own_parameters=own)
         self.set_shared(shared)
         self._frames.sessions_changed.emit()
         if session.valid_results() != before:
@@ -275,10 +272,10 @@ class WorkspaceParameters(QObject):
         there = set(session.counts()).intersection(np.unique(run.blocks).tolist())
         own = {label: own_values(run.parameters_of(label), run.parameters) for label in there}
         changes = self._own_changes(own)
-        names = names_in(changes).union(own_values(run.parameters, session.common))
+        names = names_in(changes).union(own_values(run.parameters, session.state.common))
         if not names:
             return False
-        common = session.common, run.parameters
+        common = session.state.common, run.parameters
         text = f"Restore parameters of {kept.name}{self.all_frames_text(session)}"
         session.undo_stack.push(EditParameters(self, session, common, changes, names, text))
         return True
@@ -382,12 +379,12 @@ class ShareParameters(QUndoCommand):
         self._frames = frames
         self._session = session
         self._shared = shared
-        self._common, self._own = session.common if own or not shared.on else shared.values, own
+        self._common, self._own = session.state.common if own or not shared.on else shared.values, own
         self._former: WeakKeyDictionary[Session, Parameters] = WeakKeyDictionary()
 
     def redo(self) -> None:
         """Apply the change."""
-        self._former = WeakKeyDictionary({session: session.common for session in self._frames.sessions})
+        self._former = WeakKeyDictionary({session: session.state.common for session in self._frames.sessions})
         self._swap()
         self._mark_separated()
 
@@ -397,20 +394,20 @@ class ShareParameters(QUndoCommand):
         if not self._host.shared.on:
             there = self._frames.sessions
             for session, common in self._former.items():
-                if session in there and session.common != common:
+                if session in there and session.state.common != common:
                     session.remember_parameters()
-                    session.take_common(common)
+                    session.change(common=common)
         self._mark_separated(viewing=True)  # restoring an earlier state is no unsaved change
 
     def _mark_separated(self, viewing: bool = False) -> None:
         """Mark frames that no longer share parameters as changed: their parameters are now stored with them."""
         host, was_shared = self._host, self._shared.on
         for session in self._frames.sessions if was_shared and not host.shared.on else ():
-            if session is not self._session and not session.own_parameters:
+            if session is not self._session and not session.state.own_parameters:
                 self._frames.touch(session, viewing)
 
     def _swap(self) -> None:
         host, session = self._host, self._session
-        before = host.shared, session.common, session.own_parameters
+        before = host.shared, session.state.common, session.state.own_parameters
         host.take_shared(self._shared, session, self._common, self._own)
         self._shared, self._common, self._own = before

@@ -127,7 +127,7 @@ class WorkspaceRuns(QObject):
 
     def keep(self, session: Session, kept: StoredRun) -> None:
         """Add a run to a frame's history."""
-        session.run_history.append(kept)
+        session.change(runs=(*session.state.runs, kept), next_number=max(session.state.next_number, kept.number + 1))
         self._frames.touch(session)
         self._note_history(session)
 
@@ -151,22 +151,22 @@ class WorkspaceRuns(QObject):
 
     def delete(self, session: Session, runs: Collection[StoredRun]) -> None:
         """Delete runs from the history, as one undo step."""
-        there = [kept for kept in session.run_history if kept in runs]
+        there = [kept for kept in session.state.runs if kept in runs]
         if there:
             session.undo_stack.push(DeleteRuns(self, session, there))
 
     def drop(self, session: Session, kept: StoredRun) -> None:
         """Delete a run from the history; not undoable."""
-        session.run_history.remove(kept)
+        session.change(runs=tuple(one for one in session.state.runs if one is not kept))
         self._frames.touch(session)
         self._note_history(session)
 
     def take_history(self, session: Session, runs: list[StoredRun], compared: list[StoredRun]) -> None:
         """Replace the run history and the compared runs. Called by commands."""
         for kept in runs:
-            if kept not in session.run_history:
+            if kept not in session.state.runs:
                 kept.ground_truth_error = None  # the ground truth may have changed meanwhile
-        session.run_history = runs
+        session.change(runs=tuple(runs))
         self._note_history(session)
         self._compare(session, compared[-MAX_COMPARED:])
 
@@ -184,7 +184,7 @@ class WorkspaceRuns(QObject):
             taken = [other.colour for other in runs[:number]]
             if kept.colour in taken:
                 kept.colour = next(colour for colour in COLOURS if colour not in taken)
-        session.compared = runs
+        session.change(compared=tuple(kept.number for kept in runs))
         self._frames.touch(session, viewing=True)
         if self._frames.is_current(session):
             self.compared_changed.emit()
@@ -197,7 +197,7 @@ class WorkspaceRuns(QObject):
         session = self._frames.session
         results = session.fitting_results(kept)
         if results:
-            where = self._parameters.all_frames_text(session) if kept.run.parameters != session.common else ""
+            where = self._parameters.all_frames_text(session) if kept.run.parameters != session.state.common else ""
             session.undo_stack.push(
                 AcceptRun(self, self._parameters, session, kept, results, f"Accept {kept.name}{where}")
             )
@@ -244,14 +244,14 @@ class DeleteRuns(QUndoCommand):
         session, runs = self._session, self._runs
         self._host.take_history(
             session,
-            [kept for kept in session.run_history if kept not in runs],
+            [kept for kept in session.state.runs if kept not in runs],
             [kept for kept in session.compared if kept not in runs],
         )
 
     def undo(self) -> None:
         """Undo the change."""
         session = self._session
-        runs = sorted([*session.run_history, *self._runs], key=lambda kept: kept.number)
+        runs = sorted([*session.state.runs, *self._runs], key=lambda kept: kept.number)
         self._host.take_history(session, runs, [*session.compared, *self._compared])
 
 
@@ -275,8 +275,8 @@ class AcceptRun(QUndoCommand):
         self._results = list(results)
         self._before, self._accepted = FrameResults({}), FrameResults({})
         common = kept.run.parameters
-        self._common = session.common.to_dict(), common.to_dict()
-        own = session.notes.own
+        self._common = session.state.common.to_dict(), common.to_dict()
+        own = session.blocks.own
         after = {
             result.block.label: None if result.parameters.same_effect(common) else own_values(result.parameters, common)
             for result in results

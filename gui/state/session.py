@@ -14,12 +14,13 @@ from PySide6.QtGui import QUndoStack
 from ilf._runtime.formatting import counted
 from ilf.data.blocks import BlockInfo, Blocks
 from ilf.data.by_hand import DepthByHand, as_by_hand
-from ilf.data.frame import GroundTruthFile, RGBDFrame
-from ilf.data.label_map import Box, union
+from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
+from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
 from ilf.drawing.blocks import block_colour
-from ilf.evaluation.quality.ignored import IgnoredPlace
+from ilf.project.frame_state import FrameState
+from ilf.project.project import FrameSummary
 from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.key_frames import KeyFrames
 from ilf.run.replaying import Replay
@@ -27,10 +28,7 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.reextraction import made_by_hand
 
-from .block_notes import BlockNotes
 from .results import BlockCounts, BlockErrors, BlockTally, FrameResults, Preview, Results, ShownDepth, StoredBlockResult
-
-Point = tuple[float, float]
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
@@ -41,65 +39,33 @@ class Session:
 
     Attributes
     ----------
-    frame : RGBDFrame
+    state : FrameState
+        The state of the frame, replaced by `change` and `change_blocks`. Its label map and drawn borders change in
+        place, by `apply`, `set_labels` and `draw` only, and it has no results: `snapshot` has them.
     origin : object
         What it was opened from; sessions with the same origin are the same.
-    id : str
-        Unique among all frames of its project, open or not.
-    labels : ndarray of int32, shape (H, W)
-        The label map, which defines the blocks. Changed in place by `apply` and `set_labels` only.
-    notes : BlockNotes
+    key : str
+        The path of the origin.
     results : Results
-    selected : list of int
-        The selected blocks; edits and curves use the first one.
     undo_stack : QUndoStack
     """
 
-    def __init__(self, frame: RGBDFrame, origin: object, key: str) -> None:
-        self.frame = frame
+    def __init__(self, state: FrameState, origin: object, key: str) -> None:
+        blocks = state.blocks
+        drawn = None if blocks.drawn is None else blocks.drawn.copy()
+        blocks = replace(blocks, labels=np.array(blocks.labels, np.int32), drawn=drawn)
+        self.state = replace(state, blocks=blocks, results={}, extrapolation=None)
         self.origin = origin
         self.key = key
-        self.id = uuid.uuid4().hex
-        self.note = ""
-        """The user's note on the frame."""
-        self.done = False
-        """Whether the user has marked the frame as done."""
-        self.labels: NDArray[np.int32] = np.zeros(frame.shape, np.int32)
-        self.notes = BlockNotes()
-        self.selected: list[int] = []
         self.undo_stack = QUndoStack()
         self.results = Results()
         self.key_frames = KeyFrames()
         self.block_errors = BlockErrors()
-        self.run_history: list[StoredRun] = []
-        self.compared: list[StoredRun] = []
-        """The runs of the history that are compared with the current result."""
-        self.next_run = 1
-        """Number of the next run in the history."""
-        self.region: Box | None = None
-        """The rectangle (rows, columns)."""
-        self.line: tuple[Point, Point] | None = None
-        """The profile line, in image coordinates."""
-        self.measurements: tuple[tuple[Point, Point], ...] = ()
-        """Ends of measured distances, in image coordinates, oldest first."""
-        self.to_check: set[int] = set()
-        """Propagated blocks that the user should check."""
-        self.ignored: tuple[IgnoredPlace, ...] = ()
-        """Flagged places that the user ignores."""
-        self.view: dict[str, Any] = {}
-        """The last state of the views, in JSON values."""
-        self.by_hand: DepthByHand | None = None
         self.proposal: NDArray[np.float32] | None = None
         """Depth [m] that is shown in place of the completed one until it is taken or dropped; NaN for none."""
-        self.extrapolate = False
-        """Whether depth that is still missing after a run is extrapolated."""
         self.record_replay: Replay | None = None
         """The record that the session was opened from."""
-        self.common = Parameters()
-        """Common parameters: those of all blocks without own parameters."""
-        self.own_parameters = False
-        """Whether the frame has its own parameters while parameters are shared by all frames."""
-        self._shown = ShownDepth(frame)
+        self._shown = ShownDepth(state.frame)
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}
         self._valid: dict[int, BlockResult] | None = None
@@ -107,13 +73,28 @@ class Session:
         self._outdated: frozenset[int] = frozenset()
         """Blocks whose valid results have other parameters than the current ones."""
         self._completion: Completion | None = None
+        self._extrapolated: tuple[Completion, Extrapolation] | None = None
+        self._copies: dict[str, Any] = {}
+        """Read-only copies of label map and drawn borders, by name, as long as these have not changed."""
         self._edits = 0
         self._others = 0
         """Number of changes that are not undo steps."""
         self._others_saved = 0
         self._runs_saved = 1
-        self._dirty: Box | None = None
         self.undo_stack.indexChanged.connect(self.note_edit)
+
+    @classmethod
+    def of_state(cls, state: FrameState, origin: object, key: str) -> Self:
+        """Make a session of a frame's state, with an empty history and no unsaved changes."""
+        session = cls(state, origin, key)
+        session.restore_results(list(state.results.values()), state.extrapolation)
+        there = session.counts().keys()
+        selected = tuple(label for label in state.selected if label in there)
+        session.change(to_check=frozenset(state.to_check & there), selected=selected)
+        for kept in session.compared:
+            kept.hold(True)
+        session.note_saved(session.stamp)
+        return session
 
     @classmethod
     def of(cls, run: Run, origin: object, key: str, record_replay: Replay | None = None) -> Self:
@@ -121,14 +102,105 @@ class Session:
 
         `record_replay` is the record that the run was read from.
         """
-        session = cls(run.frame, origin, key)
-        session.set_labels(run.blocks)
-        session.extrapolate, session.record_replay = run.extrapolate, record_replay
-        session.notes.extraction, session.notes.network = run.extraction, run.network
-        session.notes.drawn = None if run.drawn is None else run.drawn.copy()
-        session.notes.extracted = None if run.edited else session.labels.copy()
-        session.by_hand = run.by_hand
+        blocks = Blocks(
+            run.blocks,
+            drawn=run.drawn,
+            by_hand=run.by_hand,
+            extraction=run.extraction,
+            network=run.network,
+            extracted=None if run.edited else run.blocks,
+        )
+        session = cls(FrameState(uuid.uuid4().hex, run.frame, blocks, extrapolate=run.extrapolate), origin, key)
+        session.record_replay = record_replay
         return session
+
+    def snapshot(self) -> FrameState:
+        """Return the state as it is now, with the results; later changes do not affect it.
+
+        Label map and drawn borders are copied only if they have changed since the last snapshot: else they are the
+        same objects.
+        """
+        return replace(
+            self.state,
+            blocks=self._lasting_blocks(),
+            results=dict(self.valid_results()),
+            extrapolation=self._extrapolation(),
+            runs=tuple(kept.detached() for kept in self.state.runs),
+        )
+
+    def summary(self) -> FrameSummary:
+        """Return the summary of the frame as it is now."""
+        return replace(self.state, results=self.valid_results()).summary(self.counts())
+
+    def _lasting_blocks(self) -> Blocks:
+        """The blocks with copies of the arrays that change in place."""
+        for name in ("labels", "drawn"):
+            if name not in self._copies:
+                array = getattr(self.blocks, name)
+                self._copies[name] = None if array is None else read_only(array)
+        return replace(self.blocks, **self._copies)
+
+    def _extrapolation(self) -> Extrapolation | None:
+        """The extrapolated depth of the current completion; the same object until it changes."""
+        completion = self.completion() if self.extrapolated else None
+        if completion is None:
+            return None
+        if self._extrapolated is None or self._extrapolated[0] is not completion:
+            self._extrapolated = completion, Extrapolation.of(completion)
+        return self._extrapolated[1]
+
+    def change(self, **fields: Any) -> None:
+        """Replace fields of the state; `change_blocks` replaces those of its blocks, `take_frame` the frame."""
+        self.state = replace(self.state, **fields)
+        if "common" in fields:
+            self._valid = None
+
+    def change_blocks(self, **fields: Any) -> None:
+        """Replace what is said about the blocks, other than the label map and depth by hand."""
+        self.state = replace(self.state, blocks=replace(self.blocks, **fields))
+        if "own" in fields:
+            self._valid = None
+
+    @property
+    def id(self) -> str:
+        """Unique among all frames of its project, open or not."""
+        return self.state.id
+
+    @property
+    def frame(self) -> RGBDFrame:
+        """The frame."""
+        return self.state.frame
+
+    @property
+    def name(self) -> str:
+        """The frame's name."""
+        return self.frame.name
+
+    @property
+    def blocks(self) -> Blocks:
+        """The blocks as they are now; label map and drawn borders change in place."""
+        return self.state.blocks
+
+    @property
+    def labels(self) -> NDArray[np.int32]:
+        """The label map, (H, W), which defines the blocks. It changes in place."""
+        return self.state.blocks.labels
+
+    @property
+    def locked(self) -> frozenset[int]:
+        """Labels that edits must not change."""
+        return self.blocks.locked
+
+    @property
+    def selected(self) -> list[int]:
+        """The selected blocks; edits and curves use the first one."""
+        return list(self.state.selected)
+
+    @property
+    def compared(self) -> list[StoredRun]:
+        """The runs of the history that are compared with the current result."""
+        runs = {kept.number: kept for kept in self.state.runs}
+        return [runs[number] for number in self.state.compared if number in runs]
 
     def run(self, common: Parameters, only: Collection[int] | None = None, extrapolate: bool = False) -> Run:
         """Return the run of the frame in its current state.
@@ -142,39 +214,25 @@ class Session:
         extrapolate : bool
             Whether missing depth is extrapolated.
         """
-        notes = self.notes
+        blocks = self._lasting_blocks()
         return Run(
             self.frame,
-            self.labels,
+            blocks.labels,
             common,
-            {label: self.parameters_of(label, common) for label in notes.own if label in self.counts()},
+            {label: blocks.parameters_of(label, common) for label in blocks.own if label in self.counts()},
             only,
             extrapolate=extrapolate,
-            extraction=notes.extraction,
-            edited=self.edited,
-            network=notes.network,
-            drawn=notes.drawn,
-            by_hand=self.by_hand,
+            extraction=blocks.extraction,
+            edited=blocks.edited,
+            network=blocks.network,
+            drawn=blocks.drawn,
+            by_hand=blocks.by_hand,
         )
-
-    @property
-    def name(self) -> str:
-        """The frame's name."""
-        return self.frame.name
-
-    @property
-    def edited(self) -> bool:
-        """Whether the blocks differ from those of the extraction."""
-        return self.blocks().edited
-
-    def blocks(self) -> Blocks:
-        """Return the blocks as they are now; label map and drawn borders are the ones that change in place."""
-        return self.notes.blocks(self.labels, self.by_hand)
 
     def handmade(self) -> frozenset[int]:
         """Return the hand-made blocks, from before and after the last extraction."""
-        older = self.notes.handmade & set(self.counts())
-        return older | made_by_hand(self.labels, self.notes.extracted)
+        older = self.blocks.handmade & set(self.counts())
+        return older | made_by_hand(self.labels, self.blocks.extracted)
 
     @property
     def unsaved(self) -> bool:
@@ -187,14 +245,14 @@ class Session:
             return ""
         clean = self.undo_stack.cleanIndex()
         edits = abs(self.undo_stack.index() - clean) if clean >= 0 else self.undo_stack.index()
-        runs = sum(kept.number >= self._runs_saved for kept in self.run_history)
+        runs = sum(kept.number >= self._runs_saved for kept in self.state.runs)
         counts = [counted(count, what) for count, what in ((edits, "edit"), (runs, "run")) if count]
         return ", ".join(counts) or "changes"
 
     @property
     def stamp(self) -> tuple[int, int, int]:
         """Version of the frame's state: differs after any change; the argument of `note_saved`."""
-        return self._edits, self._others, self.next_run
+        return self._edits, self._others, self.state.next_number
 
     def note_saved(self, stamp: tuple[int, int, int]) -> None:
         """Mark the state at a stamp as saved; later changes are not."""
@@ -204,19 +262,9 @@ class Session:
         else:
             self.undo_stack.resetClean()
 
-    @property
-    def infos(self) -> dict[int, BlockInfo]:
-        """Block label -> BlockInfo."""
-        return self.notes.infos
-
-    @property
-    def locked(self) -> frozenset[int]:
-        """Labels that edits must not change."""
-        return frozenset(label for label, info in self.infos.items() if info.locked)
-
     def next_label(self) -> int:
         """Return a label that no block has or had: former names, locks and results stay with their blocks."""
-        taken = {*self.counts(), *self.infos}
+        taken = {*self.counts(), *self.blocks.infos}
         following = max(taken, default=0) + 1
         if following <= LARGEST_LABEL:
             return following
@@ -224,11 +272,16 @@ class Session:
 
     def info(self, label: int) -> BlockInfo:
         """Return the block's info; a new block gets a default name and colour."""
-        return self.infos.setdefault(label, BlockInfo(f"Block {label}", block_colour(label)))
+        if label not in self.blocks.infos:
+            self._set_info(label, BlockInfo(f"Block {label}", block_colour(label)))
+        return self.blocks.infos[label]
 
     def change_info(self, label: int, **changes: Any) -> None:
         """Set `name`, `colour`, `visible` or `locked` of a block."""
-        self.infos[label] = replace(self.info(label), **changes)
+        self._set_info(label, replace(self.info(label), **changes))
+
+    def _set_info(self, label: int, info: BlockInfo) -> None:
+        self.change_blocks(infos={**self.blocks.infos, label: info})
 
     def label_at(self, x: float, y: float) -> int:
         """Return the block at image coordinates; 0 for none or outside the frame."""
@@ -236,12 +289,14 @@ class Session:
         height, width = self.labels.shape
         return int(self.labels[row, column]) if 0 <= row < height and 0 <= column < width else 0
 
-    def take_notes(self, notes: BlockNotes) -> BlockNotes:
-        """Replace the attributes of the blocks and return the former ones."""
+    def take_blocks(self, blocks: Blocks) -> Blocks:
+        """Replace all that is said about the blocks, other than depth by hand, and return the former blocks; the label
+        map stays."""
         self.remember_parameters()
-        former, self.notes = self.notes, notes
-        self._note_dirty()
-        if former.extraction != notes.extraction:
+        former = self.blocks
+        self.state = replace(self.state, blocks=replace(blocks, labels=former.labels, by_hand=former.by_hand))
+        self._copies.pop("drawn", None)
+        if former.extraction != blocks.extraction:
             self.results.forget_extrapolation()  # it used the edges of the former extraction
         self._forget_results()
         return former
@@ -252,40 +307,25 @@ class Session:
             frame = frame.with_ground_truth(
                 self.frame.ground_truth, None if self.frame.inputs is None else self.frame.inputs.ground_truth
             )
-        self.frame = frame
+        self.change(frame=frame)
         self._tally = self._completion = None
         self._shown.take_frame(frame)
         self._forget_results()
 
     def take_ground_truth(self, ground_truth: NDArray[np.float32] | None, file: GroundTruthFile | None = None) -> None:
         """Set the ground truth [m], float32 (H, W), or None; results stay valid."""
-        self.frame = self.frame.with_ground_truth(ground_truth, file)
-        for kept in self.run_history:
+        self.change(frame=self.frame.with_ground_truth(ground_truth, file))
+        for kept in self.state.runs:
             kept.ground_truth_error = None
 
     def remember_parameters(self) -> None:
         """Remember the current parameters of the blocks, because undo may bring them back."""
-        self.results.remembered.update(self.parameters_of(label, self.common) for label in self.counts())
-
-    def take_common(self, parameters: Parameters) -> None:
-        """Set the common parameters."""
-        self.common = parameters
-        self._valid = None
-
-    def pop_dirty_box(self) -> Box | None:
-        """Return the box (rows, columns) where label map or drawn borders changed since the last call; None if none."""
-        dirty, self._dirty = self._dirty, None
-        return dirty
-
-    def _note_dirty(self, box: Box | None = None) -> None:
-        """Note a change of label map or drawn borders in a box, or anywhere."""
-        changed = box or (slice(0, self.labels.shape[0]), slice(0, self.labels.shape[1]))
-        self._dirty = changed if self._dirty is None else union(self._dirty, changed)
+        self.results.remembered.update(self.parameters_of(label) for label in self.counts())
 
     def set_labels(self, labels: NDArray[np.int32]) -> None:
         """Replace the label map."""
         self.labels[:] = labels
-        self._note_dirty()
+        self._copies.pop("labels", None)
         self._tally = None
         self._forget_results()
 
@@ -294,7 +334,7 @@ class Session:
         if self._tally is not None:
             self._tally.take_out(patch.box)
         (patch.apply if forward else patch.revert)(self.labels)
-        self._note_dirty(patch.box)
+        self._copies.pop("labels", None)
         if self._tally is not None:
             self._tally.add(patch.box)
         self._shown.note(patch.box)
@@ -303,19 +343,23 @@ class Session:
 
     def draw(self, box: Box, drawn: NDArray[np.bool_], blocks: Iterable[int]) -> None:
         """Set the drawn border pixels inside a box, as part of a change of these blocks."""
-        if self.notes.drawn is None:
-            self.notes.drawn = np.zeros(self.labels.shape, bool)
-        self.notes.drawn[box] = drawn
-        self._note_dirty(box)
+        whole = self.blocks.drawn
+        if whole is None:
+            whole = np.zeros(self.labels.shape, bool)
+            self.change_blocks(drawn=whole)
+            self._copies.pop("drawn", None)
+        if not np.array_equal(whole[box], drawn):
+            whole[box] = drawn
+            self._copies.pop("drawn", None)
         for label in blocks:  # during a stroke, results were looked up before its borders were known
             self._forget_result(label)
 
     def take_by_hand(self, box: Box, depth: NDArray[np.float32]) -> frozenset[int]:
         """Set depth by hand [m] in a box and return the blocks with changed pixels."""
-        former = self.by_hand or DepthByHand(np.full(self.labels.shape, np.nan, np.float32))
+        former = self.blocks.by_hand or DepthByHand(np.full(self.labels.shape, np.nan, np.float32))
         whole = former.depth.copy()
         whole[box] = depth
-        self.by_hand = as_by_hand(replace(former, depth=whole), self.labels.shape)
+        self.change_blocks(by_hand=as_by_hand(replace(former, depth=whole), self.labels.shape))
         before = former.depth[box]
         changed = (before != depth) & ~(np.isnan(before) & np.isnan(depth))
         blocks = frozenset(np.unique(self.labels[box][changed]).tolist()) - {0}
@@ -385,10 +429,9 @@ class Session:
             self._tally = BlockTally(self.labels, ~self.frame.missing)
         return self._tally.counts()
 
-    def parameters_of(self, label: int, common: Parameters) -> Parameters:
+    def parameters_of(self, label: int) -> Parameters:
         """Return the parameters of this block: its own parameters over the common ones."""
-        own = self.notes.own.get(label)
-        return common.replace(**own) if own else common
+        return self.blocks.parameters_of(label, self.state.common)
 
     def valid_results(self) -> dict[int, BlockResult]:
         """Return block label -> result that fits the current state, in ascending order of labels.
@@ -408,9 +451,7 @@ class Session:
         former, self._last_valid = self._last_valid, valid
         was_outdated = self._outdated
         self._outdated = frozenset(
-            label
-            for label, result in valid.items()
-            if not result.parameters.same_effect(self.parameters_of(label, self.common))
+            label for label, result in valid.items() if not result.parameters.same_effect(self.parameters_of(label))
         )
         for label in (was_outdated ^ self._outdated) & valid.keys():
             self._shown.note(valid[label].block.box)
@@ -448,12 +489,12 @@ class Session:
     def is_up_to_date(self, label: int) -> bool:
         """Whether the block has a result of its current state and parameters."""
         result = self.valid_results().get(label)
-        return result is not None and result.parameters.same_effect(self.parameters_of(label, self.common))
+        return result is not None and result.parameters.same_effect(self.parameters_of(label))
 
     def _best(self, label: int) -> BlockResult | None:
         if label not in self._fitting:
             self._fitting[label] = [kept.result for kept in reversed(self.results.kept[label]) if self._fits(kept)]
-        fitting, wanted = self._fitting[label], self.parameters_of(label, self.common)
+        fitting, wanted = self._fitting[label], self.parameters_of(label)
         return next((result for result in fitting if result.parameters.same_effect(wanted)), next(iter(fitting), None))
 
     def completion(self) -> Completion | None:
@@ -519,9 +560,9 @@ class Session:
 
     def _fits(self, kept: StoredBlockResult) -> bool:
         count = self.counts().get(kept.result.block.label)
-        notes = self.notes
+        blocks = self.blocks
         return count is not None and kept.fits(
-            self.labels, count.pixels, self.frame, notes.drawn, self.by_hand, notes.extraction
+            self.labels, count.pixels, self.frame, blocks.drawn, blocks.by_hand, blocks.extraction
         )
 
     def note_edit(self) -> None:

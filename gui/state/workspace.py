@@ -61,5 +61,5 @@ class Workspace(QObject):
         """
         self.parameters.start(session, recorded, restored)
         if recorded is not None and recorded.only is not None and set(recorded.only) != set(session.counts()):
-            session.selected = sorted(set(recorded.only))
+            session.change(selected=tuple(sorted(set(recorded.only))))
         self.frames.add(session, show)

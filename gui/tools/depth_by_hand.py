@@ -147,10 +147,10 @@ class DepthByHandTool(StrokeTool):
         if hole is None:
             return
         source = np.isin(session.labels, session.selected)
-        if session.region is not None:
+        if session.state.looked.region is not None:
             source = np.zeros_like(source)
-            source[session.region] = True
-        where = "in the rectangle" if session.region is not None else "in the selected blocks"
+            source[session.state.looked.region] = True
+        where = "in the rectangle" if session.state.looked.region is not None else "in the selected blocks"
 
         def find() -> Surface:
             found, plane = continue_plane(session.frame.depth, source, hole)

@@ -197,7 +197,7 @@ class Editor(QObject):
     @property
     def edge_data(self) -> EdgeData | None:
         """Edges and regions of the current frame; None while they are being computed."""
-        parameters = self.session.notes.extraction or self._workspace.parameters.extraction
+        parameters = self.session.blocks.extraction or self._workspace.parameters.extraction
         return self.edge_data_source.of(self.session, parameters)
 
     def select(self, labels: list[int]) -> None:
@@ -292,9 +292,9 @@ class Editor(QObject):
 
     def _tidied(self, labels: NDArray[np.int32], patch: LabelPatch, label: int) -> LabelPatch | None:
         """The change without slivers and rests; `label` is the block that is painted or drawn."""
-        session, by_hand = self.session, self.session.by_hand
+        session, by_hand = self.session, self.session.blocks.by_hand
         known = session.frame.known if by_hand is None else session.frame.known | np.isfinite(by_hand.depth)
-        smallest_block = (session.notes.extraction or BlockParameters()).smallest_block(labels.size)
+        smallest_block = (session.blocks.extraction or BlockParameters()).smallest_block(labels.size)
         whole = tidied(
             labels,
             patch,

@@ -75,4 +75,4 @@ def _name(session: Session, label: int) -> str:
     """Return the name of a block, without registering a new one."""
     if label == 0:
         return "no block"
-    return session.info(label).name if label in session.infos or label in session.counts() else "a new block"
+    return session.info(label).name if label in session.blocks.infos or label in session.counts() else "a new block"

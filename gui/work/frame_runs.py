@@ -184,7 +184,7 @@ class FrameRuns(QObject):
         if self._resolving:
             self._follow_up(lambda: self.start(only, stepwise))
             return
-        self._run = self.session.run(self.session.common, only)
+        self._run = self.session.run(self.session.state.common, only)
         threads = 1 if stepwise else spare_cores()
         self._steps = steps = self._run.steps(threads, self._workspace.runs.watch(self.session, self._run))
         self._start(lambda: steps, stepwise)
@@ -240,7 +240,7 @@ class FrameRuns(QObject):
             self.state_changed.emit()
             return
         self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
-        self._run = run = self.session.run(self.session.common, self._resolving)
+        self._run = run = self.session.run(self.session.state.common, self._resolving)
         watch = self._workspace.runs.watch(self.session, run)
         self._start(lambda: run.steps(1, watch))
 
@@ -268,7 +268,7 @@ class FrameRuns(QObject):
     def _begin_extrapolation(self, completion: Completion) -> None:
         self._extrapolating = completion
         self._started = time.perf_counter()
-        extraction, outside_view = self.session.notes.extraction, self.session.common.outside_view
+        extraction, outside_view = self.session.blocks.extraction, self.session.state.common.outside_view
 
         def job() -> Generator[Step, None, Completion]:
             steps = extrapolation_steps(completion, extraction, outside_view)
@@ -410,7 +410,7 @@ class FrameRuns(QObject):
     def _go_on(self) -> None:
         """After a finished run, extrapolate the rest if that is part of it."""
         completion = self.session.completion()
-        if self.session.extrapolate and completion is not None and self.state is RunState.IDLE:
+        if self.session.state.extrapolate and completion is not None and self.state is RunState.IDLE:
             self._begin_extrapolation(completion)
         else:
             self.finished.emit(self.session)

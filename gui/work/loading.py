@@ -21,7 +21,6 @@ from ilf.data.presets import preset
 from ilf.errors import IlfError
 from ilf.io.depth_reading import PlausibilityWarning
 from ilf.project.decoding import Decoded
-from ilf.project.frame_state import FrameState
 from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
 from ilf.sources.frame_folder import is_frame_folder
@@ -30,7 +29,6 @@ from ilf.sources.listing import Listing, list_frames
 from ilf.sources.opening import is_recording
 from ilf.sources.reading import described_beside, read_depth, read_frame
 
-from ..state.block_notes import BlockNotes
 from ..state.entries import Entry
 from ..state.session import Session
 from ..state.workspace import Workspace
@@ -78,44 +76,6 @@ def preview_folder(how: FrameRef) -> FolderPreview:
         )
     except IlfError as error:
         return FolderPreview(listing, None, str(error))
-
-
-# Restoring a frame from its stored state.
-
-
-def restore(state: FrameState, origin: object, key: str) -> Session:
-    """Return a session of a stored frame, to be added to the workspace, with an empty history and no unsaved changes.
-
-    Parameters
-    ----------
-    state : FrameState
-    origin : object
-        What it is opened from.
-    key : str
-        The path of the origin.
-    """
-    session = Session(state.frame, origin, key)
-    session.id, session.note, session.done = state.id, state.note, state.done
-    session.take_notes(BlockNotes.of(state.blocks))
-    session.set_labels(state.blocks.labels)
-    session.take_common(state.common)
-    session.own_parameters, session.extrapolate = state.own_parameters, state.extrapolate
-    session.by_hand = state.blocks.by_hand
-    session.restore_results(list(state.results.values()), state.extrapolation)
-    session.run_history = list(state.runs)
-    session.compared = [kept for kept in state.runs if kept.number in state.compared]
-    for kept in session.compared:
-        kept.hold(True)
-    session.next_run = state.next_number
-    there = session.counts().keys()
-    session.to_check = set(state.to_check & there)
-    session.ignored = state.ignored
-    session.selected = [label for label in state.selected if label in there]
-    looked = state.looked
-    session.line, session.region, session.measurements = looked.line, looked.region, looked.measurements
-    session.view = dict(state.view)
-    session.note_saved(session.stamp)
-    return session
 
 
 class StoredFrames(Protocol):
@@ -305,7 +265,7 @@ class FrameLoader(QObject):
     def _take_entry(self, entry: Entry, opened: _Opened) -> None:
         """Show a frame of the list that was read; other frames of the same files are not affected."""
         session = Session.of(opened.run, opened.origin, opened.key)
-        session.id = entry.id
+        session.change(id=entry.id)
         self._workspace.add_session(session)
         self._extract_first(session, transient=True)
 
@@ -325,7 +285,7 @@ class FrameLoader(QObject):
             self.replayed.emit(session)
 
     def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
-        session = restore(decoded.state, entry.source or Path(entry.key), entry.key)
+        session = Session.of_state(decoded.state, entry.source or Path(entry.key), entry.key)
         self._workspace.add_session(session, restored=True)
         if decoded.problems:
             self.incomplete.emit(session, decoded.problems)
@@ -374,7 +334,7 @@ class FrameLoader(QObject):
         frame, parameters = session.frame, self._workspace.parameters.extraction
 
         def wanted() -> bool:
-            if session.notes.propagated_from:
+            if session.blocks.propagated_from:
                 return False
             if not transient or self._workspace.frames.is_current(session):
                 return True
@@ -417,7 +377,7 @@ class FrameLoader(QObject):
 
     def _take_first(self, session: Session, found: FoundBlocks) -> None:
         """Set the blocks of a frame that was opened without any, unless blocks were propagated to it since."""
-        if session.notes.propagated_from:
+        if session.blocks.propagated_from:
             return
         if self._workspace.frames.is_current(session):
             self.extracted.emit(found)

@@ -108,17 +108,17 @@ class RunRecorder(QObject):
         results = session.valid_results()
         if not results:
             return
-        same = next((kept for kept in reversed(session.run_history) if kept.equals(results)), None)
+        same = next((kept for kept in reversed(session.state.runs) if kept.equals(results)), None)
         if same is not None:
             same.results = dict(results)  # the current objects, so that the equal ones can be freed
             self._workspace.runs.note_changed(session, same)
             return
         ended, step, edit = solved
-        run = session.run(session.common)
+        run = session.run(session.state.common)
         live = self._live.get(session)
-        if live is not None and live.step == step and live.kept in session.run_history:
+        if live is not None and live.step == step and live.kept in session.state.runs:
             kept, former = live.kept, live.name
-            kept.take(with_shared_arrays(run, session.run_history), dict(results))
+            kept.take(with_shared_arrays(run, session.state.runs), dict(results))
             kept.seconds, kept.done = ended.seconds, kept.done | ended.done
             name = run_name(session, kept.number, run, edit, live=True)
             kept.name = name if kept.name == former else kept.name
@@ -132,14 +132,14 @@ class RunRecorder(QObject):
         self, run: Run, results: dict[int, BlockResult], ended: RunOutcome, edit: str = "", live: bool = False
     ) -> StoredRun:
         session = ended.session
-        number, session.next_run = session.next_run, session.next_run + 1
+        number = session.state.next_number
         kept = StoredRun(
             number,
             run_name(session, number, run, edit, live),
-            with_shared_arrays(run, session.run_history),
+            with_shared_arrays(run, session.state.runs),
             results,
             ended.seconds,
-            next_colour(session.run_history),
+            next_colour(session.state.runs),
             done=ended.done,
             how=ended.how,
         )
@@ -150,8 +150,8 @@ class RunRecorder(QObject):
     def _drop_oldest(self, session: Session) -> None:
         """Remove the oldest runs without a note that are not compared, beyond a number or a size."""
         dropped = 0
-        for kept in session.run_history[:-1]:
-            if len(session.run_history) <= MAX_STORED and memory_of(session.run_history) <= MAX_MEMORY:
+        for kept in session.state.runs[:-1]:
+            if len(session.state.runs) <= MAX_STORED and memory_of(session.state.runs) <= MAX_MEMORY:
                 break
             if not kept.note and kept not in session.compared:
                 self._workspace.runs.drop(session, kept)
@@ -159,7 +159,7 @@ class RunRecorder(QObject):
         if dropped and session not in self._warned:
             self._warned.add(session)
             self.message.emit(
-                f"{session.name}: the run history is full ({len(session.run_history)} runs). New runs replace the "
+                f"{session.name}: the run history is full ({len(session.state.runs)} runs). New runs replace the "
                 "oldest ones; runs with a note are kept."
             )
 
@@ -168,7 +168,7 @@ class RunRecorder(QObject):
         if completion is None or not session.extrapolated:
             return
         results = session.valid_results()
-        kept = next((kept for kept in reversed(session.run_history) if kept.is_of(results)), None)
+        kept = next((kept for kept in reversed(session.state.runs) if kept.is_of(results)), None)
         if kept is not None:
             kept.take_extrapolation(completion)
             self._workspace.runs.note_changed(session, kept)

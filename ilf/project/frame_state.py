@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,9 +13,10 @@ from ..data.frame import RGBDFrame
 from ..data.label_map import Box
 from ..data.parameters import Parameters
 from ..data.presets import preset
-from ..data.results import BlockResult
+from ..data.results import BlockResult, Status
 from ..evaluation.quality.ignored import IgnoredPlace
 from ..run.run import Run
+from .project import FrameSummary, Stage
 from .run_history import Extrapolation, StoredRun
 
 Point = tuple[float, float]
@@ -106,6 +107,32 @@ class FrameState:
         """Return the state with settings made since it was stored: the note, and the parameters for all frames (None
         if there are none)."""
         return replace(self, note=note, common=self.common if for_all is None or self.own_parameters else for_all)
+
+    def summary(self, labels: Collection[int]) -> FrameSummary:
+        """Return the summary of the frame; `labels` are those in its label map."""
+        outcomes = [result.outcome for result in self.results.values()]
+        unrecoverable = [outcome for outcome in outcomes if outcome.status is Status.NOT_RECOVERABLE]
+        failed = bool(outcomes) and len(unrecoverable) == len(outcomes)
+        return FrameSummary(
+            Stage.FAILED if failed else Stage.RUN if outcomes else self._stage_before_a_run(labels),
+            self.note,
+            self.frame.shape,
+            self.frame.missing_share,
+            len(labels),
+            len(outcomes),
+            len(self.to_check.intersection(labels)),
+            unrecoverable[0].message if failed else "",
+            self.own_parameters,
+            self.done,
+            sum(outcome.status is Status.ITERATION_LIMIT for outcome in outcomes),
+        )
+
+    def _stage_before_a_run(self, labels: Collection[int]) -> Stage:
+        if not labels:
+            return Stage.UNTOUCHED
+        if self.blocks.propagated:
+            return Stage.PROPAGATED
+        return Stage.EDITED if self.blocks.edited or self.blocks.by_hand is not None else Stage.EXTRACTED
 
     def run(self) -> Run:
         """Return the run of all blocks as they are now."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import datetime
 import weakref
 from collections.abc import Mapping
@@ -122,6 +123,12 @@ class StoredRun:
     def hold(self, on: bool) -> None:
         """Keep the completion in memory while the run is viewed, or release it."""
         self._held = self.completion if on else None
+
+    def detached(self) -> Self:
+        """Return a copy that does not follow later changes of the run and does not hold its depth."""
+        one = copy.copy(self)
+        one._composed = one._held = None
+        return one
 
     def take_extrapolation(self, completion: Completion) -> None:
         """Store the extrapolated depth of a completion."""

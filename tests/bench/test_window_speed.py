@@ -24,6 +24,8 @@ from gui.app.main_window import MainWindow
 from gui.features.edit_summary import EditSummaryFeature
 from gui.state.session import Session
 from ilf.completion.completion import CompletionRun
+from ilf.data.blocks import Blocks
+from ilf.project.frame_state import FrameState
 from ilf.segmentation.editing.patches import patch_between
 
 from .window import new_window, pause, settled, wait
@@ -124,8 +126,7 @@ def context(qtbot, frame: ilf.RGBDFrame, completed: CompletionRun) -> Iterator[C
     window = new_window()
     qtbot.addWidget(window)
     window.actions_["live"].setChecked(False)
-    session = Session(frame, None, frame.name)
-    session.set_labels(_labels())
+    session = Session(FrameState(frame.name, frame, Blocks(_labels())), None, frame.name)
     window.workspace.parameters.set(ilf.preset("released-code", max_iterations=2))
     window.workspace.add_session(session)
     window.workspace.runs.store_results(session, list(completed.results.values()))

@@ -117,7 +117,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
         label = max(session.counts(), key=lambda label: session.counts()[label].pixels)
         if trip == "slider":
             workspace.blocks.select([label])
-            window.feature(FilterFeature).panel.edited.emit(session.common.replace(noise=0.02))
+            window.feature(FilterFeature).panel.edited.emit(session.state.common.replace(noise=0.02))
         else:
             paint_across(window, label)
         wait(lambda: news)

@@ -95,7 +95,7 @@ def test_commands_in_any_order(
     others: list[Callable[[], object]] = [
         lambda: workspace.blocks.select(list(workspace.session.counts())[chance.randrange(3) :][:1]),
         lambda: window.feature(FilterFeature).set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
-        lambda: workspace.runs.compare(workspace.session.run_history[-chance.randrange(1, 4) :]),
+        lambda: workspace.runs.compare(workspace.session.state.runs[-chance.randrange(1, 4) :]),
         lambda: views.set_layout(chance.choice(list(LAYOUTS))),
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),

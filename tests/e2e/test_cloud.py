@@ -81,7 +81,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     opened.workspace.blocks.set_ground_truth(None)
     assert shown(opened, qtbot).colouring.scale is None
 
-    other = StoredRun(1, "Run 1", session.run(session.common), dict(session.valid_results()), 1.0, (1, 2, 3))
+    other = StoredRun(1, "Run 1", session.run(session.state.common), dict(session.valid_results()), 1.0, (1, 2, 3))
     opened.workspace.runs.keep(session, other)
     opened.workspace.runs.compare([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)

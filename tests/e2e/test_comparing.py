@@ -42,7 +42,7 @@ def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, StoredRun]:
     opened.actions_["live"].setChecked(False)
     run_all(opened)
     session = opened.workspace.session
-    kept = session.run_history[0]
+    kept = session.state.runs[0]
     opened.workspace.runs.change(session, kept, name="Best")
     opened.workspace.parameters.set(preset("paper", max_iterations=3))
     run_all(opened)
@@ -76,7 +76,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     window.feature(StatusFeature).readout.point_at((int(column), int(row)))
     assert "Best" in window.feature(StatusFeature).bar.readout.text()
     session = window.workspace.session
-    window.workspace.runs.delete(session, list(session.run_history))
+    window.workspace.runs.delete(session, list(session.state.runs))
     window.refresh.now()
     assert cell.concrete == "difference:result:interpolated"
     assert out.strip.title == "A: depth in | B: result"
@@ -262,7 +262,7 @@ def test_the_divider_starts_where_it_is_seen(run_twice: tuple[MainWindow, Stored
 def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice: tuple[MainWindow, StoredRun]) -> None:
     window, best = run_twice
     runs, views = window.workspace.runs, window.views
-    runs.compare([window.workspace.session.run_history[-1]])
+    runs.compare([window.workspace.session.state.runs[-1]])
     window.actions_["compare_two"].trigger()
     window.refresh.now()
     assert [views.material.names.get(side, side) for side in views.sides.names] == ["Best", "result"]

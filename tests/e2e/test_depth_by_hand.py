@@ -57,7 +57,7 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
 
     # undone, the earlier result is valid again without a run
     key(window, _Key.Key_Z, CTRL)
-    assert session.by_hand is None
+    assert session.blocks.by_hand is None
     assert session.is_up_to_date(left)
     window.refresh.now()
     assert "by hand" not in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
@@ -73,7 +73,7 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
     window.feature(StatusFeature).readout.point_at((14, 16))
     assert "proposed 1.56" in window.feature(StatusFeature).bar.readout.text()
-    assert session.by_hand is None
+    assert session.blocks.by_hand is None
     key(window, _Key.Key_Escape)
     assert session.proposal is None
     window.actions_["continue_plane"].trigger()
@@ -81,8 +81,8 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     with qtbot.waitSignal(window.runs.resolved, timeout=WAIT_MS):
         key(window, _Key.Key_Return)
     qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    assert session.by_hand is not None
-    assert np.array_equal(session.by_hand.pixels, session.frame.missing & (session.labels == left))
+    assert session.blocks.by_hand is not None
+    assert np.array_equal(session.blocks.by_hand.pixels, session.frame.missing & (session.labels == left))
 
     # and a run exported from here is replayed bit for bit
     run, completion = session.run(workspace.parameters.current), session.completion()

@@ -90,21 +90,21 @@ def test_values_for_chosen_blocks_go_to_all_of_them(
     panel.set_scope(True)
     opened.refresh.now()
     panel.form.findChild(object, "smoothness").setValue(3.0)
-    assert session.notes.own == {label: {"smoothness": 3.0} for label in chosen}
+    assert session.blocks.own == {label: {"smoothness": 3.0} for label in chosen}
     _settle(opened, qtbot)
     assert session.changed_blocks() == [], "all of them are solved again"
     panel.set_scope(False)
     panel.preset_chosen.emit(opened.workspace.parameters.current.replace(noise=0.01))
     assert "Block 1 (Smoothness)" in opened.toasts.message
-    assert session.parameters_of(chosen[0], opened.workspace.parameters.current).smoothness == 3.0
+    assert session.parameters_of(chosen[0]).smoothness == 3.0
     panel.set_scope(True)
     opened.workspace.blocks.select(chosen[:1])
     opened.actions_["reset_own"].trigger()
-    assert sorted(session.notes.own) == chosen[1:]
+    assert sorted(session.blocks.own) == chosen[1:]
     opened.workspace.blocks.select(chosen[::-1])
     opened.actions_["copy_own"].trigger()
-    assert sorted(session.notes.own) == chosen
+    assert sorted(session.blocks.own) == chosen
     for _ in range(4):
         opened.actions_["undo"].trigger()
-    assert session.notes.own == {}
+    assert session.blocks.own == {}
     _settle(opened, qtbot)

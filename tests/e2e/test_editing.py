@@ -181,7 +181,7 @@ def test_extracting_again_keeps_locked_blocks_and_is_undoable(editing: MainWindo
         editing.actions_["extract"].trigger()
     assert np.array_equal(session.labels == new, mask)
     assert session.info(new).name == "Mine"
-    assert session.edited
+    assert session.blocks.edited
     workspace.undo_group.undo()
     assert np.array_equal(session.labels, edited)
 
@@ -266,19 +266,19 @@ def test_undoing_an_extraction_brings_names_parameters_and_origin_back(editing: 
     workspace, session = editing.workspace, editing.workspace.session
     workspace.blocks.edit_info(1, "Rename block", name="Wall")
     workspace.parameters.set(preset(max_iterations=3), 1)
-    used = session.notes.extraction
+    used = session.blocks.extraction
     workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     with qtbot.waitSignal(editing.loader.idle, timeout=60_000):
         editing.actions_["extract"].trigger()
     assert len(session.counts()) == 1
     assert session.info(1).name == "Block 1"
-    assert session.parameters_of(1, workspace.parameters.current) == workspace.parameters.current
-    assert not session.edited
+    assert session.parameters_of(1) == workspace.parameters.current
+    assert not session.blocks.edited
     workspace.undo_group.undo()
     assert session.info(1).name == "Wall"
-    assert session.parameters_of(1, workspace.parameters.current).max_iterations == 3
-    assert session.notes.extraction == used
-    assert not session.edited
+    assert session.parameters_of(1).max_iterations == 3
+    assert session.blocks.extraction == used
+    assert not session.blocks.edited
 
 
 def test_undoing_a_rename_leaves_the_block_hidden(editing: MainWindow) -> None:

@@ -118,7 +118,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     qtbot.waitUntil(lambda: panel.ground_truth_table.rows[0].cells[0] == millimetres(everything.rmse), timeout=WAIT_MS)
 
     # runs that are compared stand below each other
-    run = session.run(session.common)
+    run = session.run(session.state.common)
     other = replace(run, parameters=PRESETS["paper"].replace(max_iterations=20))
     kept = StoredRun(1, "paper", other, other.complete().results, 0.1, (200, 0, 0))
     workspace.runs.keep(session, kept)
@@ -169,7 +169,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     settle(window)
     assert panel.tested.tone() == "muted"
     assert errors_shown(window)[0] != "–"
-    workspace.parameters.set(session.common.replace(smoothness=3.0), label)
+    workspace.parameters.set(session.state.common.replace(smoothness=3.0), label)
     settle(window)
     assert errors_shown(window)[0] == "–"
     assert errors_shown(window)[1] != "–"
@@ -220,11 +220,11 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     settle(window)
     np.testing.assert_array_equal(shown.bar._scale.table, depth_table("grey"))
     shown.multiples.tiles[2].click()
-    assert session.common.smoothness == 100.0
+    assert session.state.common.smoothness == 100.0
     settle(window)
     assert [tile.present for tile in shown.multiples.tiles] == [False, False, True]
     window.actions_["undo"].trigger()
-    assert session.common.smoothness == 1.0
+    assert session.state.common.smoothness == 1.0
 
     # two of the chosen block alone, by hidden depth: its own values are taken
     label = next(iter(session.counts()))
@@ -242,7 +242,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert len(sweep.found.errors) == len(shown.multiples.tiles) == 9  # with the present value among the second's
     wanted = sweep.found.values(0)
     shown.grid.taken.emit(0)
-    assert session.notes.own[label] == wanted
+    assert session.blocks.own[label] == wanted
     assert set(wanted) == {"smoothness", "slope_weight"}
     workspace.blocks.select([])
     shown.grid.taken.emit(1)

@@ -131,8 +131,8 @@ def test_extract_takes_what_the_preview_has_found_at_once(
     assert not staged.loader.busy
     np.testing.assert_array_equal(session.labels, expected)
     assert not np.array_equal(expected, before)
-    assert not session.edited
-    assert session.notes.extraction == staged.workspace.parameters.extraction
+    assert not session.blocks.edited
+    assert session.blocks.extraction == staged.workspace.parameters.extraction
     assert session.undo_stack.count() == 1
     staged.workspace.undo_group.undo()
     np.testing.assert_array_equal(session.labels, before)
@@ -143,7 +143,7 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened: MainWindow, 
     opened.views.set_layout(layout)
     session, said = opened.workspace.session, _said(opened)
     mine = _cut_off_by_hand(opened)
-    before, steps, used = session.labels.copy(), session.undo_stack.count(), session.notes.extraction
+    before, steps, used = session.labels.copy(), session.undo_stack.count(), session.blocks.extraction
     stays = before == mine
     for smallest in (48.0, 47.0):
         opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest, use_depth=False))
@@ -153,17 +153,17 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened: MainWindow, 
         np.testing.assert_array_equal(session.labels == mine, stays)
         assert len(session.counts()) == 2, "the block that the stroke cut into is extracted anew"
         assert session.info(mine).name == "Mine"
-        assert session.edited
+        assert session.blocks.edited
         assert "Kept: 1 made by hand." in said[-1]
     while session.undo_stack.index() > steps:
         opened.workspace.undo_group.undo()
     np.testing.assert_array_equal(session.labels, before)
-    assert session.notes.extraction == used
+    assert session.blocks.extraction == used
     _click(opened, "Keep blocks made by hand")
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     assert len(session.counts()) == 1
-    assert not session.edited
+    assert not session.blocks.edited
     assert "Kept" not in said[-1]
 
 
@@ -302,7 +302,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
         assert "Kept: 2 locked." in said[-1]
-        assert session.edited, "a locked block is not what these values give"
+        assert session.blocks.edited, "a locked block is not what these values give"
     for label in (locked, mine):
         opened.workspace.blocks.set_lock(label, False)
     opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=46.0))
@@ -325,7 +325,7 @@ def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWind
     staged.actions_["extract"].trigger()
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert len(session.counts()) == 1, "what was painted so far is given up, and nothing of it comes after"
-    assert not session.edited
+    assert not session.blocks.edited
     assert session.undo_stack.count() == 1
     staged.workspace.undo_group.undo()
     np.testing.assert_array_equal(session.labels, before)
@@ -480,5 +480,5 @@ def test_a_frame_is_shown_before_its_blocks_are_found(
         session.undo_stack.undo()
         np.testing.assert_array_equal(session.labels, mine)
     else:
-        assert not session.edited
+        assert not session.blocks.edited
         assert not session.unsaved

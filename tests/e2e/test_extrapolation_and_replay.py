@@ -195,7 +195,7 @@ def test_a_run_with_other_distrusted_depth_or_drawn_borders_is_not_judged(
     opened.workspace.blocks.set_invalid_mask(mask, "Distrust depth")
     run_all(opened)
     session.undo_stack.undo()
-    session.notes.drawn = mask
+    session.change_blocks(drawn=mask)
     run_all(opened)
     assert reported == []
     assert "equals the run record" not in opened.log.text.toPlainText()

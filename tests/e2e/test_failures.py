@@ -195,7 +195,7 @@ def test_a_label_map_can_be_loaded_and_undone(opened: MainWindow, tmp_path: Path
     cv2.imwrite(str(tmp_path / "labels.png"), labels)
     opened.documents.load_blocks(str(tmp_path / "labels.png"))
     assert (session.labels == 5).all()
-    assert session.edited
+    assert session.blocks.edited
     opened.workspace.undo_group.undo()
     assert np.array_equal(session.labels, before)
 

@@ -96,7 +96,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
     qtbot.waitUntil(lambda: _present(window) is entries[0], timeout=WAIT_MS)
     back = workspace.session
     assert back is not first
-    assert (back.id, back.note, back.unsaved) == (first_id, "glass", True)
+    assert (back.id, back.state.note, back.unsaved) == (first_id, "glass", True)
     assert np.array_equal(back.labels, labels)
     assert not back.undo_stack.canUndo()
 

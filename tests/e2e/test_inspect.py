@@ -127,7 +127,7 @@ def test_statistics_of_block_and_rectangle_beside_each_other(
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
     part.measure_panel.subject_requested.emit(True)
     key(window, Qt.Key.Key_Escape)
-    assert session.region is None
+    assert session.state.looked.region is None
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
 
 

@@ -21,12 +21,10 @@ from gui.features.project.closing import CloseDialog, Unsaved
 from gui.features.project.missing import MissingFilesDialog
 from gui.features.project.saving import SaveAsDialog, SaveRequest
 from gui.features.sweep.feature import SweepFeature
-from gui.project.recorder import SessionSnapshot
 from gui.state.session import Session
 from gui.widgets.basics import Message
 from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project as read_project
-from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
@@ -80,10 +78,6 @@ def show(window: MainWindow, qtbot: QtBot, row: int) -> Session:
     return workspace.session
 
 
-def state_of(session: Session) -> FrameState:
-    return SessionSnapshot(session).take()()
-
-
 def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]) -> Session:
     """Something of everything that a user can do to a frame."""
     workspace = window.workspace
@@ -104,9 +98,9 @@ def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], No
     workspace.frames.set_note(window.workspace.frames.entries[0], "Look at the corner.")
     workspace.blocks.set_region((slice(3, 20), slice(5, 30)))
     workspace.blocks.select([second])
-    workspace.runs.change(session, session.run_history[0], note="the first")
-    workspace.runs.compare(session.run_history[:1])
-    kept = session.run_history[0]
+    workspace.runs.change(session, session.state.runs[0], note="the first")
+    workspace.runs.compare(session.state.runs[:1])
+    kept = session.state.runs[0]
     qtbot.waitUntil(lambda: kept.ground_truth_error is not None and kept.expected_error is not None, timeout=WAIT_MS)
     return session
 
@@ -125,12 +119,12 @@ def test_all_work_comes_back_in_another_window(
     opened.refresh.now()
     assert (session.unsaved, opened.project.present.unsaved, opened.isWindowModified()) == (False, False, False)
     assert opened.windowTitle().startswith("room — two-planes[*]")
-    before = state_of(session)
+    before = session.snapshot()
 
     window = another()
     open_project(window, qtbot, path)
     again = window.workspace.session
-    assert_same(state_of(again), before)
+    assert_same(again.snapshot(), before)
     assert (again.unsaved, window.project.present.unsaved, again.undo_stack.count()) == (False, False, 0)
     assert window.views.layout_name == "grid-difference"
     assert window.views.contents()["depth-in"] == "ground_truth"
@@ -150,7 +144,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     tmp_path: Path,
 ) -> None:
     session = work_on(opened, qtbot, run_all)
-    before = state_of(session)
+    before = session.snapshot()
     frame = Path(opened.workspace.frames.entries[0].key)
     there = tmp_path / "there"
     there.mkdir()
@@ -163,7 +157,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     window = another()
     for path in (moved / "room.ilf", there / "alone.ilf"):
         open_project(window, qtbot, path)
-        again = state_of(window.workspace.session)
+        again = window.workspace.session.snapshot()
         assert_same(again.results, before.results)
         assert_same(again.runs[0].results, before.runs[0].results)
         assert_same(again.blocks.labels, before.blocks.labels)

@@ -79,7 +79,7 @@ def test_next_frame_with_these_blocks(listed: MainWindow, part: PropagationFeatu
     second = propagate_state(window, part, qtbot, "propagate_next")
     assert second.name == "frame-1"
     assert np.array_equal(second.labels, first.labels)
-    assert [(info.name, info.locked) for info in second.infos.values()] == [("Wall", True), ("Floor", False)]
+    assert [(info.name, info.locked) for info in second.blocks.infos.values()] == [("Wall", True), ("Floor", False)]
     assert window.toasts.message == "frame-1: 2 blocks copied, none needs a check."
     assert not window.loader.busy  # nobody has extracted blocks that are not wanted
     third = propagate_state(window, part, qtbot, "propagate_next")
@@ -147,7 +147,7 @@ def test_frames_on_the_way_are_put_away_and_come_back(
     qtbot.waitUntil(lambda: entries[3].session is not None, timeout=WAIT_MS)
     session = propagate_state(window, part, qtbot, "propagate_previous")
     assert session.info(1).name == "Wall"
-    assert session.notes.propagated_from == "frame-2"
+    assert session.blocks.propagated_from == "frame-2"
     last = propagate_state(window, part, qtbot, "propagate_next")
     assert abs(border(last) - (30 + SHIFTS[4])) <= 1
     window.actions_["undo"].trigger()
@@ -245,8 +245,9 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
 def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
     window, workspace = listed, listed.workspace
     session = propagate_state(window, part, qtbot, "propagate_next")
-    session.to_check = {1, 2}
-    session.notes.reasons.update({1: "A half of it could not be seen before.", 2: "It was not in the picture before."})
+    session.change(to_check=frozenset({1, 2}))
+    reasons = {1: "A half of it could not be seen before.", 2: "It was not in the picture before."}
+    session.change_blocks(reasons=reasons)
     workspace.blocks.note_checked(session)
 
     def said(command: str) -> str:
@@ -258,17 +259,17 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: Propagation
     assert "Floor was propagated: it was not in the picture before." in said("next_check")
     assert session.selected == [2]
     assert "Wall was propagated: a half of it" in said("ignore_check")
-    assert session.to_check == {1}
+    assert session.state.to_check == {1}
     assert session.selected == [1]
     assert "was propagated" not in said("mark_checked")
-    assert not session.to_check
+    assert not session.state.to_check
     assert not window.actions_["mark_checked"].isEnabled()
     window.actions_["undo"].trigger()
-    assert session.to_check == {1}
+    assert session.state.to_check == {1}
     assert "Wall was propagated" in said("next_check")
     assert window.feature(QualityCheckFeature).strip.remedy.text() == "Mark Wall as checked (Enter)"
     assert "was propagated" not in said("apply_remedy")
-    assert not session.to_check
+    assert not session.state.to_check
 
 
 def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
@@ -280,18 +281,18 @@ def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationF
     window.feature(FilterFeature).set_values({"smoothness": 3.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL
-    assert first.common.smoothness == 3.0
+    assert first.state.common.smoothness == 3.0
     assert window.actions_["undo"].text() == "Undo Set Smoothness for all frames"
     row.chosen.emit(Sharing.ALONE)
     window.feature(FilterFeature).set_values({"smoothness": 5.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALONE
-    assert (first.common.smoothness, second.common.smoothness) == (3.0, 5.0)
+    assert (first.state.common.smoothness, second.state.common.smoothness) == (3.0, 5.0)
     assert workspace.frames.entries[1].summary.own_parameters
     third = propagate_state(window, part, qtbot, "propagate_next")  # the values of runs go along, as its own
-    assert (third.common.smoothness, third.own_parameters) == (5.0, True)
+    assert (third.state.common.smoothness, third.state.own_parameters) == (5.0, True)
     window.actions_["reset_to_shared"].trigger()
-    assert (third.common.smoothness, third.own_parameters) == (3.0, False)
+    assert (third.state.common.smoothness, third.state.own_parameters) == (3.0, False)
     workspace.frames.show(first)
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL

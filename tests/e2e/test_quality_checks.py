@@ -19,11 +19,8 @@ from gui.features.quality_check.feature import QualityCheckFeature
 from gui.features.quality_check.invalid_depth import InvalidDepthFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
-from gui.project.recorder import SessionSnapshot
-from gui.state.entries import summary_of
 from gui.state.results import ErrorEstimate
 from gui.state.session import Session
-from gui.work.loading import restore
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.quality.remedies import Remedy
 from ilf.segmentation.editing.patches import patch_between
@@ -99,8 +96,8 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     said = press(window, qtbot, "ignore_check")
     assert said == "No more flagged places. 1 ignored."
     assert not window.actions_["ignore_check"].isEnabled()
-    state = SessionSnapshot(workspace.session).take()()
-    assert restore(state, None, "again").ignored == workspace.session.ignored != ()
+    state = workspace.session.snapshot()
+    assert Session.of_state(state, None, "again").state.ignored == workspace.session.state.ignored != ()
     workspace.blocks.replace(walls(81, WIDTH).astype(np.int32), "Another edit")
     assert settled(window, qtbot) == said, "it stays ignored"
     window.actions_["undo"].trigger()
@@ -289,7 +286,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / "speck", frame))))
     workspace = window.workspace
     workspace.blocks.replace(np.ones((HEIGHT, WIDTH), np.int32), "One block")
-    workspace.parameters.set(workspace.session.common.replace(s_criteria=0.0))
+    workspace.parameters.set(workspace.session.state.common.replace(s_criteria=0.0))
     run_all(window)
     outcome = workspace.session.completion().outcomes[1]
     assert outcome.suspect == np.count_nonzero(speck)
@@ -297,7 +294,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     row = block_rows(workspace.session, window.runs)[0]
     assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
     assert "limit of steps" in row.detail
-    assert summary_of(workspace.session).not_converged == 1
+    assert workspace.session.summary().not_converged == 1
 
 
 def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):

@@ -65,8 +65,8 @@ def test_runs_are_kept_compared_and_come_back_to(
     for position in (5, 6, 7, 8):
         slider.setValue(position)
         qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: len(session.run_history) == 2 and not part.keeper.waits, timeout=WAIT_MS)
-    first, live = session.run_history
+    qtbot.waitUntil(lambda: len(session.state.runs) == 2 and not part.keeper.waits, timeout=WAIT_MS)
+    first, live = session.state.runs
     qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error), timeout=WAIT_MS)
     opened.refresh.now()
     texts = [_cell(part, row, Column.NAME) for row in (0, 1)]
@@ -87,28 +87,28 @@ def test_runs_are_kept_compared_and_come_back_to(
 
     actions["accept_run"].trigger()
     opened.refresh.now()
-    assert (session.common, session.changed_blocks()) == (preset("paper"), [])
+    assert (session.state.common, session.changed_blocks()) == (preset("paper"), [])
     np.testing.assert_array_equal(session.completion().depth, depth)
     np.testing.assert_array_equal(session.current_depth(), depth)
     assert _cell(part, 1, Column.NAME) == "Run 1 · current"
     actions["undo"].trigger()
     assert live.is_of(session.valid_results())
     actions["restore_run"].trigger()
-    assert session.common == preset("paper")
+    assert session.state.common == preset("paper")
     actions["undo"].trigger()
-    assert session.common.padding == 3.0
+    assert session.state.common.padding == 3.0
 
     _type(part, 1, Column.NAME, "as printed")
     _type(part, 0, Column.NOTE, "sharper")
     assert (first.name, live.note) == ("as printed", "sharper")
     part.table.select(live)
     QTest.keyClick(part.table.view, Qt.Key.Key_Delete)
-    assert session.run_history == [first]
+    assert session.state.runs == (first,)
     actions["undo"].trigger()
-    assert session.run_history == [first, live]
+    assert session.state.runs == (first, live)
     opened.refresh.now()
     assert part.table.runs() == [live, first]
-    assert len(session.run_history) == 2, "undo solves nothing anew"
+    assert len(session.state.runs) == 2, "undo solves nothing anew"
 
 
 def test_another_frame_has_runs_of_its_own(opened: MainWindow, part: RunHistoryFeature, run_all: Run) -> None:

@@ -39,7 +39,7 @@ def test_the_views_look_back_and_return(
     qtbot.waitUntil(lambda: opened.workspace.runs.viewed_iteration is not None, timeout=WAIT_MS)
     expected = session.frame.depth.copy()
     for label in lengths:
-        stepper = ilf.iterate(session.frame, session.labels, label, extraction=session.notes.extraction)
+        stepper = ilf.iterate(session.frame, session.labels, label, extraction=session.blocks.extraction)
         for _ in range(3):
             next(stepper, None)
         missing = (session.labels == label) & ~session.frame.known

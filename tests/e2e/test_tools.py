@@ -402,7 +402,7 @@ def test_a_part_that_could_not_be_completed_is_not_cut_off(editing: MainWindow) 
     mask = np.zeros(session.labels.shape, bool)
     mask[:6, 58:] = True
     editing.workspace.blocks.set_invalid_mask(mask, "Mark depth as invalid")
-    session.notes.extraction = session.notes.extraction.changed(min_size=2)
+    session.change_blocks(extraction=session.blocks.extraction.changed(min_size=2))
     _take(editing, "split")
     drag(editing, [(60, -1), (60, 4), (65, 4)])
     assert len(session.counts()) == 2

@@ -59,5 +59,5 @@ def assert_holds(parts: Journal, session: Session) -> None:
     assert decoded.problems == ()
     assert np.array_equal(decoded.state.blocks.labels, session.labels)
     assert {label: info.name for label, info in decoded.state.blocks.infos.items()} == {
-        label: info.name for label, info in session.infos.items()
+        label: info.name for label, info in session.blocks.infos.items()
     }

@@ -215,8 +215,8 @@ class GroundTruthPresenter(QObject):
         chosen = tuple(label for label in session.selected if label in session.counts())
         if chosen:
             areas[session.info(chosen[0]).name if len(chosen) == 1 else f"{len(chosen)} blocks"] = chosen
-        if session.region is not None:
-            areas["Rectangle"] = session.region
+        if session.state.looked.region is not None:
+            areas["Rectangle"] = session.state.looked.region
         return areas
 
     def _show_source(self, session: Session) -> None:

@@ -174,7 +174,7 @@ class HoldOutPresenter(QObject):
             self._context.notes.show_message("A hold-out test is already in progress.")
             return
         session = workspace.session
-        present = session.run(session.common)
+        present = session.run(session.state.common)
         dialog = HoldOutDialog(session.name, _candidates(session, present), self._context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self.start(session, dialog.chosen(), present, dialog.test()))
@@ -216,7 +216,7 @@ class HoldOutPresenter(QObject):
             self._outcomes[session] = outcome
             for one in outcome.tested:
                 kept = one.candidate.kept
-                if kept in session.run_history and kept.run is one.candidate.run_when_selected:
+                if kept in session.state.runs and kept.run is one.candidate.run_when_selected:
                     self._context.workspace.runs.change(
                         session, kept, hold_out_error=one.whole.rmse, hold_out_test=outcome.test
                     )
@@ -243,7 +243,7 @@ class HoldOutPresenter(QObject):
 def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
     """Candidates, and whether they are initially ticked, as the current values and the compared runs are."""
     found = [(Candidate(CURRENT, present), True)]
-    found += [(Candidate.of(kept), kept in session.compared) for kept in session.run_history]
+    found += [(Candidate.of(kept), kept in session.compared) for kept in session.state.runs]
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
     for name, parameters in presets.items():
         found.append((Candidate(f"Preset {name}", replace(present, parameters=parameters, own={})), False))

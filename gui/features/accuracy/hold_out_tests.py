@@ -86,8 +86,8 @@ class HoldOutOutcome:
             and same_mask(session.frame.invalid_mask, run.frame.invalid_mask)
             and same_depth(session.frame.guide, run.frame.guide)
             and same_depth(session.frame.neighbours, run.frame.neighbours)
-            and same_mask(session.notes.drawn, run.drawn)
-            and same_depth(session.by_hand, run.by_hand)
+            and same_mask(session.blocks.drawn, run.drawn)
+            and same_depth(session.blocks.by_hand, run.by_hand)
         )
 
     @property
@@ -100,7 +100,7 @@ class HoldOutOutcome:
         return all(self._has_values_of(session, label) for label in session.counts())
 
     def _has_values_of(self, session: Session, label: int) -> bool:
-        return self.present.parameters_of(label).same_effect(session.parameters_of(label, session.common))
+        return self.present.parameters_of(label).same_effect(session.parameters_of(label))
 
     def errors_of(self, session: Session) -> dict[int, float]:
         """Label -> RMSE [m] of the blocks whose values are unchanged since the test."""

@@ -48,7 +48,7 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
             state, detail, iterations, sigma = "queued", "", 0, math.nan
         elif result is not None:
             outcome = result.outcome
-            values = session.parameters_of(label, session.common)
+            values = session.parameters_of(label)
             outdated = not anew and not result.parameters.same_effect(values)
             state = "values changed" if outdated else str(outcome.status)
             iterations, sigma = outcome.iterations, outcome.sigma_i
@@ -72,7 +72,7 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
                 locked=info.locked,
                 error=session.block_errors.rmse.get(label, math.nan),
                 look=_check_reason(session, label),
-                own=", ".join(parameter_labels(session.notes.own.get(label, ()))),
+                own=", ".join(parameter_labels(session.blocks.own.get(label, ()))),
             )
         )
     return rows
@@ -80,9 +80,9 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
 
 def _check_reason(session: Session, label: int) -> str:
     """Why a propagated block needs checking; "" if it does not."""
-    if label not in session.to_check:
+    if label not in session.state.to_check:
         return ""
-    return session.notes.reasons.get(label, f"propagated from {session.notes.propagated_from or 'another frame'}")
+    return session.blocks.reasons.get(label, f"propagated from {session.blocks.propagated_from or 'another frame'}")
 
 
 def _detail(result: BlockResult, wanted: Parameters | None) -> str:
@@ -265,7 +265,7 @@ class BlocksFeature(Feature):
 
     def _why_none_to_check(self) -> str:
         why = self.context.reasons
-        to_check = self._workspace.session.to_check if self._workspace.has_session else frozenset()
+        to_check = self._workspace.session.state.to_check if self._workspace.has_session else frozenset()
         return "" if why.selected & to_check else why.none_selected() or "The selected blocks need no check."
 
     def show(self) -> None:

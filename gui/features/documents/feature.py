@@ -303,7 +303,7 @@ class DocumentsFeature(Feature):
         """Export with the dialog."""
         session = self._workspace.session
         completion = session.completion()
-        run = session.run(session.common, extrapolate=session.extrapolated)
+        run = session.run(session.state.common, extrapolate=session.extrapolated)
         dialog = ExportDialog(
             run, completion is not None, str(_export_folder(session)), self._window, behind=behind(session)
         )
@@ -319,7 +319,7 @@ class DocumentsFeature(Feature):
             return
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
-        run = session.run(session.common, extrapolate=session.extrapolated)
+        run = session.run(session.state.common, extrapolate=session.extrapolated)
         QSettings().setValue("export/folder", str(folder.absolute().parent))
 
         def job() -> Generator[None, None, Written]:
@@ -408,12 +408,14 @@ def _is_recorded_run(session: Session, recorded: Run, completion: Completion) ->
     guide, depth of neighbours and parameters."""
     if session.extrapolated != recorded.extrapolate or not np.array_equal(session.labels, recorded.blocks):
         return False
-    drawn, invalid_mask = session.notes.drawn, session.frame.invalid_mask
+    drawn, invalid_mask = session.blocks.drawn, session.frame.invalid_mask
     if not (same_mask(drawn, recorded.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
         return False
     if not same_depth(session.frame.neighbours, recorded.frame.neighbours):
         return False
-    if not (same_depth(session.frame.guide, recorded.frame.guide) and same_depth(session.by_hand, recorded.by_hand)):
+    if not (
+        same_depth(session.frame.guide, recorded.frame.guide) and same_depth(session.blocks.by_hand, recorded.by_hand)
+    ):
         return False
     return set(completion.results) == (recorded.only or frozenset()) and all(
         result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()

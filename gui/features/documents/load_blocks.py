@@ -50,7 +50,7 @@ def blocks_from(source: BlockSource) -> LoadedBlocks:
 def save_blocks(path: Path, session: Session, format: str | None) -> None:
     """Write a frame's blocks with the names given by the user; raises ExportError as `write_blocks` does."""
     check_not_an_input(session.frame, [path])
-    given = {label: info.name for label, info in session.infos.items() if info.name != f"Block {label}"}
+    given = {label: info.name for label, info in session.blocks.infos.items() if info.name != f"Block {label}"}
     write_blocks(path, session.labels, format=format, names=given, image=_colour_file(session.frame))
 
 

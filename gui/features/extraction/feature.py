@@ -175,7 +175,7 @@ class ExtractionFeature(Feature):
         if self.panel.previews:
             parameters: BlockParameters | None = self._workspace.parameters.extraction
         else:
-            parameters = self._preview.cached_parameters(frame) or self._workspace.session.notes.extraction
+            parameters = self._preview.cached_parameters(frame) or self._workspace.session.blocks.extraction
         if parameters is None:
             self._board.show_message(_OFF)
             return
@@ -201,7 +201,7 @@ class ExtractionFeature(Feature):
 
     def _has_new_values(self) -> bool:
         """Whether the frame's blocks were extracted with other parameters than the panel's."""
-        return self._workspace.session.notes.extraction != self._workspace.parameters.extraction
+        return self._workspace.session.blocks.extraction != self._workspace.parameters.extraction
 
     def _summary(self, found: FoundBlocks) -> str:
         if self.panel.previews:

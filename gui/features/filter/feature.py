@@ -111,13 +111,13 @@ class FilterFeature(Feature):
     def _why_none_own(self) -> str:
         why = self.context.reasons
         none_selected = why.none_selected()
-        if none_selected or not why.selected.isdisjoint(self._workspace.session.notes.own):
+        if none_selected or not why.selected.isdisjoint(self._workspace.session.blocks.own):
             return none_selected
         return "The selected blocks have no parameters of their own."
 
     def _why_no_copy(self) -> str:
         session = self._workspace.session if self._workspace.has_session else None
-        if session is not None and len(session.selected) > 1 and session.selected[0] in session.notes.own:
+        if session is not None and len(session.selected) > 1 and session.selected[0] in session.blocks.own:
             return ""
         return "Select a block with parameters of its own first, then other blocks."
 
@@ -125,18 +125,14 @@ class FilterFeature(Feature):
     def shown(self) -> Parameters:
         """The parameters that the panel shows: those of all blocks, or of the first selected one."""
         common = self._workspace.parameters.current
-        return (
-            self._workspace.session.parameters_of(self._workspace.blocks.chosen, common)
-            if self._for_selected
-            else common
-        )
+        return self._workspace.session.parameters_of(self._workspace.blocks.chosen) if self._for_selected else common
 
     def show(self) -> None:
         """Show the parameters of all blocks, or of the first selected one."""
         workspace = self._workspace
         chosen = workspace.session.selected if workspace.has_session else []
         names = [workspace.session.info(label).name for label in chosen]
-        alone = workspace.parameters.shared.on and workspace.has_session and workspace.session.own_parameters
+        alone = workspace.parameters.shared.on and workspace.has_session and workspace.session.state.own_parameters
         of_all = workspace.parameters.shared.values if alone else None
         self.panel.show_parameters(self.shown, workspace.parameters.current, names, of_all)
 
@@ -203,6 +199,6 @@ def _describe_own(session: Session) -> str:
     there = session.counts()
     return "; ".join(
         f"{session.info(label).name} ({', '.join(parameter_labels(values))})"
-        for label, values in sorted(session.notes.own.items())
+        for label, values in sorted(session.blocks.own.items())
         if label in there
     )

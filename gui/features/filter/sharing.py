@@ -33,7 +33,7 @@ class SharingCommands(QObject):
         workspace = self._workspace
         if not workspace.parameters.shared.on:
             return Sharing.EACH
-        own = workspace.has_session and workspace.session.own_parameters
+        own = workspace.has_session and workspace.session.state.own_parameters
         return Sharing.ALONE if own else Sharing.ALL
 
     def choose(self, wanted: Sharing) -> None:

@@ -12,9 +12,9 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from ilf.data.label_map import Box
 from ilf.evaluation.measuring import Line
+from ilf.project.frame_state import Point
 
 from ...base.commands import Command
-from ...state.session import Point
 from ...views.linked_views import LinkedViews
 from ...views.scene_items import ViewItem
 from ...widgets.docks import PanelGroup
@@ -321,7 +321,7 @@ class InspectFeature(Feature):
             Marks(
                 self.inspection.line if plotted else None,
                 self.profile.place if plotted else None,
-                workspace.session.region,
+                workspace.session.state.looked.region,
                 lines,
                 self.measure.texts() if lines else (),
             )

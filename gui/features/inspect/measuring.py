@@ -25,9 +25,10 @@ from ilf.evaluation.measuring import (
     measurements_csv,
 )
 from ilf.evaluation.statistics import PlaneFit, SurfaceStatistics, surface_statistics
+from ilf.project.frame_state import Point
 
 from ...state.inspection import Inspection
-from ...state.session import Point, Session
+from ...state.session import Session
 from ...work.latest_request import LatestRequest
 from ..context import Context
 from ..documents.file_dialogs import ask_path, save
@@ -301,9 +302,9 @@ class MeasurePresenter(QObject):
         return "" if viewed_iteration is None else f"The result is {viewed_iteration.text}."
 
     def _subject(self, session: Session) -> Mask | None:
-        if self._of_region and session.region is not None:
+        if self._of_region and session.state.looked.region is not None:
             mask = np.zeros(session.frame.shape, bool)
-            mask[session.region] = True
+            mask[session.state.looked.region] = True
             return mask
         chosen = self._workspace.blocks.chosen
         return None if self._of_region or chosen not in session.counts() else session.labels == chosen
@@ -314,8 +315,8 @@ class MeasurePresenter(QObject):
         return session.labels == chosen[1] if len(chosen) > 1 and not self._of_region else None
 
     def _subject_name(self, session: Session) -> str:
-        if self._of_region and session.region is not None:
-            rows, columns = session.region
+        if self._of_region and session.state.looked.region is not None:
+            rows, columns = session.state.looked.region
             size = f"{columns.stop - columns.start} × {rows.stop - rows.start} px"
             return f"{size} at x {columns.start}, y {rows.start}"
         chosen = self._workspace.blocks.chosen
@@ -336,4 +337,4 @@ class MeasurePresenter(QObject):
 
     def _turn_to_region(self) -> None:
         """Show statistics of the rectangle if there is one."""
-        self._of_region = self._workspace.has_session and self._workspace.session.region is not None
+        self._of_region = self._workspace.has_session and self._workspace.session.state.looked.region is not None

@@ -13,10 +13,10 @@ from PySide6.QtGui import QAction, QColor, QFont, QHideEvent, QResizeEvent, QSho
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
 from ilf._runtime.writing import write_bytes
+from ilf.project.frame_state import Point
 
 from ...base import theme
 from ...state.inspection import Inspection
-from ...state.session import Point
 from ...tools.line import REACH, off_line, share_along
 from ...widgets.basics import PlainLabel, Themed
 from ..context import Context

@@ -34,8 +34,10 @@ class ViewState(QObject):
         """Store the zoom position in the current frame's session."""
         if self._workspace.has_session and self._workspace.session is self._shown:
             place = self._views.place
-            view = {key: value for key, value in self._shown.view.items() if key != _PLACE}
-            self._shown.view = view if place is None else {**view, _PLACE: [round(number, 4) for number in place]}
+            view = {key: value for key, value in self._shown.state.view.items() if key != _PLACE}
+            if place is not None:
+                view[_PLACE] = [round(number, 4) for number in place]
+            self._shown.change(view=view)
 
     def window_state(self) -> dict[str, Any]:
         """Return layout and contents of the views as values for JSON."""
@@ -59,7 +61,7 @@ class ViewState(QObject):
         if session is self._shown:
             return
         self._shown = session
-        place = None if session is None else session.view.get(_PLACE)
+        place = None if session is None else session.state.view.get(_PLACE)
         if isinstance(place, list) and len(place) == 3 and all(_is_number(number) for number in place):
             self._views.set_place(*place)
 

@@ -394,6 +394,10 @@ class PropagationFeature(Feature):
         notes, text = self.context.notes, summary(propagation_run)
         if text:
             notes.show_message(text)
-        if to_check(propagation_run) and self.context.workspace.has_session and self.context.workspace.session.to_check:
+        if (
+            to_check(propagation_run)
+            and self.context.workspace.has_session
+            and self.context.workspace.session.state.to_check
+        ):
             notes.offer(text, self.context.actions["next_check"])
         notes.warn("Propagation of blocks", notes_of(propagation_run))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,32 +24,16 @@ from ...state.session import Session
 from ...state.workspace import Workspace
 from ...widgets.notices import error_text
 from ...work.jobs import Worker
-from ...work.loading import FrameLoader, StoredFrames, restore
+from ...work.loading import FrameLoader, StoredFrames
 
 # Frames as input of the propagation: states, which may be read in any thread.
-
-
-def state_of(session: Session) -> FrameState:
-    """Return the state of an open frame, without its results."""
-    blocks = session.blocks()
-    drawn = None if blocks.drawn is None else blocks.drawn.copy()
-    return FrameState(
-        session.id,
-        session.frame,
-        replace(blocks, labels=session.labels.copy(), drawn=drawn),
-        session.common,
-        extrapolate=session.extrapolate,
-        own_parameters=session.own_parameters,
-        to_check=frozenset(session.to_check),
-        selected=tuple(session.selected),
-    )
 
 
 def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Decoded]:
     """Return a function that reads the state of a frame of the list in any thread: the current state if the frame is
     open, else the stored one, else its files without blocks."""
     if entry.session is not None:
-        read = Decoded(state_of(entry.session))
+        read = Decoded(entry.session.snapshot())
         return lambda: read
     id = entry.id
     if entry.has_state and stored is not None and stored.has(id):
@@ -64,11 +48,8 @@ def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Deco
 
 def session_of(entry: Entry, state: FrameState) -> Session:
     """Return a session of a frame that is not open, from its state."""
-    if entry.has_state:
-        return restore(state, entry.source or Path(entry.key), entry.key)
-    session = Session(state.frame, _origin(entry), entry.key)
-    session.id = entry.id  # other entries may have the same files
-    return session
+    origin = entry.source or (Path(entry.key) if entry.has_state else FrameSource(entry.key))
+    return Session.of_state(state, origin, entry.key)
 
 
 def _origin(entry: Entry) -> FrameRef:

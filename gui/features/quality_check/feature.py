@@ -248,7 +248,7 @@ class QualityCheckFeature(Feature):
         if self._requested is None:
             return
         session = self._workspace.session
-        if session.to_check != self._requested.to_check.keys():
+        if session.state.to_check != self._requested.to_check.keys():
             self._ask()
         elif self._remedy_requested is not None and self._remedy_requested.locked != session.locked:
             self._ask_remedy(self._remedy_requested.place, self._requested)
@@ -260,8 +260,8 @@ class QualityCheckFeature(Feature):
 
     def _ask(self) -> None:
         session = self._workspace.session
-        to_check = {label: session.notes.reasons.get(label, "") for label in session.to_check}
-        extraction = session.notes.extraction or BlockParameters()
+        to_check = {label: session.blocks.reasons.get(label, "") for label in session.state.to_check}
+        extraction = session.blocks.extraction or BlockParameters()
         self._fresh = False
         self._drop_remedy()
         labels = session.labels.copy()
@@ -283,7 +283,7 @@ class QualityCheckFeature(Feature):
 
     def _take_places(self, search: _Request) -> None:
         former = self.review.present
-        gone = self.review.take(without_ignored(self._found, search.session.ignored, search.frame, search.labels))
+        gone = self.review.take(without_ignored(self._found, search.session.state.ignored, search.frame, search.labels))
         # the expected error is unknown until the depth has been completed again
         fixed = gone and former is not None and (former.kind != "error" or search.session.expected_error() is not None)
         pending_step, self._pending_step = self._pending_step, 0
@@ -364,7 +364,7 @@ class QualityCheckFeature(Feature):
 
     def _named(self, text: str) -> str:
         """Return a text with the names of blocks instead of their numbers."""
-        infos = self._workspace.session.infos
+        infos = self._workspace.session.blocks.infos
 
         def name(found: re.Match[str]) -> str:
             info = infos.get(int(found[1]))

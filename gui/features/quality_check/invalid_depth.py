@@ -88,7 +88,7 @@ class InvalidDepthFeature(Feature):
         """Search for candidates in the current frame."""
         if self._workspace.has_session:
             session = self._workspace.session
-            self._questions.ask(_Request(session.frame, session.notes.extraction or BlockParameters()))
+            self._questions.ask(_Request(session.frame, session.blocks.extraction or BlockParameters()))
 
     def take(self) -> None:
         """Mark the candidates as invalid."""

@@ -36,12 +36,12 @@ def subject_of(session: Session) -> Subject:
     completion = session.completion() or compose(session.frame, {})
     infos = {label: session.info(label) for label in session.counts()}
     return Subject(
-        session.run(session.common, extrapolate=session.extrapolated),
+        session.run(session.state.common, extrapolate=session.extrapolated),
         completion,
         {label: info.name for label, info in infos.items()},
         {label: info.colour for label, info in infos.items()},
-        session.note,
-        tuple(session.run_history),
+        session.state.note,
+        tuple(session.state.runs),
     )
 
 

@@ -94,7 +94,7 @@ class RunErrorCalculator(QObject):
         if self._runs.state not in (RunState.IDLE, RunState.PAUSED):
             return
         lacking = (
-            kept for kept in reversed(session.run_history) if None in (kept.ground_truth_error, kept.expected_error)
+            kept for kept in reversed(session.state.runs) if None in (kept.ground_truth_error, kept.expected_error)
         )
         kept = next(lacking, None)
         if kept is not None:
@@ -369,7 +369,7 @@ class RunHistoryFeature(Feature):
     def clear(self) -> None:
         """Delete all runs of the frame."""
         session = self.context.workspace.session
-        self.context.workspace.runs.delete(session, list(session.run_history))
+        self.context.workspace.runs.delete(session, list(session.state.runs))
 
     def ask_export(self) -> None:
         """Write the list to a file that the user chooses."""
@@ -388,7 +388,7 @@ class RunHistoryFeature(Feature):
     def _selected(self) -> list[StoredRun]:
         """Return the selected runs of the current frame; a hidden table may contain those of another frame."""
         workspace = self.context.workspace
-        there = workspace.session.run_history if workspace.has_session else []
+        there = workspace.session.state.runs if workspace.has_session else []
         return [kept for kept in self.table.selected() if kept in there]
 
     def _chosen(self) -> StoredRun | None:
@@ -404,7 +404,7 @@ class RunHistoryFeature(Feature):
 
     def _why_none(self) -> str:
         workspace = self.context.workspace
-        there = workspace.has_session and workspace.session.run_history
+        there = workspace.has_session and workspace.session.state.runs
         return "" if there else "There are no runs yet."
 
     def _why_none_selected(self) -> str:

@@ -78,7 +78,7 @@ class RunRow:
 def run_rows(session: Session) -> list[RunRow]:
     """Return one row per stored run, the latest first."""
     present = session.valid_results()
-    best = [best_of(session.run_history, error) for error in ERRORS]
+    best = [best_of(session.state.runs, error) for error in ERRORS]
     return [
         RunRow(
             kept=kept,
@@ -95,7 +95,7 @@ def run_rows(session: Session) -> list[RunRow]:
             errors=tuple(getattr(kept, error) for error in ERRORS),
             best=tuple(kept in those for those in best),
         )
-        for kept in reversed(session.run_history)
+        for kept in reversed(session.state.runs)
     ]
 
 

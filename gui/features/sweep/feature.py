@@ -94,11 +94,7 @@ class SweepFeature(Feature):
         session, chosen = workspace.session, workspace.blocks.chosen
         name = session.info(chosen).name if chosen else ""
         for_selected = bool(chosen) and self.window_.criterion.for_selected
-        parameters = (
-            session.parameters_of(chosen, workspace.parameters.current)
-            if for_selected
-            else workspace.parameters.current
-        )
+        parameters = session.parameters_of(chosen) if for_selected else workspace.parameters.current
         self.window_.set_frame(parameters, session.frame.ground_truth is not None, name)
         self.window_.set_colour_map(self.context.views.ranges.depth_map)
 

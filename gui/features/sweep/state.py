@@ -118,8 +118,8 @@ class SweepState:
     @property
     def present_values(self) -> dict[str, Value]:
         """Name -> current value."""
-        common = self.session.common
-        now = self.session.parameters_of(self.label, common) if self.label else common
+        common = self.session.state.common
+        now = self.session.parameters_of(self.label) if self.label else common
         return {name: getattr(now, name) for name in self.sweep.values}
 
     @property

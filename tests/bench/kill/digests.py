@@ -19,21 +19,7 @@ from ilf.project.run_history import StoredRun
 
 def digest_of_session(session: Session) -> str:
     """Digest of the current state of an open frame."""
-    return digest(
-        FrameState(
-            session.id,
-            session.frame,
-            session.blocks(),
-            session.common,
-            session.valid_results(),
-            runs=tuple(session.run_history),
-            next_number=session.next_run,
-            extrapolate=session.extrapolate,
-            own_parameters=session.own_parameters,
-            note=session.note,
-            to_check=frozenset(session.to_check),
-        )
-    )
+    return digest(session.snapshot())
 
 
 def digest(state: FrameState) -> str:

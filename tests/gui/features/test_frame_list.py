@@ -247,9 +247,10 @@ def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, ses
     workspace.frames.add_entries([entry])
     workspace.frames.set_note(entry, "dark")
     assert (entry.note, entry.unsaved) == ("dark", True)
-    session.id, session.key = entry.id, entry.key
+    session.change(id=entry.id)
+    session.key = entry.key
     workspace.frames.entries.attach(session)
-    assert (session.note, entry.origin) == ("dark", session.origin)
+    assert (session.state.note, entry.origin) == ("dark", session.origin)
     assert session.unsaved
 
 

@@ -35,7 +35,7 @@ def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
     assert completion is not None
     error = expected_error(completion)
     workspace.runs.store_error_estimate(session, completion, ErrorEstimate(error, np.zeros(error.shape, bool)))
-    kept = StoredRun(1, "first try", session.run(session.common), {1: results[0]}, 1.0, (200, 60, 160))
+    kept = StoredRun(1, "first try", session.run(session.state.common), {1: results[0]}, 1.0, (200, 60, 160))
     workspace.runs.keep(session, kept)
     workspace.runs.compare([kept])
     return profile_data(session, LINE)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gui.features.blocks.feature import block_rows
-from gui.features.propagation.propagator import session_of, state_of
-from gui.state.entries import Entry, summary_of
+from gui.features.propagation.propagator import session_of
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController
@@ -29,10 +29,10 @@ REASON = "It was not in the picture before."
 def propagated(session: Session, other: Session) -> FrameState:
     """The blocks of `other` on the frame of `session`, with other values; block 2 needs a look."""
     other.change_info(1, name="Wall", locked=True)
-    other.notes.own[1] = {"smoothness": 3.0}
-    other.take_common(Parameters(s_criteria=0.002))
-    other.extrapolate = True
-    state = propagate_state(state_of(other), state_of(session)).state
+    other.change_blocks(own={1: {"smoothness": 3.0}})
+    other.change(common=Parameters(s_criteria=0.002))
+    other.change(extrapolate=True)
+    state = propagate_state(other.snapshot(), session.snapshot()).state
     labels = state.blocks.labels.copy()
     labels[:5] = 2
     return replace(
@@ -44,11 +44,11 @@ def propagated(session: Session, other: Session) -> FrameState:
 
 
 def known(session: Session) -> object:
-    notes = session.notes
+    notes = session.blocks
     return (
         session.labels.tolist(),
         *(dict(notes.infos), dict(notes.own), notes.propagated_from, notes.kept),
-        *(session.common, session.extrapolate, session.to_check),
+        *(session.state.common, session.state.extrapolate, session.state.to_check),
     )
 
 
@@ -71,9 +71,9 @@ def test_blocks_are_taken_and_given_back_as_one_step(
     after = known(session)
     assert session.labels.tolist() == propagated.blocks.labels.tolist()
     assert session.info(1).name == "Wall"
-    assert (session.parameters_of(1, session.common).smoothness, session.extrapolate) == (3.0, True)
-    assert summary_of(session).stage is Stage.PROPAGATED
-    assert summary_of(session).to_check == 1
+    assert (session.parameters_of(1).smoothness, session.state.extrapolate) == (3.0, True)
+    assert session.summary().stage is Stage.PROPAGATED
+    assert session.summary().to_check == 1
     assert session.selected == [1]
     session.undo_stack.undo()
     assert known(session) == before
@@ -82,7 +82,7 @@ def test_blocks_are_taken_and_given_back_as_one_step(
 
 
 def test_blocks_are_taken_where_nobody_looks(workspace: Workspace, other: Session, propagated: FrameState) -> None:
-    state = propagate_state(propagated, state_of(other)).state
+    state = propagate_state(propagated, other.snapshot()).state
     workspace.blocks.take_propagated(other, state, "Carry blocks")
     assert np.array_equal(other.labels, state.blocks.labels)
     assert other.unsaved
@@ -108,16 +108,16 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(
     assert session.undo_stack.count() == 1  # it needs none
     workspace.blocks.mark_checked([1, 2])
     assert session.undo_stack.undoText() == "Mark Block 2 as checked"
-    assert not session.to_check
+    assert not session.state.to_check
     session.undo_stack.undo()
-    assert session.to_check == {2}
+    assert session.state.to_check == {2}
 
     edit(workspace, np.s_[40:44, 2:6], 0)
-    assert session.to_check == {2}  # another block
+    assert session.state.to_check == {2}  # another block
     edit(workspace, np.s_[40:44, 50:54], 0)
-    assert not session.to_check
+    assert not session.state.to_check
     session.undo_stack.undo()
-    assert session.to_check == {2}
+    assert session.state.to_check == {2}
     runs.shutdown()
 
 
@@ -126,9 +126,9 @@ def test_what_a_stroke_edits_has_been_looked_at(workspace: Workspace, session: S
     box = np.s_[40:44, 50:54]
     before = session.labels[box].copy()
     workspace.blocks.stroke(LabelPatch(box, before, np.zeros_like(before)))
-    assert session.to_check == {2}
+    assert session.state.to_check == {2}
     workspace.blocks.end_stroke("Erase")
-    assert not session.to_check
+    assert not session.state.to_check
 
 
 def test_another_extraction_forgets_what_was_carried(
@@ -137,11 +137,11 @@ def test_another_extraction_forgets_what_was_carried(
     workspace.blocks.take_propagated(session, propagated, "Carry blocks")
     names = {1: "Left", 2: "Right"}
     workspace.blocks.replace(np.where(session.labels == 1, 1, 3).astype(np.int32), "Load blocks", names)
-    assert not session.to_check
-    assert session.notes.propagated_from == ""
+    assert not session.state.to_check
+    assert session.blocks.propagated_from == ""
     session.undo_stack.undo()
-    assert session.to_check == {2}
-    assert session.notes.propagated_from == propagated.blocks.propagated_from
+    assert session.state.to_check == {2}
+    assert session.blocks.propagated_from == propagated.blocks.propagated_from
 
 
 def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace: Workspace, small_frame: RGBDFrame) -> None:

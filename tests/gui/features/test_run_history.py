@@ -48,27 +48,27 @@ def keeper(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[RunRecorde
 
 def stored_run(session: Session, number: int = 1, parameters: object = None, **more: object) -> StoredRun:
     """A run of all blocks of the frame as it is, with its results."""
-    chosen = session.common if parameters is None else parameters
+    chosen = session.state.common if parameters is None else parameters
     run = with_shared_arrays(
-        Run(session.frame, session.labels, chosen, extraction=session.notes.extraction), session.run_history
+        Run(session.frame, session.labels, chosen, extraction=session.blocks.extraction), session.state.runs
     )
     results = complete(session.frame, session.labels, chosen).results
     return StoredRun(number, f"Run {number}", run, results, 0.5, COLOURS[0], done=frozenset(results), **more)
 
 
 def names(session: Session) -> list[str]:
-    return [kept.name for kept in session.run_history]
+    return [kept.name for kept in session.state.runs]
 
 
 def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(
     bench: Bench, keeper: RunRecorder, until: Until
 ) -> None:
     bench.runs.start()
-    until(lambda: len(bench.session.run_history) == 1)
+    until(lambda: len(bench.session.state.runs) == 1)
     bench.workspace.parameters.set(preset(smoothness=0.6), 2)
     bench.runs.start_changed()
-    until(lambda: len(bench.session.run_history) == 2)
-    first, second = bench.session.run_history
+    until(lambda: len(bench.session.state.runs) == 2)
+    first, second = bench.session.state.runs
     assert names(bench.session) == ["Run 1: best", "Run 2: best; Block 2: smoothness 0.6 x"]
     assert (first.done, second.done) == ({1, 2}, {2})
     assert set(second.results) == {1, 2}, "of all blocks, so that runs can be compared"
@@ -108,24 +108,24 @@ def test_a_drag_is_one_run_and_undo_makes_none(
         until(lambda: names(session) == expected and not keeper.waits)
 
     solve(2.0, ["Live 1: best, smoothness 2 x"])
-    live = session.run_history[0]
+    live = session.state.runs[0]
     solve(3.0, ["Live 1: best, smoothness 3 x"])
-    assert session.run_history == [live], "the drag goes on"
+    assert session.state.runs == (live,), "the drag goes on"
     assert live.results[1].parameters.smoothness == 3.0
     now += 2 * DRAG_S
     solve(4.0, ["Live 1: best, smoothness 3 x", "Live 2: best, smoothness 4 x"])
     session.undo_stack.undo()
     bench.runs.resolve([1])
     until(lambda: bench.runs.state is RunState.IDLE and not keeper.waits)
-    assert len(session.run_history) == 2
+    assert len(session.state.runs) == 2
     assert [row.present for row in run_rows(session)] == [False, True]
-    workspace.runs.change(session, session.run_history[1], name="mine")
+    workspace.runs.change(session, session.state.runs[1], name="mine")
     session.undo_stack.redo()
     edit(workspace, 1, rows=np.s_[0:4], columns=np.s_[30:40])
     bench.runs.resolve([1], edited=True)
-    until(lambda: len(session.run_history) == 3)
+    until(lambda: len(session.state.runs) == 3)
     assert names(session)[1:] == ["mine", "Live 3: Edit; best, smoothness 4 x"]
-    assert session.run_history[2].run.blocks is not live.run.blocks
+    assert session.state.runs[2].run.blocks is not live.run.blocks
 
 
 def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
@@ -134,7 +134,7 @@ def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
     workspace, session = bench.workspace, bench.session
     workspace.parameters.set(preset(smoothness=2.0))
     bench.runs.resolve([1])
-    until(lambda: len(session.run_history) == 1)
+    until(lambda: len(session.state.runs) == 1)
     step = weakref.ref(session.undo_stack.command(0))
     workspace.frames.close(session)
     gc.collect()
@@ -170,11 +170,11 @@ def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(
     steps = session.undo_stack.count()
     assert workspace.runs.accept(kept) == [1, 2]
     assert kept.is_of(session.valid_results())
-    assert (session.common, session.notes.own, session.changed_blocks()) == (QUICK, {}, [])
+    assert (session.state.common, session.blocks.own, session.changed_blocks()) == (QUICK, {}, [])
     np.testing.assert_array_equal(session.current_depth(), kept.completion.depth)
     session.undo_stack.undo()
     assert dict(session.valid_results()) == before
-    assert session.notes.own == {2: {"smoothness": 2.0}}
+    assert session.blocks.own == {2: {"smoothness": 2.0}}
     np.testing.assert_array_equal(session.current_depth(), depth)
     session.undo_stack.redo()
     assert (kept.is_of(session.valid_results()), session.undo_stack.count()) == (True, steps + 1)
@@ -203,24 +203,24 @@ def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(session: 
     workspace.runs.keep(session, kept)
     workspace.runs.accept(kept)
     assert session.changed_blocks() == []
-    assert session.parameters_of(2, session.common) == preset("paper")
+    assert session.parameters_of(2) == preset("paper")
 
 
 def test_restoring_takes_common_and_own_values_as_one_step(session: Session, workspace: Workspace) -> None:
     workspace.parameters.set(preset(noise=0.01))
     workspace.parameters.set_own({"smoothness": 2.0}, [2])
-    kept = StoredRun(1, "Run 1", session.run(session.common), {}, 0.0, COLOURS[0])
+    kept = StoredRun(1, "Run 1", session.run(session.state.common), {}, 0.0, COLOURS[0])
     workspace.parameters.set(QUICK)
     workspace.parameters.set_own({"centred": False}, [1])
     edit(workspace, 3)
     workspace.parameters.set_own({"padding": 3.0}, [3])
-    former = dict(session.notes.own)
+    former = dict(session.blocks.own)
     assert workspace.parameters.restore(kept)
-    assert session.common == preset(noise=0.01)
-    assert session.notes.own == {2: {"smoothness": 2.0}, 3: {"padding": 3.0}}
+    assert session.state.common == preset(noise=0.01)
+    assert session.blocks.own == {2: {"smoothness": 2.0}, 3: {"padding": 3.0}}
     assert not workspace.parameters.restore(kept), "they are the present ones"
     session.undo_stack.undo()
-    assert (session.common, session.notes.own) == (QUICK, former)
+    assert (session.state.common, session.blocks.own) == (QUICK, former)
 
 
 def test_deleted_runs_come_back_beside_those_kept_since(session: Session, workspace: Workspace) -> None:
@@ -231,10 +231,10 @@ def test_deleted_runs_come_back_beside_those_kept_since(session: Session, worksp
     runs[0].ground_truth_error = 0.001
     workspace.runs.delete(session, [runs[0]])
     workspace.blocks.set_ground_truth(np.full(session.frame.shape, 3.0, np.float32))
-    assert (session.run_history, session.compared) == ([runs[1]], [runs[1]])
+    assert (session.state.runs, session.compared) == ((runs[1],), [runs[1]])
     workspace.runs.keep(session, runs[2])
     session.undo_stack.undo()
-    assert session.run_history == runs
+    assert session.state.runs == tuple(runs)
     assert set(session.compared) == set(runs[:2])
     assert runs[0].ground_truth_error is None, "there is another truth since"
     workspace.runs.delete(session, [stored_run(session, 4, QUICK)])
@@ -243,6 +243,8 @@ def test_deleted_runs_come_back_beside_those_kept_since(session: Session, worksp
 
 def test_compared_runs_are_few_and_differ_in_colour(session: Session, workspace: Workspace) -> None:
     runs = [stored_run(session, number, QUICK) for number in range(1, MAX_COMPARED + 2)]
+    for kept in runs:
+        workspace.runs.keep(session, kept)
     workspace.runs.compare(runs)
     assert session.compared == runs[1:]
     assert len({kept.colour for kept in session.compared}) == MAX_COMPARED
@@ -265,12 +267,10 @@ def test_the_oldest_without_a_note_goes_when_there_are_too_many(
     keeper.message.connect(said.append)
     for count in range(1, 6):
         bench.runs.start()
-        until(
-            lambda count=count: bench.session.run_history[-1:] != [] and bench.session.run_history[-1].number == count
-        )
+        until(lambda count=count: bench.session.state.runs != () and bench.session.state.runs[-1].number == count)
         if count == 1:
-            bench.workspace.runs.change(bench.session, bench.session.run_history[0], note="good")
-    assert [kept.number for kept in bench.session.run_history] == [1, 4, 5]
+            bench.workspace.runs.change(bench.session, bench.session.state.runs[0], note="good")
+    assert [kept.number for kept in bench.session.state.runs] == [1, 4, 5]
     assert len(said) == 1
 
 
@@ -282,11 +282,9 @@ def test_runs_go_when_they_take_too_much_memory(
     monkeypatch.setattr("gui.work.run_recorder.MAX_MEMORY", labels.nbytes + int(2.5 * (of_one - labels.nbytes)))
     for count in range(1, 5):
         bench.runs.start()
-        until(
-            lambda count=count: bench.session.run_history[-1:] != [] and bench.session.run_history[-1].number == count
-        )
-    assert [kept.number for kept in bench.session.run_history] == [3, 4]
-    assert memory_of(bench.session.run_history) < labels.nbytes + 2.5 * (of_one - labels.nbytes)
+        until(lambda count=count: bench.session.state.runs != () and bench.session.state.runs[-1].number == count)
+    assert [kept.number for kept in bench.session.state.runs] == [3, 4]
+    assert memory_of(bench.session.state.runs) < labels.nbytes + 2.5 * (of_one - labels.nbytes)
 
 
 def test_how_good_a_run_is(session: Session, small_frame: RGBDFrame) -> None:
@@ -370,12 +368,13 @@ def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: P
 def test_another_truth_makes_errors_be_worked_out_anew(session: Session, workspace: Workspace) -> None:
     workspace.runs.keep(session, stored_run(session, parameters=QUICK, ground_truth_error=0.01, expected_error=0.02))
     workspace.blocks.set_ground_truth(np.full(session.frame.shape, 2.0, np.float32))
-    assert (session.run_history[0].ground_truth_error, session.run_history[0].expected_error) == (None, 0.02)
+    assert (session.state.runs[0].ground_truth_error, session.state.runs[0].expected_error) == (None, 0.02)
 
 
 def test_runs_share_label_maps_that_come_back(session: Session, small_labels: NDArray[np.int32]) -> None:
-    session.notes.drawn = np.zeros(session.frame.shape, bool)
-    session.notes.drawn[:, 30] = True
+    drawn = np.zeros(session.frame.shape, bool)
+    drawn[:, 30] = True
+    session.change_blocks(drawn=drawn)
     runs: list[StoredRun] = []
     for label in (3, 0, 3):
         session.set_labels(painted(session, label))

@@ -11,7 +11,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.project.store import WorkStore
-from gui.work.loading import restore
+from gui.state.session import Session
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
 from ilf.project.decoding import load_state
@@ -140,7 +140,7 @@ def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
     assert context.store.lacks(frame_part(one.id))
     if goes:
         parts.clear()
-    again = restore(state, None, "one")
+    again = Session.of_state(state, None, "one")
     context.workspace.add_session(again, restored=True)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(again, 2)
@@ -156,18 +156,18 @@ def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_
     one, two = context.sessions
     workspace = context.workspace
     workspace.frames.show(one)
-    former = two.common
+    former = two.state.common
     workspace.parameters.share()
     workspace.parameters.set(workspace.parameters.current.replace(max_iterations=7))
     _stored(context, qtbot)
     workspace.parameters.separate()
     _stored(context, qtbot)
-    assert context.store.read(two.id).state.common == two.common == former.replace(max_iterations=7)
+    assert context.store.read(two.id).state.common == two.state.common == former.replace(max_iterations=7)
     assert two.unsaved
     while one.undo_stack.canUndo():
         one.undo_stack.undo()
     _stored(context, qtbot)
-    assert context.store.read(two.id).state.common == two.common == former
+    assert context.store.read(two.id).state.common == two.state.common == former
 
 
 def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context: Recording, qtbot: QtBot) -> None:

@@ -17,7 +17,7 @@ from ..states import SIGNALS
 
 
 def smoothness(*sessions: Session) -> list[float]:
-    return [session.common.smoothness for session in sessions]
+    return [session.state.common.smoothness for session in sessions]
 
 
 def set_smoothness(workspace: Workspace, value: float) -> None:
@@ -46,7 +46,7 @@ def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(
 ) -> None:
     set_smoothness(workspace, 3.0)
     assert workspace.parameters.share() == [other]
-    assert workspace.parameters.shared == SharedParameters(True, session.common)
+    assert workspace.parameters.shared == SharedParameters(True, session.state.common)
     assert smoothness(session, other) == [3.0, 3.0]
     session.undo_stack.undo()
     assert not workspace.parameters.shared.on
@@ -64,7 +64,7 @@ def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(
     assert texts(other) == []
     later = Session.of(Run(small_frame, small_labels), "later", "later")
     shared.add_session(later)
-    assert later.common == session.common
+    assert later.state.common == session.state.common
     shared.frames.show(other)
     set_smoothness(shared, 5.0)
     # undo takes back the step of the frame that is looked at: what it set is what it was, for all frames
@@ -85,10 +85,10 @@ def test_a_frame_may_have_its_own_and_go_back(shared: Workspace, session: Sessio
     shared.frames.show(session)
     shared.parameters.reset_to_shared()
     assert smoothness(session, other) == [5.0, 5.0]
-    assert not session.own_parameters
+    assert not session.state.own_parameters
     session.undo_stack.undo()
     assert smoothness(session, other) == [3.0, 5.0]
-    assert session.own_parameters
+    assert session.state.own_parameters
 
 
 def test_own_values_may_become_those_of_all_and_all_may_part(
@@ -122,8 +122,8 @@ def test_when_all_part_the_values_of_every_frame_are_stored(
 
 def test_own_values_of_blocks_stay_with_their_frame(shared: Workspace, session: Session, other: Session) -> None:
     shared.parameters.set_own({"smoothness": 3.0}, [1])
-    assert session.notes.own == {1: {"smoothness": 3.0}}
-    assert other.notes.own == {}
+    assert session.blocks.own == {1: {"smoothness": 3.0}}
+    assert other.blocks.own == {}
     assert texts(session)[-1] == "Set Smoothness of Block 1"
 
 
@@ -133,7 +133,7 @@ def test_results_of_other_values_are_out_of_date_in_all_frames(
     shared.runs.store_results(other, results)
     shared.parameters.set(results[0].parameters)
     assert other.is_up_to_date(1)
-    shared.parameters.set(session.common.replace(s_criteria=0.002))
+    shared.parameters.set(session.state.common.replace(s_criteria=0.002))
     assert not other.is_up_to_date(1)
 
 
@@ -142,9 +142,9 @@ def test_a_frame_that_is_opened_as_it_was_stored_has_the_values_of_all_or_its_ow
 ) -> None:
     set_smoothness(shared, 3.0)
     opened = [Session.of(Run(small_frame, small_labels), name, name) for name in ("one", "two")]
-    opened[1].own_parameters = True
+    opened[1].change(own_parameters=True)
     for session in opened:
-        session.take_common(Parameters(smoothness=9.0))
+        session.change(common=Parameters(smoothness=9.0))
         shared.add_session(session, restored=True, show=False)
     assert smoothness(*opened) == [3.0, 9.0]
 

@@ -20,10 +20,10 @@ from ..states import QUICK, QUICK_OWN, edit, extraction
 
 def test_parameters_of_all_blocks_and_of_some(workspace: Workspace, session: Session, told: list[str]) -> None:
     workspace.parameters.set(QUICK, 2)
-    assert session.notes.own == {2: QUICK_OWN}
+    assert session.blocks.own == {2: QUICK_OWN}
     assert workspace.parameters.current == preset()
     workspace.parameters.set(preset(), 2)
-    assert session.notes.own == {}
+    assert session.blocks.own == {}
     workspace.parameters.set(preset(), 1)
     assert told == ["parameters.changed"] * 2, "the last changed nothing"
     workspace.parameters.set(QUICK)
@@ -37,23 +37,21 @@ def test_parameters_of_all_blocks_and_of_some(workspace: Workspace, session: Ses
 def test_own_values_stand_one_by_one_over_the_common_ones(workspace: Workspace, session: Session) -> None:
     workspace.parameters.set_own({"smoothness": 2.0}, [1, 2])
     workspace.parameters.set_own({"noise": 0.01}, [2])
-    assert session.notes.own == {1: {"smoothness": 2.0}, 2: {"smoothness": 2.0, "noise": 0.01}}
+    assert session.blocks.own == {1: {"smoothness": 2.0}, 2: {"smoothness": 2.0, "noise": 0.01}}
     workspace.parameters.set(preset(slope_weight=0.5))
-    assert session.parameters_of(2, workspace.parameters.current) == preset(
-        slope_weight=0.5, smoothness=2.0, noise=0.01
-    )
+    assert session.parameters_of(2) == preset(slope_weight=0.5, smoothness=2.0, noise=0.01)
     workspace.parameters.set_own({"smoothness": 1.0}, [1])
-    assert list(session.notes.own) == [2], "what is equal to the common value is none of its own"
+    assert list(session.blocks.own) == [2], "what is equal to the common value is none of its own"
     workspace.parameters.copy_own(2, [1])
-    assert session.notes.own[1] == session.notes.own[2]
+    assert session.blocks.own[1] == session.blocks.own[2]
     workspace.parameters.reset_own([1, 2])
-    assert session.notes.own == {}
+    assert session.blocks.own == {}
     while session.undo_stack.canUndo():
         session.undo_stack.undo()
-    assert (session.notes.own, workspace.parameters.current) == ({}, preset())
+    assert (session.blocks.own, workspace.parameters.current) == ({}, preset())
     while session.undo_stack.canRedo():
         session.undo_stack.redo()
-    assert (session.notes.own, workspace.parameters.current) == ({}, preset(slope_weight=0.5))
+    assert (session.blocks.own, workspace.parameters.current) == ({}, preset(slope_weight=0.5))
 
 
 def test_a_drag_of_a_value_is_one_step(workspace: Workspace, session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,9 +81,9 @@ def test_a_drag_of_own_values_goes_back_to_where_it_began(workspace: Workspace, 
         workspace.parameters.set_own({"smoothness": value}, [1, 2])
     assert session.undo_stack.count() == 2
     session.undo_stack.undo()
-    assert session.notes.own == {1: {"smoothness": 2.0}}
+    assert session.blocks.own == {1: {"smoothness": 2.0}}
     session.undo_stack.redo()
-    assert session.notes.own == {1: {"smoothness": 5.0}, 2: {"smoothness": 5.0}}
+    assert session.blocks.own == {1: {"smoothness": 5.0}, 2: {"smoothness": 5.0}}
 
 
 def test_results_of_the_parameters_that_undo_brings_back_come_back(
@@ -171,7 +169,7 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
 ) -> None:
     """What is kept up to date box by box is what would be made anew."""
     random = np.random.default_rng(0)
-    session.take_common(QUICK)
+    session.change(common=QUICK)
     workspace.runs.store_results(session, results)
     for _ in range(30):
         rows, columns = (sorted(random.choice(40, 2, replace=False)) for _ in range(2))
@@ -214,7 +212,7 @@ def test_borders_that_come_by_an_edit_are_drawn_ones(workspace: Workspace, sessi
     fresh = np.full(session.frame.shape, 7, np.int32)
     workspace.blocks.set_extracted(session, extraction(session, fresh), BlockParameters())
     kept = session.labels == 3
-    np.testing.assert_array_equal(session.notes.drawn, drawn & kept)
+    np.testing.assert_array_equal(session.blocks.drawn, drawn & kept)
     workspace.blocks.replace(fresh, "Load blocks")
     assert session.run(QUICK).drawn is None
 

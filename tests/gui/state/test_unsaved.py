@@ -13,8 +13,10 @@ from gui.project.current_project import CurrentProject
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult
+from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 from ilf.sources.frame_ref import FrameRef
 
@@ -24,7 +26,7 @@ Do = Callable[[Workspace, Session], object]
 
 
 def _kept(session: Session) -> StoredRun:
-    return StoredRun(session.next_run, "Run", session.run(QUICK), {}, 0.1, (1, 2, 3))
+    return StoredRun(session.state.next_number, "Run", session.run(QUICK), {}, 0.1, (1, 2, 3))
 
 
 def _mark_invalid(workspace: Workspace, session: Session) -> None:
@@ -61,9 +63,9 @@ WORK: dict[str, Do] = {
     "results go": lambda workspace, session: workspace.runs.clear_results(),
     "a guess": _extrapolation,
     "a run": lambda workspace, session: workspace.runs.keep(session, _kept(session)),
-    "a run's name": lambda workspace, session: workspace.runs.change(session, session.run_history[0], name="best"),
-    "runs go": lambda workspace, session: workspace.runs.delete(session, session.run_history[:1]),
-    "a run goes": lambda workspace, session: workspace.runs.drop(session, session.run_history[0]),
+    "a run's name": lambda workspace, session: workspace.runs.change(session, session.state.runs[0], name="best"),
+    "runs go": lambda workspace, session: workspace.runs.delete(session, session.state.runs[:1]),
+    "a run goes": lambda workspace, session: workspace.runs.drop(session, session.state.runs[0]),
     "note": lambda workspace, session: workspace.frames.set_note(workspace.frames.entries[1], "Look here."),
     "a block that is looked at": lambda workspace, session: workspace.blocks.mark_checked([1]),
     "a frame comes": lambda workspace, session: workspace.frames.add_entries(
@@ -82,9 +84,9 @@ LOOKS: dict[str, Do] = {
     "selection": lambda workspace, session: workspace.blocks.select([2]),
     "another frame": lambda workspace, session: workspace.frames.show(workspace.frames.sessions[0]),
     "rectangle": lambda workspace, session: workspace.blocks.set_region((slice(1, 5), slice(2, 7))),
-    "compared runs": lambda workspace, session: workspace.runs.compare(session.run_history[:1]),
+    "compared runs": lambda workspace, session: workspace.runs.compare(session.state.runs[:1]),
     "how good a run is": lambda workspace, session: workspace.runs.note_measured(session),
-    "zoom": lambda workspace, session: session.view.update(place=[1, 2, 3]),
+    "zoom": lambda workspace, session: session.change(view={"place": [1, 2, 3]}),
     "the first extraction": lambda workspace, session: _first_extraction(workspace, session),
 }
 
@@ -95,7 +97,8 @@ def _note_closed(workspace: Workspace) -> None:
 
 
 def _first_extraction(workspace: Workspace, session: Session) -> None:
-    fresh = Session(session.frame, "fresh", "fresh")
+    blocks = Blocks(np.zeros_like(session.labels))
+    fresh = Session(FrameState("fresh", session.frame, blocks), "fresh", "fresh")
     workspace.add_session(fresh)
     workspace.blocks.set_first(fresh, extraction(session, session.labels), BlockParameters())
     assert not fresh.unsaved
@@ -106,9 +109,8 @@ def _first_extraction(workspace: Workspace, session: Session) -> None:
 def saved(workspace: Workspace, session: Session, results: list[BlockResult]) -> CurrentProject:
     """A project with results and a kept run, of which the file holds all."""
     workspace.runs.store_results(session, results)
-    session.to_check = {1}
+    session.change(to_check=frozenset({1}))
     workspace.runs.keep(session, _kept(session))
-    session.next_run += 1
     present = CurrentProject(workspace, workspace)
     _save(present, workspace)
     return present

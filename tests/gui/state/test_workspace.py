@@ -59,36 +59,36 @@ def test_the_next_label_is_one_that_no_block_has_or_had(session: Session) -> Non
     assert session.next_label() == LARGEST_LABEL
     session.info(LARGEST_LABEL)
     assert session.next_label() == 3, "the lowest that is free"
-    anything = session.infos.pop(LARGEST_LABEL - 1)
-    session.infos.update(dict.fromkeys(set(range(3, LARGEST_LABEL + 1)) - {LARGEST_LABEL - 1}, anything))
+    free = LARGEST_LABEL - 1
+    session.change_blocks(infos=dict.fromkeys(set(range(1, LARGEST_LABEL + 1)) - {free}, session.blocks.infos[free]))
     assert session.next_label() == LARGEST_LABEL - 1
 
 
 def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(session: Session, small_labels: np.ndarray) -> None:
-    assert not session.edited
+    assert not session.blocks.edited
     session.set_labels(painted(session, 2))
-    assert session.edited
+    assert session.blocks.edited
     session.set_labels(small_labels)
-    assert not session.edited
-    session.notes.kept = frozenset({1})
-    assert session.edited
+    assert not session.blocks.edited
+    session.change_blocks(kept=frozenset({1}))
+    assert session.blocks.edited
     for parameters, by_hand in ((None, False), (BlockParameters(), True)):
         run = Run(session.frame, small_labels, extraction=parameters, edited=by_hand)
-        assert Session.of(run, "origin", "key").edited
+        assert Session.of(run, "origin", "key").blocks.edited
 
 
 def test_blocks_made_by_hand_are_those_that_were_and_those_that_have_gained_pixels(session: Session) -> None:
     assert session.handmade() == set()
     session.set_labels(painted(session, 2))
     assert session.handmade() == {2}
-    session.notes.handmade = frozenset({1, 9})
+    session.change_blocks(handmade=frozenset({1, 9}))
     assert session.handmade() == {1, 2}, "9 is gone"
 
 
 def test_parameters_of_a_block_are_its_own_or_those_of_all(session: Session) -> None:
-    session.notes.own[2] = QUICK_OWN
-    assert session.parameters_of(2, preset()) == QUICK
-    assert session.parameters_of(1, preset()) == preset()
+    session.change_blocks(own={2: QUICK_OWN})
+    assert session.parameters_of(2) == QUICK
+    assert session.parameters_of(1) == preset()
 
 
 def test_results_count_as_long_as_the_block_has_the_very_pixels(session: Session, results: list[BlockResult]) -> None:
@@ -265,8 +265,8 @@ def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.n
     recorded, alone = Session.of(run, "run.json", "run.json"), Workspace()
     alone.add_session(recorded, run)
     assert alone.parameters.current == QUICK
-    assert recorded.parameters_of(3, QUICK) == preset()
-    assert list(recorded.notes.own) == [3]
+    assert recorded.parameters_of(3) == preset()
+    assert list(recorded.blocks.own) == [3]
     assert recorded.selected == []
     assert alone.parameters.extraction.granularity == 0.9
 
@@ -274,14 +274,14 @@ def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.n
     second, beside = Session.of(run, "run.json", "run.json"), Workspace()
     beside.add_session(session)
     beside.add_session(second, run)
-    assert (beside.parameters.current, session.common) == (QUICK, preset())
-    assert second.notes.own == {}
+    assert (beside.parameters.current, session.state.common) == (QUICK, preset())
+    assert second.blocks.own == {}
     assert second.selected == [2, 3], "the blocks that were run"
     assert beside.parameters.extraction == BlockParameters()
 
 
 def test_what_a_run_is_made_of(session: Session, results: list[BlockResult]) -> None:
-    session.notes.own |= {2: {"smoothness": 2.0}, 9: {"smoothness": 3.0}}
+    session.change_blocks(own={2: {"smoothness": 2.0}, 9: {"smoothness": 3.0}})
     run = session.run(preset(), [1])
     assert (run.parameters, dict(run.own), run.only) == (preset(), {2: preset(smoothness=2.0)}, [1])
     assert (run.extraction, run.edited, run.extrapolate) == (BlockParameters(), False, False)
@@ -407,7 +407,7 @@ def test_a_chosen_block_that_is_gone_is_chosen_no_more(workspace: Workspace, ses
 
 def test_a_new_extraction_flows_around_what_stays(workspace: Workspace, session: Session, told: list[str]) -> None:
     session.change_info(1, name="Floor", locked=True)
-    session.notes.own |= {1: QUICK_OWN, 2: QUICK_OWN}
+    session.change_blocks(own={1: QUICK_OWN, 2: QUICK_OWN})
     used = BlockParameters(granularity=0.2)
     fresh = np.full(session.frame.shape, 7, np.int32)
     fresh[:24] = 5
@@ -416,16 +416,16 @@ def test_a_new_extraction_flows_around_what_stays(workspace: Workspace, session:
     np.testing.assert_array_equal(session.labels == 1, before == 1)
     assert len(session.counts()) == 3
     assert session.undo_stack.undoText() == "Extract blocks"
-    assert session.notes.extraction == used
-    assert session.edited, "one block was kept"
-    assert session.notes.kept == {1}
+    assert session.blocks.extraction == used
+    assert session.blocks.edited, "one block was kept"
+    assert session.blocks.kept == {1}
     assert session.handmade() == set(), "a block that only was locked is not made by hand"
     assert session.info(1).name == "Floor"
-    assert session.notes.own == {1: QUICK_OWN}
+    assert session.blocks.own == {1: QUICK_OWN}
     session.undo_stack.undo()
     np.testing.assert_array_equal(session.labels, before)
-    assert session.notes.own == {1: QUICK_OWN, 2: QUICK_OWN}
-    assert session.notes.extraction == BlockParameters()
+    assert session.blocks.own == {1: QUICK_OWN, 2: QUICK_OWN}
+    assert session.blocks.extraction == BlockParameters()
 
 
 def test_blocks_made_by_hand_stay_unless_they_shall_not(
@@ -455,12 +455,12 @@ def test_blocks_made_by_hand_stay_unless_they_shall_not(
 
 def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace: Workspace, session: Session) -> None:
     session.change_info(1, name="Floor")
-    session.notes.own[2] = QUICK_OWN
+    session.change_blocks(own={2: QUICK_OWN})
     used = BlockParameters(granularity=0.1)
     workspace.blocks.set_extracted(session, extraction(session, session.labels), used)
     assert session.undo_stack.count() == 0
-    assert session.notes.extraction == used
-    assert (session.info(1).name, session.notes.own) == ("Floor", {2: QUICK_OWN})
+    assert session.blocks.extraction == used
+    assert (session.info(1).name, session.blocks.own) == ("Floor", {2: QUICK_OWN})
 
 
 def test_loaded_blocks_leave_locked_ones_alone(workspace: Workspace, session: Session) -> None:
@@ -469,8 +469,8 @@ def test_loaded_blocks_leave_locked_ones_alone(workspace: Workspace, session: Se
     workspace.blocks.replace(np.full(session.frame.shape, 9, np.int32), "Load blocks")
     np.testing.assert_array_equal(session.labels == 2, before == 2)
     assert len(session.counts()) == 2
-    assert session.notes.extraction is None
-    assert session.edited
+    assert session.blocks.extraction is None
+    assert session.blocks.edited
     assert session.undo_stack.undoText() == "Load blocks"
 
 

@@ -22,7 +22,7 @@ def hand(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Han
 
 
 def _depth(hand: Hand) -> np.ndarray:
-    by_hand = hand.host.session.by_hand
+    by_hand = hand.host.session.blocks.by_hand
     return np.full((48, 64), np.nan, np.float32) if by_hand is None else by_hand.depth
 
 
@@ -48,7 +48,7 @@ def test_a_picked_depth_is_painted_where_depth_is_missing(hand: Hand) -> None:
     hand.host.session.undo_stack.undo()
     assert np.array_equal(np.isfinite(_depth(hand)), painted)
     hand.host.session.undo_stack.undo()
-    assert hand.host.session.by_hand is None
+    assert hand.host.session.blocks.by_hand is None
 
 
 def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand: Hand) -> None:
@@ -70,7 +70,7 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand: Hand) 
     _tool(hand).fill(host)
     assert np.array_equal(np.isfinite(_depth(hand)), host.session.frame.missing & (host.labels == 2))
     _tool(hand).erase(host)
-    assert host.session.by_hand is None
+    assert host.session.blocks.by_hand is None
 
 
 def test_depth_beyond_sensors_is_refused(hand: Hand) -> None:

@@ -121,7 +121,7 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
     assert np.array_equal(host.labels, labels)
     assert host.session.frame.invalid_mask is None
     assert not _drawn(host).any()
-    assert host.session.by_hand is None
+    assert host.session.blocks.by_hand is None
     while stack.canRedo():
         stack.redo()
         if stack.index() in seen:
@@ -135,12 +135,12 @@ def _state(host: ToolHost) -> tuple[np.ndarray, ...]:
 
 def _by_hand(host: ToolHost) -> np.ndarray:
     """Depth by hand, 0 for none."""
-    by_hand = host.session.by_hand
+    by_hand = host.session.blocks.by_hand
     return np.zeros(FRAME_SHAPE) if by_hand is None else np.nan_to_num(by_hand.depth)
 
 
 def _drawn(host: ToolHost) -> np.ndarray:
-    drawn = host.session.notes.drawn
+    drawn = host.session.blocks.drawn
     return np.zeros(FRAME_SHAPE, bool) if drawn is None else drawn.copy()
 
 

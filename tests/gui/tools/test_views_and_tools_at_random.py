@@ -86,8 +86,8 @@ def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench: B
     bench.workspace.blocks.stroke(box_to(bench, 2, np.s_[:], np.s_[30:]))
     bench.session.valid_results()  # as the views ask for them during a stroke
     bench.workspace.blocks.end_stroke("Paint")
-    assert bench.session.notes.drawn is not None
-    assert bench.session.notes.drawn[block].any()
+    assert bench.session.blocks.drawn is not None
+    assert bench.session.blocks.drawn[block].any()
     assert 2 not in bench.session.valid_results()
 
 
@@ -103,12 +103,12 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
     run_all(bench, until)
     for count, column in enumerate((26, 22), 1):
-        drawn = bench.session.notes.drawn
+        drawn = bench.session.blocks.drawn
         former = None if drawn is None else drawn.copy()
         bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[column:30]), "Paint")
         until(lambda count=count: len(asked) == count)
         before, after = asked[-1]
-        np.testing.assert_array_equal(after.drawn, bench.session.notes.drawn)
+        np.testing.assert_array_equal(after.drawn, bench.session.blocks.drawn)
         if former is None:
             assert before.drawn is None
         else:
@@ -238,11 +238,11 @@ def test_undo_takes_back_the_values_of_its_step_alone(bench: Bench) -> None:
     second = bench.open("second")
     assert workspace.parameters.current == quick, "a frame begins with what the one before it has"
     workspace.parameters.set(quick.replace(s_criteria=0.003))
-    assert bench.session.common == quick
+    assert bench.session.state.common == quick
     bench.session.undo_stack.undo()
     assert workspace.parameters.current == quick.replace(s_criteria=0.003), "the other frame's step stays"
     second.undo_stack.undo()
-    assert (workspace.parameters.current, bench.session.common) == (quick, common)
+    assert (workspace.parameters.current, bench.session.state.common) == (quick, common)
 
 
 def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: ViewsPresenter) -> None:

@@ -62,7 +62,7 @@ def test_compared_runs_are_shown_beside_the_present_result(
     workspace.runs.store_results(session, results)
     workspace.blocks.select([1])
     other = complete(session.frame, session.labels, ilf.preset("paper", max_iterations=12)).results
-    kept = StoredRun(1, "Run 1", session.run(session.common), other, 1.0, (200, 0, 0))
+    kept = StoredRun(1, "Run 1", session.run(session.state.common), other, 1.0, (200, 0, 0))
     workspace.runs.keep(session, kept)
     workspace.runs.compare([kept])
     presenter.show()
@@ -86,8 +86,8 @@ def test_the_criterion_is_that_of_the_filter_panel_for_the_block(
         workspace.blocks.select([label])
         presenter.show()
         assert panel._criteria.texts == [line]
-        own = session.parameters_of(label, session.common)
-        form.show_parameters(own, session.common, [session.info(label).name])
+        own = session.parameters_of(label)
+        form.show_parameters(own, session.state.common, [session.info(label).name])
         assert form.form.parameters().s_criteria == panel._curves[0].s_criteria
     workspace.runs.store_results(
         session, list(complete(session.frame, session.labels, QUICK.replace(s_criteria=0.002)).results.values())

@@ -74,7 +74,7 @@ def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, mo
         yield record(1)
 
     monkeypatch.setattr(runs_module, "extrapolation_steps", nothing)
-    bench.session.notes.extraction = BlockParameters(depth_jump=0.3)
+    bench.session.change_blocks(extraction=BlockParameters(depth_jump=0.3))
     _run_with_a_gap(bench, until)
     bench.runs.extrapolate()
     until(lambda: bench.runs.state is RunState.IDLE)
@@ -131,7 +131,7 @@ def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench,
 
 
 def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench: Bench, until: Until) -> None:
-    bench.session.extrapolate = True
+    bench.session.change(extrapolate=True)
     bench.script.allow()
     bench.runs.start({1})
     until(lambda: len(bench.said) == 2)
