@@ -48,7 +48,7 @@ def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Deco
 
 def session_of(entry: Entry, state: FrameState) -> Session:
     """Return a session of a frame that is not open, from its state."""
-    origin = entry.source or (Path(entry.key) if entry.has_state else FrameSource(entry.key))
+    origin = entry.source or (Path(entry.key) if entry.has_state else FrameRef(entry.key))
     return Session.of_state(state, origin, entry.key)
 
 
