@@ -63,6 +63,10 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
     camera, depth_camera, notes, issued = _cameras(chosen, shape, metres.shape)
     if not is_same and camera is None:
         raise InputError(f"{files.depth}: {_NO_COLOUR_CAMERA}{read.alternative_encodings}")
+    colour_camera = None if camera is None else Camera(camera, shape[::-1])
+    cameras = registered_cameras(colour_camera)
+    if depth_camera is not None:
+        cameras = Cameras(colour_camera, Camera(depth_camera, metres.shape[::-1]), np.eye(4), is_registered=False)
     unlike = unlike_companions(chosen, depth_file, orientation)
     of_pair = (*([orientation.note] if orientation.note else []), *unlike)
     return ReadImages(
@@ -71,7 +75,7 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
         colour,
         metres,
         read,
-        _pair_of_cameras(camera, depth_camera, shape, metres.shape),
+        cameras,
         FrameInputs(
             InputFile(str(rgb_file.path), rgb_file.sha256),
             InputFile(str(depth_file.path), depth_file.sha256),
@@ -125,19 +129,6 @@ def _cameras(
     doubt = camera_doubt(depth_camera, depth_shape)
     issued = (f"Depth camera: {doubt}",) if doubt else ()
     return camera, depth_camera, (*notes, *depth_notes, *issued), issued
-
-
-def _pair_of_cameras(
-    camera: CameraIntrinsics | None,
-    depth_camera: CameraIntrinsics | None,
-    shape: tuple[int, int],
-    depth_shape: tuple[int, int],
-) -> Cameras:
-    """The cameras of two images (H, W): one, or two at the same place if depth has another size."""
-    colour = None if camera is None else Camera(camera, shape[::-1])
-    if depth_camera is None:
-        return registered_cameras(colour)
-    return Cameras(colour, Camera(depth_camera, depth_shape[::-1]), np.eye(4), is_registered=False)
 
 
 def frame_of_images(
