@@ -21,9 +21,8 @@ from ..errors import FormatError, IlfError, InputError
 from ..run.options import RECORD_FILE
 from ..run.record import PROGRAM, array_sha256
 from ..sources import reading
-from ..sources.frame_ref import FrameRef
 from ..sources.naming import META_NAME
-from ..sources.neighbours import with_neighbours
+from ..sources.neighbours import read_or_none, with_neighbours
 from ..sources.reading_options import OPTIONS
 from .frames import BatchFrame
 from .settings import SCHEMA
@@ -61,7 +60,7 @@ def read_frame(frame: BatchFrame) -> LoadedFrame:
     if frame.neighbour_step:
         read = with_neighbours(read, frame.before, frame.after, step=frame.neighbour_step)
         return LoadedFrame(read, (), _content_of([read]), {**file_stamps(read.files), **before})
-    neighbours = [_read_or_none(source) for source in frame.neighbours]
+    neighbours = [read_or_none(source) for source in frame.neighbours]
     there = [neighbour for neighbour in neighbours if neighbour is not None]
     files = {**file_stamps(path for one in (read, *there) for path in one.files), **before}
     return LoadedFrame(read, tuple(there), _content_of([read, *neighbours]), files)
@@ -106,14 +105,6 @@ def file_stamps(paths: Iterable[str]) -> dict[str, list[int]]:
             continue
         found[path] = [state.st_size, state.st_mtime_ns]
     return found
-
-
-def _read_or_none(source: FrameRef) -> RGBDFrame | None:
-    """Load a neighbour; None if it cannot be read."""
-    try:
-        return reading.read_frame(source)
-    except IlfError:
-        return None
 
 
 def _content_of(frames: Sequence[RGBDFrame | None]) -> str:

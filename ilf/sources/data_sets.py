@@ -24,11 +24,6 @@ _SUN_FOLDERS = "image", "depth"
 _BOP_COLOUR_FOLDERS = "rgb", "gray"
 
 
-def is_bop(files: Collection[str]) -> bool:
-    """Whether a folder with these files is a scene of BOP."""
-    return CAMERA_FILE in files
-
-
 def bop_frames(root: str | Path, given: ReadingOptions) -> list[FrameRef]:
     """The frames of a BOP scene that have colour and depth, by number; each has its own intrinsics and scale."""
     cameras = read_cameras(Path(root) / CAMERA_FILE)

@@ -62,6 +62,7 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
     camera, depth_camera, notes, issued = _cameras(chosen, shape, metres.shape)
     if not is_same and camera is None:
         raise InputError(f"{files.depth}: {_NO_COLOUR_CAMERA}{read.alternative_encodings}")
+    cameras = Cameras.registered(camera) if depth_camera is None else Cameras(camera, depth_camera, np.eye(4))
     unlike = unlike_companions(chosen, depth_file, orientation)
     of_pair = (*([orientation.note] if orientation.note else []), *unlike)
     return ReadImages(
@@ -70,7 +71,7 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
         colour,
         metres,
         read,
-        Cameras.registered(camera) if depth_camera is None else Cameras(camera, depth_camera, np.eye(4)),
+        cameras,
         FrameInputs(
             InputFile(str(rgb_file.path), rgb_file.sha256),
             InputFile(str(depth_file.path), depth_file.sha256),

@@ -14,7 +14,7 @@ from .._runtime.named_places import note_opened
 from ..errors import InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE
 from ..io.kinds import kind_at
-from .data_sets import bop_frames, has_time_lists, is_bop, is_sun, sun_frame, timed_frames
+from .data_sets import bop_frames, has_time_lists, is_sun, sun_frame, timed_frames
 from .file_patterns import Folders
 from .frame_folder import is_frame_folder
 from .frame_ref import FrameRef
@@ -104,8 +104,7 @@ def list_frames(folder: str | os.PathLike[str], options: ReadingOptions = AS_STA
     ['room']
     """
     options = options.checked()
-    at_address = is_address(folder)
-    found = _at_address(Address(folder), options) if at_address else _listed(Path(folder).absolute(), options)
+    found = _at_address(Address(folder), options) if is_address(folder) else _listed(Path(folder).absolute(), options)
     note_opened(folder, *options.camera_paths.values())
     return found
 
@@ -167,7 +166,7 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     if has_time_lists(files):
         sources, times, notes = timed_frames(root, files, given, max_gap)
         return Listing(tuple(sources), notes, times, layout="lists of files by time, as in the TUM benchmark")
-    if is_bop(files):
+    if CAMERA_FILE in files:
         return _of_scenes(root, [root], given)
     if is_sun(files, inside):
         return Listing((sun_frame(root, given),), layout="frames of SUN RGB-D")
@@ -183,12 +182,13 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
         return found
     frames = {name: _frame_in(folders, name, given) for name in sorted(inside, key=natural)}
     if refs := [ref for ref in frames.values() if ref is not None]:
-        empty = [name for name, ref in frames.items() if ref is None]
-        notes = [
-            f"{counted(len(empty), 'folder')} left out: there is no matching colour and depth file, or more than one "
-            f"({_first_names(empty)})."
-        ]
-        return _of_measured(refs, notes if empty else [], "a folder for each frame")
+        left_out = []
+        if empty := [name for name, ref in frames.items() if ref is None]:
+            left_out.append(
+                f"{counted(len(empty), 'folder')} left out: there is no matching colour and depth file, or more than "
+                f"one ({_first_names(empty)})."
+            )
+        return _of_measured(refs, left_out, "a folder for each frame")
     told = f"{root} contains no frames: {why_none}"
     if not why_none:
         told = f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}"

@@ -196,7 +196,7 @@ def _moved(
         if posed and not wanted:
             continue
         check_cancelled()
-        other = _read(given)
+        other = read_or_none(given)
         if not posed and linked:
             link = None if other is None else odometry(other, previous)
             linked = link is not None
@@ -250,7 +250,7 @@ def _grey_image(o3d: Any, frame: RGBDFrame) -> Any:
     return create(o3d.geometry.Image(grey), o3d.geometry.Image(depth), depth_scale=1.0, depth_trunc=100.0)
 
 
-def _read(given: RGBDFrame | FrameRef) -> RGBDFrame | None:
+def read_or_none(given: RGBDFrame | FrameRef) -> RGBDFrame | None:
     """A neighbour, without its own neighbours; None if it cannot be read."""
     if isinstance(given, RGBDFrame):
         return given

@@ -8,6 +8,8 @@ import io
 import json
 import os
 import struct
+import subprocess
+import sys
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -555,3 +557,18 @@ def test_options_given_go_before_those_of_the_files() -> None:
     chosen = ReadingOptions(encoding="tum", ground_truth="other.npy").or_else(stated)
     assert chosen == ReadingOptions(encoding="tum", invalid=0.0, ground_truth="other.npy")
     assert ReadingOptions(ground_truth_units=1.0).or_else(stated) == replace(stated, ground_truth_units=1.0)
+
+
+def test_frames_of_image_files_import_no_reader_of_recordings() -> None:
+    code = """
+import sys
+import ilf
+from ilf._runtime.installation import asset_path
+room = asset_path("samples/room")
+ilf.load_frame(room / "rgb.jpg", room / "depth.png")
+assert len(ilf.open_source(room)) == 1
+ilf.load_frame(room)
+readers = "ros azure_kinect record3d scannet nyu stray_scanner arkit_scenes raw_pairs shards".split()
+print(*(name for name in readers if f"ilf.sources.{name}" in sys.modules))
+"""
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "\n"
