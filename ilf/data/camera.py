@@ -329,55 +329,58 @@ def is_preset(text: str) -> bool:
 
 
 def as_camera(given: Any, shape: tuple[int, int] | None) -> Camera:
-    """Convert what a caller passes as intrinsics; raise InputError if that is not possible.
+    """Convert what a caller passes as intrinsics to the camera of a frame; raise InputError if that is not possible.
 
     Parameters
     ----------
     given : Camera, str, sequence, mapping or ndarray
-        Intrinsics; the name of a preset; or anything that `camera_of` accepts.
+        A camera; the name of a preset; or anything else that `camera_of` accepts.
     shape : (int, int), optional
-        (H, W) of the frame, to which numbers with a known image size are scaled.
+        (H, W) of the frame, to which a camera with a known image size is scaled.
 
     Examples
     --------
-    >>> as_camera([[525, 0, 319.5], [0, 525, 239.5], [0, 0, 1]], None)
-    Camera(fx=525.0, fy=525.0, cx=319.5, cy=239.5, name='', size=None, distortion=())
+    >>> as_camera([[525, 0, 319.5], [0, 525, 239.5], [0, 0, 1]], None).numbers
+    (525.0, 525.0, 319.5, 239.5)
     """
+    return fitted(camera_of(given, shape), shape).pinhole
+
+
+def camera_of(given: Any, shape: tuple[int, int] | None, name: str = "") -> Camera:
+    """Convert a preset's name, numbers, or an object as in JSON to a camera, with the image size that is stated; raise
+    InputError if it is invalid, or its lens is not that of a pinhole camera. An angle of view may need `shape`."""
     if isinstance(given, Camera):
-        return fitted(given, shape).pinhole
-    if not isinstance(given, str):
-        return camera_of(given, shape, name="")
-    if not is_preset(given):
-        raise InputError(
-            f"There is no intrinsics preset {given!r:.60}. Known: {', '.join(INTRINSICS)}. Give one of these, four "
-            "numbers fx, fy, cx, cy, or a 3 x 3 matrix."
-        )
-    name = given.strip().lower()
-    return fitted(INTRINSICS[name], shape).pinhole
-
-
-def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> Camera:
-    """Convert parsed JSON, or an equivalent object of a caller, to intrinsics; raise InputError if it is invalid, or
-    its lens is not that of a pinhole camera."""
-    if not isinstance(data, Mapping):
-        return camera_from_numbers(data, name)
-    name = data.get("name", name)
-    if problem := lens_problem(data):
+        return given
+    if isinstance(given, str):
+        return _preset(given)
+    if not isinstance(given, Mapping):
+        return camera_from_numbers(given, name)
+    name = given.get("name", name)
+    if problem := lens_problem(given):
         raise InputError(problem)
-    size, names = stated_size(data), ("fx", "fy", "cx", "cy")
-    if matrix := {"K", "intrinsic_matrix"} & data.keys():
-        found = camera_from_numbers(data[matrix.pop()], name)
-    elif "angle_x" in data and not data.keys() >= {*names}:
+    size, names = stated_size(given), ("fx", "fy", "cx", "cy")
+    if matrix := {"K", "intrinsic_matrix"} & given.keys():
+        found = camera_from_numbers(given[matrix.pop()], name)
+    elif "angle_x" in given and not given.keys() >= {*names}:
         size = size or (shape and (shape[1], shape[0]))
-        found = _from_angles(data, size, name)
+        found = _from_angles(given, size, name)
     else:
-        missing = [key for key in names if key not in data]
+        missing = [key for key in names if key not in given]
         if missing:
             raise InputError(
                 f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or K, or intrinsic_matrix."
             )
-        found = camera_from_numbers([data[key] for key in names], name)
-    return found if size is None else fitted(replace(found, size=size), shape).pinhole
+        found = camera_from_numbers([given[key] for key in names], name)
+    return replace(found, size=size)
+
+
+def _preset(text: str) -> Camera:
+    if not is_preset(text):
+        raise InputError(
+            f"There is no intrinsics preset {text!r:.60}. Known: {', '.join(INTRINSICS)}. Give one of these, four "
+            "numbers fx, fy, cx, cy, or a 3 x 3 matrix."
+        )
+    return INTRINSICS[text.strip().lower()]
 
 
 def stated_size(data: Mapping[str, Any]) -> tuple[int, int] | None:

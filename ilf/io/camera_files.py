@@ -24,12 +24,9 @@ ENTRY_MARK = "#"
 CAMERA_FILES = ".json", ".yaml", ".yml", ".txt", ".npy", ".xml", ".ini", ".conf", ".pincam"
 """Extensions of files of cameras."""
 
-StatedCamera = dict[str, Any]
-"""A camera as `camera_of` takes it, with what a file states about its lens."""
 
-
-def read_camera_file(path: Path, entry: str = "") -> StatedCamera:
-    """Read the intrinsics of a camera.
+def read_camera_file(path: Path, entry: str = "") -> dict[str, Any]:
+    """Read the intrinsics of a camera, as `camera_of` takes them, with what the file states about its lens.
 
     Parameters
     ----------
@@ -51,13 +48,13 @@ def read_camera_file(path: Path, entry: str = "") -> StatedCamera:
     camera = chosen_camera(_tree_of(content), str(content), entry)
     try:
         if "angle_x" not in camera and not lens_problem(camera):
-            camera_of(camera, None, "")
+            camera_of(camera, None)
     except InputError as error:
         raise FormatError(f"{content}: {error}") from error
     return camera | {"name": path.name}
 
 
-def chosen_camera(tree: Any, where: str, entry: str = "") -> StatedCamera:
+def chosen_camera(tree: Any, where: str, entry: str = "") -> dict[str, Any]:
     """The only camera in a tree of mappings and lists, or the named one; raises as `read_camera_file`."""
     cameras = dict(cameras_in(tree))
     if entry and isinstance(tree, Mapping) and len(numbers := _numbers(tree.get(entry)) or []) == 4:
@@ -111,7 +108,7 @@ _MAX_DEPTH = 20
 
 def cameras_in(
     tree: Any, known: Mapping[str, Any] | None = None, path: tuple[str, ...] = ()
-) -> Iterator[tuple[str, StatedCamera]]:
+) -> Iterator[tuple[str, dict[str, Any]]]:
     """Find the cameras in a tree of mappings and lists: their keys, separated by /, and what is stated about them.
 
     The numbers of a camera are from one mapping; image size and lens may be stated above, for all cameras below.
@@ -294,7 +291,7 @@ def _tree_of(content: FileContent) -> Any:
         raise FormatError(f"{content} is not a file of cameras that can be read ({told:.120}).") from error
 
 
-def _of_numbers(content: FileContent, numbers: list[float]) -> StatedCamera:
+def _of_numbers(content: FileContent, numbers: list[float]) -> dict[str, Any]:
     """The camera of numbers alone: a camera matrix of 3 or 4 rows and columns, or of 3 rows and 4 columns; fx fy cx cy,
     without or with 4 or 5 coefficients of distortion after it, or with width and height before it."""
     count = len(numbers)
@@ -309,7 +306,7 @@ def _of_numbers(content: FileContent, numbers: list[float]) -> StatedCamera:
     )
 
 
-def _of_colmap(model: str, width: str, height: str, parameters: str) -> StatedCamera:
+def _of_colmap(model: str, width: str, height: str, parameters: str) -> dict[str, Any]:
     """A camera of COLMAP's cameras.txt, with the keys of nerfstudio, which has its models."""
     numbers = [float(word) for word in parameters.split()]
     numbers = numbers[:1] * (model == "SIMPLE_PINHOLE" or "RADIAL" in model) + numbers  # one focal length

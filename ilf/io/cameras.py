@@ -20,13 +20,15 @@ from ..data.camera import (
     Camera,
     as_camera,
     camera_from_numbers,
+    camera_of,
+    fitted,
     is_normalised,
     is_preset,
     lens_problem,
     stated_size,
 )
 from ..errors import FormatError, InputError
-from .camera_files import CAMERA_FILES, ENTRY_MARK, StatedCamera, chosen_camera, read_camera_file
+from .camera_files import CAMERA_FILES, ENTRY_MARK, chosen_camera, read_camera_file
 
 IntrinsicsSpec = Camera | str | os.PathLike[str] | Sequence[float] | Mapping[str, Any] | NDArray[Any]
 
@@ -72,23 +74,22 @@ def frame_camera(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None) -> 
 
     It is None, with a note, if it is not a pinhole camera; and if its angle of view alone is known, but not `shape`.
     """
-    stated = None if spec is None else _stated(spec)
-    if isinstance(stated, str) and is_preset(stated):
-        stated = INTRINSICS[stated.strip().lower()]
-    size = stated.size if isinstance(stated, Camera) else None
-    notes = (DISTORTION_NOTE,) if isinstance(stated, Camera) and any(stated.distortion) else ()
+    if spec is None:
+        return None, ()
+    stated = _stated(spec)
     if isinstance(stated, Mapping):
         if problem := lens_problem(stated):
             return None, (f"{stated.get('name') or 'Intrinsics'}: {problem}",)
-        size = stated_size(stated)
-        if shape is size is None and "angle_x" in stated:
+        if shape is None and "angle_x" in stated and stated_size(stated) is None:
             return None, ()
-        notes = (DISTORTION_NOTE,) if any(stated.get("distortion", ())) else ()
-    camera = None if stated is None else as_camera(stated, shape)
-    if camera is not None and size is not None and shape not in {None, size[::-1]} and not is_normalised(camera):
+    camera = camera_of(stated, shape)
+    is_bent = any(stated.get("distortion", ()) if isinstance(stated, Mapping) else camera.distortion)
+    notes = (DISTORTION_NOTE,) if is_bent else ()
+    size = camera.size
+    if size is not None and shape not in {None, size[::-1]} and not is_normalised(camera):
         name = camera.name or "given"
         notes = f"The intrinsics {name} are for {size[0]} x {size[1]} pixels, and are scaled to the image.", *notes
-    return camera, notes
+    return fitted(camera, shape).pinhole, notes
 
 
 def _stated(spec: IntrinsicsSpec) -> Any:
@@ -109,7 +110,7 @@ def _from_text(text: str) -> Camera:
     return camera_from_numbers(numbers, name="")
 
 
-def _from_file(text: str) -> StatedCamera:
+def _from_file(text: str) -> dict[str, Any]:
     """The camera of a file, or of FILE#NAME."""
     file, _, entry = (text, "", "") if os.path.exists(text) else text.partition(ENTRY_MARK)
     path = Path(file)

@@ -12,7 +12,7 @@ from typing import NamedTuple, cast
 
 from .._runtime.formatting import counted
 from .._runtime.named_places import named_in
-from ..data.camera import Camera, is_preset
+from ..data.camera import Camera, camera_of, is_preset
 from ..errors import InputError
 from ..io.camera_files import ENTRY_MARK, read_camera_file
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
@@ -216,7 +216,7 @@ class LayoutFrames:
         if not text or is_preset(text):
             return text or None
         if numbers is not None:
-            return numbers if len(numbers) > 4 else Camera(**numbers, name=self._layout.name)
+            return numbers if len(numbers) > 4 else camera_of(numbers, None, self._layout.name)
         pattern, _, entry = text.partition(ENTRY_MARK)
         path = self._beside(pattern, frame)
         if path is None:

@@ -109,7 +109,7 @@ class RawPairs(Recording):
 def _camera(stated: Section) -> Camera:
     size = tuple(stated.items("size", int))
     distortion = stated.items("distortion", float) if "distortion" in stated.values else ()
-    return replace(camera_of({"K": stated.get("K", list)}, None, ""), size=size, distortion=tuple(distortion))
+    return replace(camera_of({"K": stated.get("K", list)}, None), size=size, distortion=tuple(distortion))
 
 
 def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> dict[str, Path]:

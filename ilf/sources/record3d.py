@@ -158,7 +158,8 @@ class Record3D(Recording):
             numbers = [matrix[at] for at in (0, 4, 6, 7)] if isinstance(matrix, list) and len(matrix) == 9 else None
         if (stated := _floats(numbers, 4)) is None:
             raise FormatError("its metadata have no K of nine numbers")
-        return Camera(*stated, size=self._size("w", "h"))
+        fx, fy, cx, cy = stated
+        return Camera(fx, fy, cx, cy, size=self._size("w", "h"))
 
     def _time(self, key: str) -> float | None:
         time = self._frame_entry("frameTimestamps", key)

@@ -208,7 +208,7 @@ def part_of(name: str, data: bytes) -> FileContent:
     return FileContent(Path(name), np.frombuffer(data, np.uint8))
 
 
-def confidence_beside(path: Path, shape: tuple[int, ...]) -> NDArray[Any] | None:
+def confidence_beside(path: Path, shape: tuple[int, int]) -> NDArray[Any] | None:
     """The confidence map of a file; None if there is no such file."""
     return read_confidence(path, shape) if path.is_file() else None
 

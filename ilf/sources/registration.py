@@ -129,7 +129,7 @@ def max_ray_tangent(distortion: tuple[float, ...]) -> float:
 
 
 @lru_cache(maxsize=8)
-def undistorted_view(camera: Camera) -> tuple[Camera, NDArray[np.float32], NDArray[np.float32]]:
+def _undistorted_view(camera: Camera) -> tuple[Camera, NDArray[np.float32], NDArray[np.float32]]:
     """The remapping to an undistorted image of the same size, without empty pixels.
 
     Returns
@@ -160,20 +160,6 @@ def undistorted_view(camera: Camera) -> tuple[Camera, NDArray[np.float32], NDArr
         camera.matrix, camera.coefficients, None, new.matrix, (width, height), cv2.CV_32FC1
     )
     return new, read_only(np.clip(columns, 0, width - 1)), read_only(np.clip(rows, 0, height - 1))
-
-
-def undistorted_colour(rgb: NDArray[np.uint8], camera: Camera) -> tuple[NDArray[np.uint8], Camera]:
-    """Undistorted colour, shape (H, W, 3), and its intrinsics.
-
-    Raises
-    ------
-    InputError
-        If the distortion cannot be inverted over the image.
-    """
-    if camera.coefficients is None:
-        return rgb, camera
-    seen, columns, rows = undistorted_view(camera)
-    return np.asarray(cv2.remap(rgb, columns, rows, cv2.INTER_LINEAR), np.uint8), seen
 
 
 def _rays(camera: Camera, columns: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -267,7 +253,10 @@ def register(pair: RawPair) -> RGBDFrame:
     (29, 3)
     """
     _check_size("colour", pair.colour_camera.shape[::-1])
-    rgb, colour = undistorted_colour(pair.rgb, pair.colour_camera)
+    rgb, colour = pair.rgb, pair.colour_camera
+    if colour.coefficients is not None:
+        colour, columns, rows = _undistorted_view(colour)
+        rgb = np.asarray(cv2.remap(rgb, columns, rows, cv2.INTER_LINEAR), np.uint8)
     if not np.isfinite(pair.depth).any():
         raise InputError("The depth image has no known pixel (all are zero, negative or not finite).")
     moved = projected_depth(pair.depth, pair.depth_camera, colour, pair.depth_to_colour)
@@ -303,7 +292,31 @@ def projected_depth(
     ndarray of float32, shape (H, W)
         Depth along the axis of `colour` [m] of the nearest surface; NaN where there is none.
     """
-    return _projected_depth(depth, _sample_grid(camera, _samples(camera, colour)), colour, motion)
+    grid = _sample_grid(camera, _samples(camera, colour))
+    split = cv2.remap(depth, grid.columns, grid.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
+    samples = np.asarray(split, np.float32)
+    projection = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(grid.matrix)).astype(np.float32)
+    shift = (colour.matrix @ motion[:3, 3]).astype(np.float32)
+    across = np.arange(samples.shape[1], dtype=np.float32)
+    height, width = colour.shape
+    step = max(_CHUNK_SAMPLES // samples.shape[1], 1)
+    parts = [
+        _projected_samples(samples[start : start + step], across, start, projection, shift, (width, height))
+        for start in range(0, samples.shape[0], step)
+    ]
+    pixels = height * width
+    front = np.full(pixels, np.inf, np.float32)
+    for place, projected, _ in parts:
+        np.minimum.at(front, place, projected)
+    front *= 1 + SAME_SURFACE_TOLERANCE
+    closest, depth = np.full(pixels, np.inf, np.float32), np.full(pixels, np.nan, np.float32)
+    for place, projected, off in parts:
+        off[projected > front[place]] = np.inf
+        np.minimum.at(closest, place, off)
+    for place, projected, off in parts:
+        chosen = (off == closest[place]) & np.isfinite(off)
+        depth[place[chosen]] = projected[chosen]
+    return depth.reshape(height, width)
 
 
 class _SampleGrid:
@@ -378,36 +391,6 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
     if not inside.any():
         return *sides, *ends
     return x[inside].min() - step, x[inside].max() + step, y[inside].min() - step, y[inside].max() + step
-
-
-def _projected_depth(
-    depth: NDArray[np.float32], grid: _SampleGrid, colour: Camera, motion: NDArray[np.float64]
-) -> NDArray[np.float32]:
-    """The depth [m] of the nearest surface in each pixel of the colour camera, NaN where there is none."""
-    split = cv2.remap(depth, grid.columns, grid.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
-    samples = np.asarray(split, np.float32)
-    projection = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(grid.matrix)).astype(np.float32)
-    shift = (colour.matrix @ motion[:3, 3]).astype(np.float32)
-    across = np.arange(samples.shape[1], dtype=np.float32)
-    height, width = colour.shape
-    step = max(_CHUNK_SAMPLES // samples.shape[1], 1)
-    parts = [
-        _projected_samples(samples[start : start + step], across, start, projection, shift, (width, height))
-        for start in range(0, samples.shape[0], step)
-    ]
-    pixels = height * width
-    front = np.full(pixels, np.inf, np.float32)
-    for place, projected, _ in parts:
-        np.minimum.at(front, place, projected)
-    front *= 1 + SAME_SURFACE_TOLERANCE
-    closest, depth = np.full(pixels, np.inf, np.float32), np.full(pixels, np.nan, np.float32)
-    for place, projected, off in parts:
-        off[projected > front[place]] = np.inf
-        np.minimum.at(closest, place, off)
-    for place, projected, off in parts:
-        chosen = (off == closest[place]) & np.isfinite(off)
-        depth[place[chosen]] = projected[chosen]
-    return depth.reshape(height, width)
 
 
 def _projected_samples(

@@ -319,12 +319,20 @@ class RosBag(Recording):
         notes = (*(text for text, is_so in said if is_so), *found.notes)
         return RecordingIndex(tuple(before + key for key in found.keys), found.times, notes)
 
+    def at(self, key: str) -> tuple[CameraTopics, tuple[int, int]]:
+        """The camera of a frame, and the time stamps [ns] of its colour and depth."""
+        camera, stamp = self._camera_of(key)
+        stamps = self._pairs(camera).find(stamp)
+        if stamps is None:
+            raise self.unknown(key)
+        return camera, stamps
+
     def lack(self, key: str) -> str:
         camera, stamp = self._camera_of(key)
         return self._pairs(camera).lack(stamp)
 
     def frame(self, key: str) -> RecordedFrame:
-        camera, (colour_stamp, depth_stamp) = self._camera_and_stamps(key)
+        camera, (colour_stamp, depth_stamp) = self.at(key)
         colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
         depth, depth_sha256 = self._message(camera.depth, depth_stamp)
         with self._reading():  # a message may be of another type than its topic's
@@ -333,12 +341,12 @@ class RosBag(Recording):
         return RecordedFrame(rgb, values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        camera, (stamp, _) = self._camera_and_stamps(key)
+        camera, (stamp, _) = self.at(key)
         with self._reading():
             return colour_of(self._message(camera.colour, stamp)[0], self.path)
 
     def cameras(self, key: str) -> Cameras:
-        topics, _ = self._camera_and_stamps(key)
+        topics, _ = self.at(key)
         if topics.names not in self._cameras:
             try:
                 self._cameras[topics.names] = self._cameras_of(topics)
@@ -435,14 +443,6 @@ class RosBag(Recording):
 
     # frames
 
-    def _camera_and_stamps(self, key: str) -> tuple[CameraTopics, tuple[int, int]]:
-        """The camera of a frame, and the time stamps [ns] of its colour and depth."""
-        camera, stamp = self._camera_of(key)
-        stamps = self._pairs(camera).find(stamp)
-        if stamps is None:
-            raise self.unknown(key)
-        return camera, stamps
-
     def _camera_of(self, key: str) -> tuple[CameraTopics, str]:
         """The camera that a key names, and the time of its colour."""
         names, _, stamp = key.rpartition("/")
@@ -457,13 +457,12 @@ class RosBag(Recording):
 
     def _stamped(self, topic: ImageTopic) -> _Stamped:
         """The time stamps of a topic's messages; for images without a stamp, the recording times."""
-        known = self._stamps.get(topic.name)
-        if known is None:
+        if topic.name not in self._stamps:
             known = self._stamps[topic.name] = {}
             with self._reading():
                 for _, time, raw in self._raw(self._connections(topic.name, *_IMAGES)):
                     known.setdefault(self._stamp(raw) or time, time)
-        return known
+        return self._stamps[topic.name]
 
     def _stamp(self, raw: bytes) -> int:
         """The time stamp [ns] in a message's header."""
