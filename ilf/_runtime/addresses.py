@@ -118,7 +118,7 @@ class RemoteFiles:
         self._own: tuple[Any, str] = None, ""
 
     def __reduce__(self) -> tuple[type[RemoteFiles], tuple[str]]:
-        return RemoteFiles, (str(self.address),)
+        return type(self), (str(self.address),)
 
     @property
     def _opened(self) -> tuple[Any, str]:

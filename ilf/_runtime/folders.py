@@ -154,34 +154,19 @@ _AT_ONCE = 64
 _DIGITS = 16
 
 
-class RemoteFolder(Folder):
+class RemoteFolder(RemoteFiles, Folder):
     """A folder at an address. A file is written on this machine first, in the cache, and then put there."""
 
     def __init__(self, address: str) -> None:
-        self._files = RemoteFiles(address)
-        digest = hashlib.sha256(self._files.address.encode()).hexdigest()[:_DIGITS]
+        super().__init__(address)
+        digest = hashlib.sha256(self.address.encode()).hexdigest()[:_DIGITS]
         self.working = cache_folder() / "shards" / digest
 
     def __str__(self) -> str:
-        return self._files.address
-
-    def sizes(self) -> dict[str, int]:
-        return self._files.sizes()
-
-    def exists(self, name: str) -> bool:
-        return self._files.exists(name)
-
-    def size(self, name: str) -> int:
-        return self._files.size(name)
-
-    def open(self, name: str) -> BinaryIO:
-        return self._files.open(name)
-
-    def read(self, name: str) -> bytes:
-        return self._files.read(name)
+        return self.address
 
     def read_range(self, name: str, start: int, size: int) -> bytes:
-        return self._files.read_ranges([name], [start], [start + size])[0]
+        return self.read_ranges([name], [start], [start + size])[0]
 
     def ends(self, sizes: dict[str, int], length: int) -> Iterator[tuple[str, bytes]]:
         names = list(sizes)
@@ -189,7 +174,7 @@ class RemoteFolder(Folder):
             check_cancelled()
             own: Sequence[str] = names[first : first + _AT_ONCE]
             ends = [sizes[name] for name in own]
-            yield from zip(own, self._files.read_ranges(own, [max(end - length, 0) for end in ends], ends), strict=True)
+            yield from zip(own, self.read_ranges(own, [max(end - length, 0) for end in ends], ends), strict=True)
 
     @contextmanager
     def writing(self, name: str) -> Iterator[Path]:
@@ -198,12 +183,9 @@ class RemoteFolder(Folder):
             with atomic_path(staged) as path:
                 yield path
             check_cancelled()
-            self._files.upload(staged, name)
+            self.upload(staged, name)
         finally:
             staged.unlink(missing_ok=True)
-
-    def remove(self, name: str) -> None:
-        self._files.remove(name)
 
     def forget_working(self) -> None:
         shutil.rmtree(self.working, ignore_errors=True)

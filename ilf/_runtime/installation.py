@@ -7,8 +7,7 @@ import platform
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
+from importlib import import_module, metadata
 from pathlib import Path
 from types import ModuleType
 
@@ -143,8 +142,8 @@ def check_opencv() -> None:
 def _version(distribution: str) -> str | None:
     """The version of an installed distribution."""
     try:
-        return version(distribution)
-    except PackageNotFoundError:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
         return None
 
 

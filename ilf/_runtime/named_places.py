@@ -15,7 +15,7 @@ import shlex
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
-from pathlib import Path
+from pathlib import Path, PurePath, PurePosixPath
 from urllib.parse import unquote
 
 import platformdirs
@@ -101,14 +101,10 @@ def named_in(path: str, base: str | os.PathLike[str] | None, sha256: str = "") -
         inside = is_address(root) and Address(root).store == Address(path).store
     else:
         place = path if _SHARE.match(path) else os.path.abspath(path if is_address(root) else os.path.join(root, path))
-        inside = bool(root) and not is_address(root) and _is_below(_key(place), {_key(root)})
-    key = _key(place)
-    if (
-        inside
-        or _is_below(key, map(_key, filter(None, os.environ.get(VARIABLE, "").split("\n"))))
-        or _was_opened(key)
-        or (sha256 and not _is_far(root) and not _is_far(place) and _has_content(place, sha256))
-    ):
+        inside = bool(root) and not is_address(root) and _is_in(place, [_key(root)])
+    allowed = map(_key, filter(None, os.environ.get(VARIABLE, "").split("\n")))
+    stated = sha256 and not _is_far(root) and not _is_far(place)
+    if inside or _is_in(place, allowed) or _was_opened(_key(place)) or (stated and _has_content(place, sha256)):
         return place
     raise NotAllowed(place)
 
@@ -202,7 +198,7 @@ def note_opened(*paths: str | os.PathLike[str] | None, beside: bool = False) -> 
 
 def _entries(path: str, beside: bool) -> Iterable[str]:
     key = _key(path if is_address(path) else os.path.abspath(path))
-    is_file = posixpath.splitext(key)[1] != "" if is_address(key) else not os.path.isdir(key)
+    is_file = posixpath.splitext(key)[1] != "" if is_address(path) else not os.path.isdir(key)
     return [key, os.path.dirname(key) + _FILES] if beside and is_file else [key]
 
 
@@ -212,9 +208,8 @@ def _key(path: str | os.PathLike[str]) -> str:
     text = os.fspath(path)
     if is_address(text):
         address = Address(text)
-        rest = address.partition("://")[2]
-        host, slash, name = rest.partition("/")
-        return f"{address.protocol}://{host.lower()}{posixpath.normpath(slash + unquote(name)) if name else ''}"
+        host, slash, name = address.partition("://")[2].partition("/")
+        return f"{address.protocol}:/{host.lower()}{posixpath.normpath(slash + unquote(name)) if name else ''}"
     if _SHARE.match(text):
         return posixpath.normpath(text.replace("\\", "/")).casefold()
     try:
@@ -223,18 +218,18 @@ def _key(path: str | os.PathLike[str]) -> str:
         return os.path.normpath(text)
 
 
-def _is_below(key: str, places: Iterable[str]) -> bool:
-    """Whether a place is one of others or below."""
-    known = places if isinstance(places, set | frozenset) else set(places)
-    while key and key not in known:
-        above = posixpath.dirname(key) if is_address(key) or _SHARE.match(key) else os.path.dirname(key)
-        key = above if above != key and not (_SHARE.match(key) and above == "/") else ""
-    return bool(key)
+def _around(key: str) -> list[str]:
+    """A place and all that it is in."""
+    kind = PurePath if os.path.isabs(key) and not _SHARE.match(key) else PurePosixPath
+    return [key, *map(str, kind(key).parents)]
+
+
+def _is_in(place: str, others: Iterable[str]) -> bool:
+    return not set(_around(_key(place))).isdisjoint(others)
 
 
 def _was_opened(key: str) -> bool:
-    known = _known()
-    return _is_below(key, known) or os.path.dirname(key) + _FILES in known
+    return not _known().isdisjoint([*_around(key), os.path.dirname(key) + _FILES])
 
 
 def _list_file() -> Path:

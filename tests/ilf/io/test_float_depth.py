@@ -198,7 +198,7 @@ def test_whatever_bytes_change_nothing_but_errors_of_ours_comes(data):
 
 def test_without_the_package_its_extra_is_named(save, monkeypatch):
     files = save("z.exr", exr({"Z": METRES}))
-    monkeypatch.setattr("ilf._runtime.children.run_in_child", lambda read, file, **_: read(file))
+    monkeypatch.setattr("ilf._runtime.children.run_in_child", lambda read, content, **_: read(content))
     monkeypatch.setitem(sys.modules, "OpenEXR", None)
     with pytest.raises(InputError, match=r"ilf-studio\[sensors\]"):
         ilf.load_frame(*files)
