@@ -166,18 +166,20 @@ class WorkspaceRuns(QObject):
         for kept in runs:
             if kept not in session.state.runs:
                 kept.ground_truth_error = None  # the ground truth may have changed meanwhile
+        former = session.compared
         session.change(runs=tuple(runs))
         self._note_history(session)
-        self._compare(session, compared[-MAX_COMPARED:])
+        self._compare(session, former, compared[-MAX_COMPARED:])
 
     def compare(self, runs: Sequence[StoredRun]) -> None:
         """Compare stored runs of the current frame with its result; the last `MAX_COMPARED` of the given ones."""
-        self._compare(self._frames.session, list(runs)[-MAX_COMPARED:])
+        session = self._frames.session
+        self._compare(session, session.compared, list(runs)[-MAX_COMPARED:])
 
-    def _compare(self, session: Session, runs: list[StoredRun]) -> None:
-        if runs == session.compared:
+    def _compare(self, session: Session, former: list[StoredRun], runs: list[StoredRun]) -> None:
+        if runs == former:
             return
-        for kept in session.compared:
+        for kept in former:
             kept.hold(kept in runs)
         for number, kept in enumerate(runs):
             kept.hold(True)

@@ -232,6 +232,7 @@ def test_deleted_runs_come_back_beside_those_kept_since(session: Session, worksp
     workspace.runs.delete(session, [runs[0]])
     workspace.blocks.set_ground_truth(np.full(session.frame.shape, 3.0, np.float32))
     assert (session.state.runs, session.compared) == ((runs[1],), [runs[1]])
+    assert session.state.compared == (2,)
     workspace.runs.keep(session, runs[2])
     session.undo_stack.undo()
     assert session.state.runs == tuple(runs)
