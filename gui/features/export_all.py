@@ -25,7 +25,6 @@ from ilf.project.exporting import (
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run, RunConfiguration
 
-from ..base.commands import Command
 from ..project.store import WorkStore
 from ..state.entries import Entry
 from ..state.session import Session
@@ -124,19 +123,6 @@ class ExportAllFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(
-            (
-                Command(
-                    "export_all",
-                    "Export a&ll…",
-                    "Write the results of all frames of the list, of those worked on, or of those marked as done",
-                    icon="ph.export",
-                    keys="Ctrl+Alt+E",
-                    handler=self.ask,
-                    why_off=context.reasons.no_frame,
-                ),
-            )
-        )
         self.progress = ExportProgress(context.window)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)

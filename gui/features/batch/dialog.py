@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from PySide6.QtWidgets import (
 from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf._runtime.threads import available_cores
 from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.batch.pictures import write_contact_sheet, write_video
 from ilf.completion.confidence.expected_error import MEDIAN_MEANING, MEDIAN_NAME
 from ilf.run.options import RECORD_FILE
 
@@ -75,9 +77,10 @@ class OutcomeModel(RowModel[FrameOutcome]):
     def add(self, outcomes: list[FrameOutcome]) -> None:
         """Append outcomes."""
         first = len(self.rows)
-        self.beginInsertRows(QModelIndex(), first, first + len(outcomes) - 1)
-        self.rows += outcomes
-        self.endInsertRows()
+        if outcomes:
+            self.beginInsertRows(QModelIndex(), first, first + len(outcomes) - 1)
+            self.rows += outcomes
+            self.endInsertRows()
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
         if orientation != Qt.Orientation.Horizontal:
@@ -252,6 +255,14 @@ class BatchDialog(QDialog):
         self._scopes.item(1).setEnabled(chosen > 0)
         if not chosen:
             self.scope.setCurrentIndex(0)
+
+    def chosen_folder(self) -> Path:
+        """Return the folder for the results."""
+        return Path(self.folder.text().strip()).expanduser().absolute()
+
+    def pictures(self) -> list[Callable[[Path, Sequence[FrameOutcome]], Path]]:
+        """Return what writes the pictures that the user wants."""
+        return [write_contact_sheet] * self.sheet.isChecked() + [write_video] * self.video.isChecked()
 
     def begin(self) -> None:
         """Show that the batch has started."""

@@ -17,7 +17,6 @@ from ilf.report.report import ReportOptions, report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.options import as_file_name
 
-from ...base.commands import Command
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.session import Session
@@ -96,23 +95,10 @@ _KINDS = {"html": "HTML page (*.html)", "pdf": "PDF (*.pdf)"}
 
 
 class ReportFeature(Feature):
-    """The command *File > Report…*: its dialog and the report."""
+    """Writes reports, one at a time, with its dialog."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(
-            (
-                Command(
-                    "report",
-                    "&Report…",
-                    "Write a page on this frame or all frames, as HTML or PDF: "
-                    "pictures, blocks, parameters, curves, errors",
-                    icon="ph.file-text",
-                    handler=self.ask,
-                    why_off=context.reasons.no_frame,
-                ),
-            )
-        )
         self.dialog = ReportDialog(context.window)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._show_steps)
