@@ -23,7 +23,7 @@ from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
 from ...state.session import Session
 from ...widgets.basics import last_folder
-from ...widgets.notices import question
+from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
 from ..menus import insert_menu
@@ -36,7 +36,6 @@ from .saving import FILE_FILTER, FOLDER_KEY, SaveAsDialog, SaveRequest, Saving, 
 from .view_state import ViewState
 
 _PROGRAM = "ILF Studio"
-_ACCEPT = QMessageBox.ButtonRole.AcceptRole
 
 
 class ProjectFeature(Feature):
@@ -52,7 +51,7 @@ class ProjectFeature(Feature):
         self.opening = Opening(context, self.present, self.view)
         self.missing = Missing(context, self.present)
         self.folders = FolderProjects(context, self.present, self.open)
-        self.closing = Closing(context, self)
+        self.closing = Closing(context, self.present, self.saving, self._save)
         self._leaves = False
         self.recent = RecentMenu(
             "Open recent pro&ject",
@@ -170,20 +169,6 @@ class ProjectFeature(Feature):
         """Save to another file."""
         self._save_as("", None, lambda done: None)
 
-    # the protocol `SaveHandler` of `closing`
-
-    def project_words(self) -> str:
-        """Describe the unsaved changes apart from the frames; "" for none."""
-        return self.present.words()
-
-    def when_saved(self, then: Callable[[], None]) -> None:
-        """Call `then` as soon as nothing is being saved."""
-        self.saving.when_done(then)
-
-    def save_then(self, frames: frozenset[str], then: Callable[[bool], None]) -> None:
-        """Save only the work on these frames; `then` receives whether it was saved."""
-        self._save(frames, then)
-
     # closing
 
     def may_close(self) -> bool:
@@ -252,21 +237,13 @@ class ProjectFeature(Feature):
 
     def _ask_join(self, place: Path, then: Callable[[], None]) -> None:
         text = f"{place.name} is not of the folder whose project is {self.present.name}."
+
+        def begin() -> None:
+            self._leave_project("a new project is started", partial(self._begin, then))
+
+        answers = ("&Add to it", ACCEPT, then), ("&New project", ACCEPT, begin)
         more, icon = "A new project closes its frames first.", QMessageBox.Icon.Question
-        box = question(self.context.window, "Add to the project?", text, more, icon)
-        add = box.addButton("&Add to it", _ACCEPT)
-        new = box.addButton("&New project", _ACCEPT)
-        box.addButton(QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(new)
-
-        def answer() -> None:
-            if box.clickedButton() is add:
-                then()
-            elif box.clickedButton() is new:
-                self._leave_project("a new project is started", partial(self._begin, then))
-
-        box.finished.connect(lambda _: answer())
-        box.open()
+        ask(self.context.window, "Add to the project?", text, more, answers, default=1, icon=icon)
 
     # saving
 
@@ -313,23 +290,11 @@ class ProjectFeature(Feature):
             title, button = "Write the project again?", "&Write again"
             text = f"{path.name} does not exist any more: it has been moved or deleted since it was opened."
             more = "It can be written again."
-        box = question(self.context.window, title, text, more)
-        replace = box.addButton(button, QMessageBox.ButtonRole.DestructiveRole)
-        other = box.addButton("Save &as…", QMessageBox.ButtonRole.AcceptRole)
-        box.addButton(QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(other)
-
-        def answer() -> None:
-            clicked = box.clickedButton()
-            if clicked is replace:
-                self.saving.save(SaveRequest(path, None, only, then))
-            elif clicked is other:
-                self._save_as("", only, then)
-            else:
-                then(False)
-
-        box.finished.connect(lambda _: answer())
-        box.open()
+        answers = (
+            (button, DESTROY, lambda: self.saving.save(SaveRequest(path, None, only, then))),
+            ("Save &as…", ACCEPT, lambda: self._save_as("", only, then)),
+        )
+        ask(self.context.window, title, text, more, answers, default=1, otherwise=lambda: then(False))
 
     # messages
 
