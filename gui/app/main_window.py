@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSignalBlocker
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
-from PySide6.QtWidgets import QMainWindow, QTabWidget
+from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
 
 from ilf.project.recovery import journal_folder
 
@@ -54,6 +54,7 @@ from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks, PanelGroup
 from ..widgets.notices import LogPanel, Notes, Toasts
+from ..work.jobs import Worker
 from ..work.loading import FrameLoader
 from ..work.refresh import Refresh
 from ..work.runs import RunController
@@ -233,6 +234,11 @@ class MainWindow(QMainWindow):
             return
         for feature in self.features:
             feature.shutdown()
+        for worker in self.findChildren(Worker):
+            worker.shutdown()
+        for dialog in self.findChildren(QDialog):
+            if dialog.isVisible():
+                dialog.close()
         self.refresh.stop()
         self.panels.remember()
         super().closeEvent(event)

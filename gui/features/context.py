@@ -159,5 +159,6 @@ class Feature(QObject):
         return ()
 
     def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread of the feature is left."""
+        """Stop what is not a `Worker`: the window stops these, and closes the dialogs, before it closes. True if no
+        thread is left."""
         return True

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QSettings, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QDialog,
@@ -45,7 +45,8 @@ from ilf.stream.stream import Stream, StreamStatistics
 
 from ..views.colours import depth_table
 from ..views.pixel_items import rgb_image
-from ..widgets.basics import Message, PlainLabel, last_folder
+from ..widgets.basics import Message, PlainLabel
+from ..widgets.file_choice import choose_file, choose_folder, last_folder
 from ..widgets.notices import error_text
 from ..work.jobs import Worker
 from .context import Context, Feature, PendingWork
@@ -378,18 +379,12 @@ class LiveFeature(Feature):
 
     def ask_recording(self) -> None:
         """Choose a recording, and play it."""
-        path, _ = QFileDialog.getOpenFileName(
-            self.context.window, "Play live", last_folder(_FOLDER_KEY), recording_files()
-        )
-        self._play_chosen(path)
+        if path := choose_file(self.context.window, "Play live", _FOLDER_KEY, recording_files()):
+            self.play(path)
 
     def ask_folder(self) -> None:
         """Choose a folder of frames, a data set or a recording that is a folder, and play it."""
-        self._play_chosen(QFileDialog.getExistingDirectory(self.context.window, "Play live", last_folder(_FOLDER_KEY)))
-
-    def _play_chosen(self, path: str) -> None:
-        if path:
-            QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
+        if path := choose_folder(self.context.window, "Play live", _FOLDER_KEY):
             self.play(path)
 
     def play(self, path: str | None = None, rate: float | None = None) -> None:
@@ -402,12 +397,6 @@ class LiveFeature(Feature):
         """The recording in progress, if any."""
         shown = self.window.shown
         return [PendingWork("a live recording")] if self.window.worker.busy and shown and shown.recorded else []
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if all threads have ended."""
-        ended = self.window.worker.shutdown() & self.window.saver.shutdown()
-        self.window.close()
-        return ended
 
     def _open(self, source: FrameSource) -> None:
         self.context.window.raise_()

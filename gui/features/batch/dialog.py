@@ -16,13 +16,11 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QHBoxLayout,
     QHeaderView,
     QLineEdit,
     QPushButton,
     QSpinBox,
     QTableView,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -34,7 +32,7 @@ from ilf.completion.confidence.expected_error import MEDIAN_MEANING, MEDIAN_NAME
 from ilf.run.options import RECORD_FILE
 
 from ...base import theme
-from ...widgets.basics import Message, PlainLabel, literal_text, paint_hint
+from ...widgets.basics import Message, label_of, literal_text, paint_hint, row, stack
 from ...widgets.tables import Index, RowModel
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
@@ -230,20 +228,12 @@ class BatchDialog(QDialog):
         form.setContentsMargins(0, 0, 0, 0)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow("&Frames", self.scope)
-        label = PlainLabel("F&older")
-        label.setBuddy(self.folder)
-        form.addRow(label, _row(self.folder, browse))
+        form.addRow(label_of("F&older", self.folder), row(self.folder, browse))
         form.addRow("&Processes", self.jobs)
-        form.addRow("Also write", _row(self.sheet, self.video))
-        form.addRow("Redo", _row(self.retry, self.anew))
+        form.addRow("Also write", row(self.sheet, self.video))
+        form.addRow("Redo", row(self.retry, self.anew))
         self.folder.setAccessibleName("Folder of the results")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(10)
-        for widget in (about, self._form, self.state, self.work):
-            layout.addWidget(widget)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(buttons)
+        stack(self, about, self._form, self.state, self.work, self.table, buttons, stretched=self.table)
         self._busy = False
         self._restore()
         self._allow()
@@ -304,12 +294,3 @@ class BatchDialog(QDialog):
         settings.setValue(_KEY + "folder", self.folder.text())
         settings.setValue(_KEY + "sheet", self.sheet.isChecked())
         settings.setValue(_KEY + "video", self.video.isChecked())
-
-
-def _row(*widgets: QWidget) -> QHBoxLayout:
-    row = QHBoxLayout()
-    for widget in widgets:
-        row.addWidget(widget, 1 if isinstance(widget, QLineEdit) else 0)
-    if not any(isinstance(widget, QLineEdit) for widget in widgets):
-        row.addStretch(1)
-    return row

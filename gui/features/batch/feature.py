@@ -119,13 +119,6 @@ class BatchFeature(Feature):
         """The batch in progress, if any."""
         return [PendingWork("a batch of frames")] if self.worker.busy else []
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if all threads have ended."""
-        ended = self.worker.shutdown()
-        if "dialog" in vars(self):
-            self.dialog.close()
-        return ended
-
     def _settings(self) -> BatchSettings:
         workspace = self.context.workspace
         configuration = RunConfiguration(workspace.parameters.current, workspace.parameters.extraction)

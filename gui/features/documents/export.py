@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
     QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -33,7 +32,7 @@ from ilf.run.run import Run
 from ilf.run.writing import filenames
 
 from ...state.session import Session
-from ...widgets.basics import Message, PlainLabel, group
+from ...widgets.basics import Message, group, label_of, row, stack
 
 _OPTIONS_KEY = "export/options"
 _UNITS_KEY = "export/png_units"
@@ -206,10 +205,6 @@ class ExportDialog(QDialog):
     def _build(self) -> None:
         browse = QPushButton("Browse…", autoDefault=False)
         browse.clicked.connect(self._browse)
-        target = QHBoxLayout()
-        target.addWidget(self.folder_path, 1)
-        target.addWidget(browse)
-
         depth_box, depth = group("Completed depth")
         png = QHBoxLayout()
         png.addWidget(self.depth_png)
@@ -255,22 +250,12 @@ class ExportDialog(QDialog):
         boxes.setSpacing(12)
         boxes.addWidget(depth_box, 1)
         boxes.addWidget(cloud_box, 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(12)
         top = QFormLayout()
         top.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         if self._counts:
             top.addRow("F&rames", self.scope)
-        label = PlainLabel("&Folder")
-        label.setBuddy(self.folder_path)
-        top.addRow(label, target)
-        layout.addLayout(top)
-        layout.addLayout(boxes)
-        layout.addWidget(others_box)
-        layout.addWidget(self.message)
-        layout.addStretch(1)
-        layout.addWidget(self._buttons)
+        top.addRow(label_of("&Folder", self.folder_path), row(self.folder_path, browse))
+        stack(self, top, boxes, others_box, self.message, self._buttons, spacing=12)
         self.setMinimumWidth(680)
 
     def _watch(self) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog
 
@@ -28,13 +28,13 @@ from ...base.paths import sort_paths
 from ...state.entries import Entry
 from ...state.results import same_depth, same_mask
 from ...state.session import Session
+from ...widgets.file_choice import EXPORTS, remember_folder, save_folder
 from ...work.found_blocks import describe_blocks
 from ...work.jobs import Worker
 from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames, preview_folder
 from ..context import Context, Feature
 from .export import ExportDialog, behind
-from .file_dialogs import save_folder
 from .load_blocks import BlockSource, LoadBlocksDialog, blocks_from, save_blocks
 from .open_frame import OpenFrameDialog
 
@@ -320,7 +320,7 @@ class DocumentsFeature(Feature):
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
         run = session.run(session.common, extrapolate=session.extrapolated)
-        QSettings().setValue("export/folder", str(folder.absolute().parent))
+        remember_folder(EXPORTS, folder)
 
         def job() -> Generator[None, None, Written]:
             yield None
@@ -392,15 +392,8 @@ class DocumentsFeature(Feature):
             self._notes.show_message(f"{session.name}: the result equals the run record.")
 
     def shutdown(self) -> bool:
-        """Stop reading, and wait for a pending export. True if all threads have ended."""
-        return all(
-            [
-                self._loader.shutdown(),
-                self._block_questions.shutdown(),
-                self._looks.shutdown(),
-                self._exporter.shutdown(),
-            ]
-        )
+        """Stop reading. True if all threads have ended."""
+        return self._loader.shutdown()
 
 
 def _is_recorded_run(session: Session, recorded: Run, completion: Completion) -> bool:

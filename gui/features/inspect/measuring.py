@@ -28,9 +28,9 @@ from ilf.evaluation.statistics import PlaneFit, SurfaceStatistics, surface_stati
 
 from ...state.inspection import Inspection
 from ...state.session import Point, Session
+from ...widgets.file_choice import ask_path, save
 from ...work.latest_request import LatestRequest
 from ..context import Context
-from ..documents.file_dialogs import ask_path, save
 from .measure_panel import MeasurePanel, metres
 
 # Measurements as rows of a list, and as texts over the views.
@@ -265,10 +265,6 @@ class MeasurePresenter(QObject):
             return
         later = (one for one in self._inspection.measurements if one not in before)
         self._inspection.set_measurements([*before, *later])
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
 
     def _table(self) -> str:
         lines, found = self.measured()

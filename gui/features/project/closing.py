@@ -11,12 +11,9 @@ from PySide6.QtWidgets import (
     QButtonGroup,
     QDialog,
     QDialogButtonBox,
-    QHeaderView,
     QPushButton,
     QRadioButton,
-    QTreeWidget,
     QTreeWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -25,7 +22,7 @@ from ilf.project.encoding import frame_part
 from ...project.current_project import CurrentProject
 from ...state.entries import Entry
 from ...state.session import Session
-from ...widgets.basics import Message, group, literal_text
+from ...widgets.basics import Message, group, literal_text, row_list, stack
 from ...widgets.notices import DESTROY, ask
 from ..context import Context
 from ..documents.feature import DocumentsFeature
@@ -90,10 +87,12 @@ class CloseDialog(QDialog):
         self._rows = rows
         about = Message()
         about.show_message(_question(what, rows), "text")
-        self.frames = QTreeWidget()
-        self.frames.setStyleSheet("QTreeView::item { padding: 3px 0; }")
-        self.frames.setAccessibleName("Frames with unsaved work")
-        self.frames.setToolTip("Ticked frames are saved; the work on the others is lost")
+        self.frames = row_list(
+            "Frames with unsaved work",
+            "Ticked frames are saved; the work on the others is lost",
+            ["Frame", "Unsaved work", "State"],
+            stretched=0,
+        )
         self.wait = QRadioButton("&Wait until the runs have ended")
         self.wait.setToolTip("Complete the runs and save their results; waiting can be cancelled")
         self.stop = QRadioButton("S&top the runs and keep the completed blocks")
@@ -114,20 +113,10 @@ class CloseDialog(QDialog):
         self.discard_button.clicked.connect(lambda: self.discard_requested.emit())
         buttons.rejected.connect(self.reject)
 
-        column = QVBoxLayout(self)
-        column.setContentsMargins(14, 14, 14, 14)
-        column.setSpacing(10)
-        column.addWidget(about)
-        if rows:
-            self._fill()
-            column.addWidget(self.frames, 1)
-        if running:
-            column.addWidget(self._runs_box())
-        if others:
-            self.also.show_message("\n".join(others), "warning")
-            column.addWidget(self.also)
-        column.addWidget(self.progress)
-        column.addWidget(buttons)
+        self.also.show_message("\n".join(others), "warning")
+        parts = [about, *[self.frames] * bool(rows), *[self._runs_box()] * running, *[self.also] * bool(others)]
+        stack(self, *parts, self.progress, buttons, stretched=self.frames if rows else None)
+        self._fill()
         (self.save_button if rows else buttons.button(QDialogButtonBox.StandardButton.Cancel)).setDefault(True)
         self._can_be_changed = [self.frames, self.wait, self.stop, self.save_button, self.discard_button]
         self.progress.hide()
@@ -168,9 +157,6 @@ class CloseDialog(QDialog):
         super().closeEvent(event)
 
     def _fill(self) -> None:
-        self.frames.setHeaderLabels(["Frame", "Unsaved work", "State"])
-        self.frames.setRootIsDecorated(False)
-        self.frames.setUniformRowHeights(True)
         for row in self._rows:
             item = QTreeWidgetItem([row.name, row.work, row.stage])
             item.setData(0, _ID, row.id)
@@ -179,13 +165,10 @@ class CloseDialog(QDialog):
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsUserCheckable)
             item.setToolTip(0, literal_text(row.name))
             self.frames.addTopLevelItem(item)
-        header = self.frames.header()
-        header.setStretchLastSection(False)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        for column in (1, 2):
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         rows = min(len(self._rows), _MAX_ROWS_SHOWN)
-        self.frames.setFixedHeight(header.sizeHint().height() + (rows + 1) * (self.fontMetrics().height() + 10))
+        self.frames.setFixedHeight(
+            self.frames.header().sizeHint().height() + (rows + 1) * (self.fontMetrics().height() + 10)
+        )
         self.frames.itemChanged.connect(lambda *_: self._follow_ticks())
 
     def _runs_box(self) -> QWidget:

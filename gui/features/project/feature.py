@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolBar
+from PySide6.QtWidgets import QMessageBox, QToolBar
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import note_opened
@@ -22,7 +22,7 @@ from ...base.commands import Command
 from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
 from ...state.session import Session
-from ...widgets.basics import last_folder
+from ...widgets.file_choice import choose_file
 from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
@@ -153,8 +153,7 @@ class ProjectFeature(Feature):
 
     def ask_open(self) -> None:
         """Open a project with the dialog."""
-        path, _ = QFileDialog.getOpenFileName(self.context.window, "Open project", last_folder(FOLDER_KEY), FILE_FILTER)
-        if path:
+        if path := choose_file(self.context.window, "Open project", FOLDER_KEY, FILE_FILTER):
             self.open(Path(path))
 
     def open(self, path: Path) -> None:
@@ -187,10 +186,10 @@ class ProjectFeature(Feature):
 
     def shutdown(self) -> bool:
         """Stop permanently, after pending saves. True if no thread is left."""
-        ended = [self.saving.shutdown(), self.missing.shutdown()]
+        ended = self.saving.shutdown()
         if isinstance(self.context.recorder.store.project, Archive):
             self.context.recorder.store.project.close()
-        return all(ended)
+        return ended
 
     def _close_frame(self, entry: Entry) -> None:
         """Close a frame; if the project file contains it, it stays in the list in that state."""

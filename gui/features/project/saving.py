@@ -7,16 +7,14 @@ from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QSettings, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
     QFileDialog,
-    QHBoxLayout,
     QLineEdit,
     QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -36,7 +34,8 @@ from ...project.current_project import CurrentProject, ProjectSettings, has_cont
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.session import Session
-from ...widgets.basics import Message, PlainLabel, last_folder
+from ...widgets.basics import Message, label_of, row, stack
+from ...widgets.file_choice import last_folder, remember_folder
 from ...work.jobs import Worker
 from ..context import Context
 from .view_state import ViewState
@@ -312,20 +311,7 @@ class SaveAsDialog(QDialog):
         self.path.textChanged.connect(lambda _: self._check())
         self.embed.toggled.connect(lambda _: self._check())
 
-        label = PlainLabel("&File")
-        label.setBuddy(self.path)
-        row = QHBoxLayout()
-        row.setSpacing(8)
-        for widget in (label, self.path, browse):
-            row.addWidget(widget)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(14, 14, 14, 14)
-        column.setSpacing(10)
-        column.addLayout(row)
-        column.addWidget(self.embed)
-        column.addWidget(self.message)
-        column.addStretch(1)
-        column.addWidget(buttons)
+        stack(self, row(label_of("&File", self.path), self.path, browse), self.embed, self.message, buttons)
         self._check()
 
     def chosen(self) -> Path:
@@ -335,7 +321,7 @@ class SaveAsDialog(QDialog):
 
     def accept(self) -> None:
         """Remember the folder."""
-        QSettings().setValue(FOLDER_KEY, str(self.chosen().parent))
+        remember_folder(FOLDER_KEY, self.chosen())
         super().accept()
 
     def _browse(self) -> None:
@@ -347,28 +333,31 @@ class SaveAsDialog(QDialog):
 
     def _check(self) -> None:
         """Show what is wrong with the file, or that an existing one will be replaced."""
-        problem, replaces = "", False
-        if not self.path.text().strip():
-            problem = "Enter a file name."
-        else:
-            path = self.chosen()
-            if not path.parent.is_dir():
-                problem = f"{path.parent} does not exist: create this folder, or choose another."
-            elif not os.access(path.parent, os.W_OK):
-                problem = f"{path.parent} cannot be written: choose another folder."
-            elif path.is_dir():
-                problem = f"{path.name or path} is a folder: choose another name."
-            elif path.exists() and not os.access(path, os.W_OK):
-                problem = f"{path.name} is write-protected: choose another name."
-            replaces = not problem and path.exists()
+        problem, path = self._problem(), self.chosen()
+        replaces = not problem and path.exists()
         self.save_button.setEnabled(not problem)
         self.save_button.setText("&Replace" if replaces else "&Save")
         if problem:
             self.message.show_message(problem, "error")
         elif replaces:
-            self.message.show_message(f"{self.chosen().name} exists already and will be replaced.", "warning")
+            self.message.show_message(f"{path.name} exists already and will be replaced.", "warning")
         else:
             self.message.show_message(self._why or ("" if self.embed.isChecked() else _NOT_EMBEDDED))
+
+    def _problem(self) -> str:
+        """Return why the file cannot be written, and what to do; "" if it can."""
+        path = self.chosen()
+        if not self.path.text().strip():
+            return "Enter a file name."
+        if not path.parent.is_dir():
+            return f"{path.parent} does not exist: create this folder, or choose another."
+        if not os.access(path.parent, os.W_OK):
+            return f"{path.parent} cannot be written: choose another folder."
+        if path.is_dir():
+            return f"{path.name or path} is a folder: choose another name."
+        if path.exists() and not os.access(path, os.W_OK):
+            return f"{path.name} is write-protected: choose another name."
+        return ""
 
 
 def proposed_path(name: str) -> Path:

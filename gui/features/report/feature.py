@@ -20,10 +20,10 @@ from ilf.run.options import as_file_name
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.session import Session
+from ...widgets.file_choice import ask_path
 from ...widgets.notices import error_text
 from ...work.jobs import Worker, spare_cores
 from ..context import Context, Feature
-from ..documents.file_dialogs import ask_path
 from .dialog import ALL_FRAMES, ReportDialog
 from .pdf import pdf_steps
 
@@ -132,12 +132,6 @@ class ReportFeature(Feature):
         options = ReportOptions("Report", self.dialog.test, threads=spare_cores())
         self.dialog.begin()
         self.worker.start(lambda: write_steps(path, subjects, len(entries), options))
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if all threads have ended."""
-        ended = self.worker.shutdown()
-        self.dialog.close()
-        return ended
 
     def _choose_file(self) -> None:
         workspace = self.context.workspace

@@ -379,10 +379,6 @@ class PlayFeature(Feature):
         keys = (source.key for source in listing.sources)
         self._times |= dict(zip(keys, listing.times, strict=False))
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread of the feature is left."""
-        return self.worker.shutdown()
-
 
 class _PlayBar(QWidget):
     """Buttons beside the film strip: play, and a menu of the speeds with loop and completion."""

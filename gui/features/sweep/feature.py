@@ -129,13 +129,6 @@ class SweepFeature(Feature):
             return []
         return [PendingWork(f"a sweep of {self.found.session.name}", self.found.session)]
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        ended = self.worker.shutdown()
-        if self._is_visible:
-            self.window_.close()
-        return ended
-
     def _take_steps(self, batch: list[Step | SweepPoint]) -> None:
         found = self.found
         if found is None:
