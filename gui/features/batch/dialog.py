@@ -286,11 +286,11 @@ class BatchDialog(QDialog):
     def _restore(self) -> None:
         settings = QSettings()
         self.folder.setText(str(settings.value(_KEY + "folder", "")))
-        self.sheet.setChecked(bool(settings.value(_KEY + "sheet", False, bool)))
-        self.video.setChecked(bool(settings.value(_KEY + "video", False, bool)))
+        for name, box in (("sheet", self.sheet), ("video", self.video)):
+            box.setChecked(bool(settings.value(_KEY + name, False, bool)))
 
     def _keep(self) -> None:
         settings = QSettings()
         settings.setValue(_KEY + "folder", self.folder.text())
-        settings.setValue(_KEY + "sheet", self.sheet.isChecked())
-        settings.setValue(_KEY + "video", self.video.isChecked())
+        for name, box in (("sheet", self.sheet), ("video", self.video)):
+            settings.setValue(_KEY + name, box.isChecked())

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
@@ -34,9 +36,9 @@ from ...work.jobs import Worker
 from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames, preview_folder
 from ..context import Context, Feature
-from .export import ExportDialog, behind
-from .load_blocks import BlockSource, LoadBlocksDialog, blocks_from, save_blocks
-from .open_frame import OpenFrameDialog
+
+if TYPE_CHECKING:
+    from .load_blocks import BlockSource
 
 _IMAGES = "PNG image (*.png)"
 _TOO_MANY = "Only one colour file and its depth file can be opened at a time. For several frames, drop their folder."
@@ -69,7 +71,6 @@ class DocumentsFeature(Feature):
         self._loader = context.loader
         self._notes = notes = context.notes
         context.actions.add(self._commands())
-        self._block_questions = LatestRequest[BlockSource, LoadedBlocks](blocks_from, self)
         self._looks = LatestRequest[FrameSource, FolderPreview](preview_folder, self)
         self._exporter = Worker(self)
         self._exporter.finished.connect(self._note_exported)
@@ -215,6 +216,8 @@ class DocumentsFeature(Feature):
             self.remove([entry], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
+        from .open_frame import OpenFrameDialog
+
         dialog = OpenFrameDialog(self._looks, self._window)
         if rgb is not None:
             dialog.set_files(rgb, depth)
@@ -230,8 +233,16 @@ class DocumentsFeature(Feature):
 
     # blocks
 
+    @cached_property
+    def _block_questions(self) -> LatestRequest[BlockSource, LoadedBlocks]:
+        from .load_blocks import blocks_from
+
+        return LatestRequest(blocks_from, self)
+
     def ask_load_blocks(self) -> None:
         """Replace the blocks by those of a file or folder, with the dialog."""
+        from .load_blocks import LoadBlocksDialog
+
         session, filling = self._workspace.session, self._workspace.parameters.extraction
         dialog = LoadBlocksDialog(session.frame, filling, self._block_questions, self._window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -240,6 +251,8 @@ class DocumentsFeature(Feature):
 
     def load_blocks(self, path: str, fill_gaps: bool = False) -> None:
         """Replace the blocks by those of a file or folder, as one undoable step; locked blocks stay."""
+        from .load_blocks import BlockSource, blocks_from
+
         filling = self._workspace.parameters.extraction if fill_gaps else None
         try:
             blocks = blocks_from(BlockSource(self._workspace.session.frame, path, filling))
@@ -270,6 +283,8 @@ class DocumentsFeature(Feature):
 
     def save_blocks(self, path: str, format: str | None = None) -> bool:
         """Write the blocks with their names; return False, with a message, if the file cannot be written."""
+        from .load_blocks import save_blocks
+
         session = self._workspace.session
         try:
             save_blocks(Path(path), session, format)
@@ -301,6 +316,8 @@ class DocumentsFeature(Feature):
 
     def ask_export(self) -> None:
         """Export with the dialog."""
+        from .export import ExportDialog, behind
+
         session = self._workspace.session
         completion = session.completion()
         run = session.run(session.common, extrapolate=session.extrapolated)
@@ -314,6 +331,8 @@ class DocumentsFeature(Feature):
 
     def export(self, folder: Path, options: ExportOptions, known_note: str = "") -> None:
         """Write the current frame's results in a worker thread. A note that was `known_note` before is no warning."""
+        from .export import behind
+
         if self._exporter.busy:
             self._notes.show_message("An export is in progress. Wait until it has ended.")
             return

@@ -114,7 +114,13 @@ class CloseDialog(QDialog):
         buttons.rejected.connect(self.reject)
 
         self.also.show_message("\n".join(others), "warning")
-        parts = [about, *[self.frames] * bool(rows), *[self._runs_box()] * running, *[self.also] * bool(others)]
+        parts: list[QWidget] = [about]
+        if rows:
+            parts.append(self.frames)
+        if running:
+            parts.append(self._runs_box())
+        if others:
+            parts.append(self.also)
         stack(self, *parts, self.progress, buttons, stretched=self.frames if rows else None)
         self._fill()
         (self.save_button if rows else buttons.button(QDialogButtonBox.StandardButton.Cancel)).setDefault(True)

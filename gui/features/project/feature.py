@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
@@ -28,12 +29,14 @@ from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
 from ..menus import insert_menu
 from .asking import ask_to_open, ask_to_open_anew
-from .closing import Closing
-from .missing import Missing
 from .opening import FolderProjects, Opening
 from .recent import RecentMenu, RecentOrigins
-from .saving import FILE_FILTER, FOLDER_KEY, SaveAsDialog, SaveRequest, Saving, proposed_path
+from .saving import FILE_FILTER, FOLDER_KEY, SaveRequest, Saving
 from .view_state import ViewState
+
+if TYPE_CHECKING:
+    from .closing import Closing
+    from .missing import Missing
 
 _PROGRAM = "ILF Studio"
 
@@ -49,9 +52,7 @@ class ProjectFeature(Feature):
         self.view = ViewState(workspace, context.views, context.refresh)
         self.saving = Saving(context, self.present, self.view)
         self.opening = Opening(context, self.present, self.view)
-        self.missing = Missing(context, self.present)
         self.folders = FolderProjects(context, self.present, self.open)
-        self.closing = Closing(context, self.present, self.saving, self._save)
         self._leaves = False
         self.recent = RecentMenu(
             "Open recent pro&ject",
@@ -62,7 +63,7 @@ class ProjectFeature(Feature):
         documents = context.feature(DocumentsFeature)
         documents.project_requested.connect(self.open)
         documents.leave = self._leave_frames
-        documents.remove = self.closing.remove
+        documents.remove = lambda entries, then: self.closing.remove(entries, then)
         documents.close = self._close_frame
         documents.join = self._join
         documents.saved_share = lambda: self.saving.share if self.saving.busy else None
@@ -73,7 +74,8 @@ class ProjectFeature(Feature):
         context.loader.opening_failed.connect(self._offer_anew)
         context.loader.not_allowed.connect(partial(ask_to_open, context.window))
         self.opening.opened.connect(self._tell_opened)
-        self.opening.opened.connect(self.missing.check)
+        self.opening.opened.connect(lambda opened: self.missing.check(opened))
+        context.loader.opening_failed.connect(lambda entry, error: self.missing.note_failure(entry, error))
         self.opening.opened.connect(self.folders.note_opened)
         self.saving.saved.connect(lambda path, _: self.folders.note_saved(path))
         self.saving.saved.connect(lambda path, _: note_opened(path))
@@ -86,6 +88,20 @@ class ProjectFeature(Feature):
             self._show_title,
             (*changed, workspace.frames.touched, workspace.undo_group.cleanChanged, self.saving.changed),
         )
+
+    @cached_property
+    def closing(self) -> Closing:
+        """Asks before work would be lost; made on use."""
+        from .closing import Closing
+
+        return Closing(self.context, self.present, self.saving, self._save)
+
+    @cached_property
+    def missing(self) -> Missing:
+        """Checks the files of frames; made on use."""
+        from .missing import Missing
+
+        return Missing(self.context, self.present)
 
     def _commands(self) -> Sequence[Command]:
         return (
@@ -263,6 +279,8 @@ class ProjectFeature(Feature):
             self.saving.save(SaveRequest(present.path, None, only, then))
 
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
+        from .save_as import SaveAsDialog, proposed_path  # made on use
+
         context = self.context
         first = next(iter(context.workspace.frames.entries), None)
         proposed = self.folders.proposed() or proposed_path(

@@ -213,7 +213,6 @@ class Missing(QObject):
         self._searcher.finished.connect(self._take_found)
         self._searcher.cancelled.connect(lambda: self._take_found({}))
         self._searcher.failed.connect(self._fail_search)
-        context.loader.opening_failed.connect(self._note_failure)
 
     @property
     def lost(self) -> tuple[MissingFile, ...]:
@@ -268,7 +267,7 @@ class Missing(QObject):
             self._note(one)
         self._ask()
 
-    def _note_failure(self, entry: Entry, error: Exception) -> None:
+    def note_failure(self, entry: Entry, error: Exception) -> None:
         """Handle a frame that could not be opened."""
         if isinstance(error, MissingSource | ChangedSource):
             self._note(MissingFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
