@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSignalBlocker
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
-from PySide6.QtWidgets import QMainWindow, QTabWidget
+from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
 
 from ilf.project.recovery import journal_folder
 
 from ..base.commands import Actions
 from ..features.about import WindowFeature
 from ..features.accuracy.feature import AccuracyFeature
-from ..features.batch.feature import BatchFeature
 from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
 from ..features.colour_range import ColourRangeFeature
@@ -20,7 +19,6 @@ from ..features.context import Context, Feature, Reasons
 from ..features.curves import CurvesFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
-from ..features.export_all import ExportAllFeature
 from ..features.extraction.feature import ExtractionFeature
 from ..features.filter.feature import FilterFeature
 from ..features.frame_list.feature import FramesFeature
@@ -28,10 +26,9 @@ from ..features.guide import GuideFeature
 from ..features.history import HistoryFeature
 from ..features.inspect.feature import InspectFeature
 from ..features.layouts.feature import LayoutsFeature
-from ..features.live import LiveFeature
 from ..features.menus import ToolBar, fill_menu_bar
 from ..features.neighbours import NeighboursFeature
-from ..features.palette.palette import PaletteFeature
+from ..features.on_use import OnUseFeature
 from ..features.presets import PresetsFeature
 from ..features.project.autosave import AutosaveFeature
 from ..features.project.feature import ProjectFeature
@@ -40,14 +37,12 @@ from ..features.project.start_page import StartPageFeature
 from ..features.propagation.feature import PropagationFeature
 from ..features.quality_check.feature import QualityCheckFeature
 from ..features.quality_check.invalid_depth import InvalidDepthFeature
-from ..features.report.feature import ReportFeature
 from ..features.run_history.feature import RunHistoryFeature
 from ..features.runs import RunsFeature
 from ..features.sequence.flicker import FlickerFeature
 from ..features.sequence.playing import PlayFeature
 from ..features.shortcuts import ShortcutsFeature
 from ..features.status import StatusFeature
-from ..features.sweep.feature import SweepFeature
 from ..features.tools import ToolsFeature
 from ..features.views import ErrorFeature, ViewsFeature
 from ..project.recorder import Recorder
@@ -59,6 +54,7 @@ from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks, PanelGroup
 from ..widgets.notices import LogPanel, Notes, Toasts
+from ..work.jobs import Worker
 from ..work.loading import FrameLoader
 from ..work.refresh import Refresh
 from ..work.runs import RunController
@@ -89,7 +85,7 @@ _FURTHER: tuple[type[Feature], ...] = (
     RunHistoryFeature,
     PropagationFeature,
     PresetsFeature,
-    SweepFeature,
+    OnUseFeature,
     AccuracyFeature,
     GuideFeature,
     NeighboursFeature,
@@ -98,15 +94,10 @@ _FURTHER: tuple[type[Feature], ...] = (
     ColourRangeFeature,
     RecentFeature,
     StartPageFeature,
-    ReportFeature,
-    BatchFeature,
     PlayFeature,
     FlickerFeature,
-    ExportAllFeature,
-    LiveFeature,
     LayoutsFeature,
     ShortcutsFeature,
-    PaletteFeature,
     AutosaveFeature,
 )
 """Those with panels of their own add them after the standard ones."""
@@ -243,6 +234,11 @@ class MainWindow(QMainWindow):
             return
         for feature in self.features:
             feature.shutdown()
+        for worker in self.findChildren(Worker):
+            worker.shutdown()
+        for dialog in self.findChildren(QDialog):
+            if dialog.isVisible():
+                dialog.close()
         self.refresh.stop()
         self.panels.remember()
         super().closeEvent(event)

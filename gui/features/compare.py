@@ -434,7 +434,3 @@ class CompareFeature(Feature):
         for cell, content in replaced.items():
             if views.cells[cell].content == "result":
                 views.set_content(cell, content)
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread is left."""
-        return self.derived.shutdown()

@@ -129,8 +129,9 @@ class Context:
     features: list[Feature] = field(default_factory=list)
 
     def feature(self, kind: type[FeatureType]) -> FeatureType:
-        """Return the feature of a type, which must have been made before."""
-        return next(feature for feature in self.features if isinstance(feature, kind))
+        """Return the feature of a type; it is made now if nothing has used it yet."""
+        made = next((feature for feature in self.features if isinstance(feature, kind)), None)
+        return kind(self) if made is None else made
 
     def pending_work(self) -> list[PendingWork]:
         """Return the pending work of all features, without the runs of frames."""
@@ -151,12 +152,13 @@ class Feature(QObject):
         context.features.append(self)
 
     def begin(self) -> None:
-        """Called when the window has all features and menus, just before it is shown."""
+        """Called when the window has all features and menus, just before it is shown; not for one made on use."""
 
     def pending_work(self) -> Sequence[PendingWork]:
         """Pending background work that would be lost."""
         return ()
 
     def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread of the feature is left."""
+        """Stop what is not a `Worker`: the window stops these, and closes the dialogs, before it closes. True if no
+        thread is left."""
         return True

@@ -185,10 +185,6 @@ class ScrubPresenter(QObject):
         if not self._bar.at_end or self._workspace.runs.viewed_iteration is not None:
             self._show_iteration()
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
-
     def _follow_run(self) -> None:
         before, self._state = self._state, self._runs.state
         if self._state in _ACTIVE_STATES and before not in _ACTIVE_STATES:
@@ -260,7 +256,3 @@ class CurvesFeature(Feature):
         add = context.refresh.add
         add("curves", self.presenter.show, (turned, blocks, *chosen, values, results, *shown_also), going_on)
         add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), going_on)
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self.scrubbing.shutdown()

@@ -350,10 +350,6 @@ class EditSummaryFeature(Feature):
             changed.connect(lambda *_: actions["show_before_edit"].setChecked(False))
         runs.resolved.connect(self._tell_resolved)
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self.presenter.shutdown()
-
     def _tell_resolved(self, text: str) -> None:
         if not self.presenter.busy:  # after an edit, its summary is shown instead
             self.context.notes.show_briefly(text)

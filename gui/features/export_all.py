@@ -7,8 +7,7 @@ from collections.abc import Callable, Generator, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QSettings
-from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.data.parameters import Parameters
@@ -26,16 +25,15 @@ from ilf.run.options import ExportOptions
 from ilf.run.run import Run, RunConfiguration
 from ilf.sources.reading import read_frame
 
-from ..base.commands import Command
 from ..project.store import WorkStore
 from ..state.entries import Entry
 from ..state.session import Session
-from ..widgets.basics import Message
+from ..widgets.basics import Message, stack
+from ..widgets.file_choice import EXPORTS, remember_folder, save_folder
 from ..widgets.work_row import WorkRow
 from ..work.jobs import Worker
 from .context import Context, Feature, PendingWork
 from .documents.export import ExportDialog
-from .documents.file_dialogs import save_folder
 
 ALL_FRAMES, WORKED_ON, DONE = "all", "worked on", "done"
 """Choices of frames."""
@@ -112,11 +110,7 @@ class ExportProgress(QDialog):
         self.setWindowTitle("Export all")
         self.state = Message(lines=2)
         self.work = WorkRow("export", "finished frames stay, and exporting again goes on")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(10)
-        layout.addWidget(self.state)
-        layout.addWidget(self.work)
+        stack(self, self.state, self.work)
         self.setMinimumWidth(440)
 
 
@@ -125,19 +119,6 @@ class ExportAllFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(
-            (
-                Command(
-                    "export_all",
-                    "Export a&ll…",
-                    "Write the results of all frames of the list, of those worked on, or of those marked as done",
-                    icon="ph.export",
-                    keys="Ctrl+Alt+E",
-                    handler=self.ask,
-                    why_off=context.reasons.no_frame,
-                ),
-            )
-        )
         self.progress = ExportProgress(context.window)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)
@@ -176,7 +157,7 @@ class ExportAllFeature(Feature):
             self._chosen(scope), self.context.recorder.store, configuration, shared.values if shared.on else None
         )
         self._folder, self._done = folder.absolute(), []
-        QSettings().setValue("export/folder", str(self._folder.parent))
+        remember_folder(EXPORTS, self._folder)
         frames = self._frames
 
         def job() -> Generator[ExportedFrame, None, None]:
@@ -190,12 +171,6 @@ class ExportAllFeature(Feature):
     def pending_work(self) -> Sequence[PendingWork]:
         """The export in progress, if any."""
         return [PendingWork(f"an export of {counted(len(self._frames), 'frame')}")] if self.worker.busy else []
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if all threads have ended."""
-        ended = self.worker.shutdown()
-        self.progress.close()
-        return ended
 
     def _chosen(self, scope: str) -> list[Entry]:
         _, includes = _CHOICES[scope]

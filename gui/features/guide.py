@@ -7,7 +7,7 @@ from typing import NamedTuple
 from weakref import WeakSet
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ilf.completion.completion import guide_text
 from ilf.completion.edge_aware.fitted_guide import FittedGuide, fit_guide
@@ -17,7 +17,8 @@ from ilf.io.frame_additions import load_guide
 
 from ..base.commands import Command
 from ..state.session import Session
-from ..widgets.basics import PlainLabel, last_folder
+from ..widgets.basics import label_of, row
+from ..widgets.file_choice import choose_file
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 from .documents.file_dialogs import PreviewDialog
@@ -71,20 +72,13 @@ class GuideDialog(PreviewDialog[GuideSource, GuidedFrame]):
     ) -> None:
         placeholder = "Depth or inverse depth: PNG, TIFF, PGM, NPY or NPZ; or a network: ONNX"
         title = f"Load Guide for {frame.name}"
-        super().__init__(title, placeholder, _NOTHING_SELECTED, "Guide, fitted", _FOLDER_KEY, questions, parent)
+        super().__init__(title, placeholder, _NOTHING_SELECTED, "Guide, fitted", questions, parent)
         self._frame = frame
         self.path.setToolTip("The file with the guide")
         self.load_button.setToolTip("Use this guide in the next runs")
         self.file_button.setToolTip("Choose the file with the guide")
-        label = PlainLabel("&Guide")
-        label.setBuddy(self.path)
-        row = QHBoxLayout()
-        row.setSpacing(8)
-        row.addWidget(label)
-        row.addWidget(self.path, 1)
-        row.addWidget(self.file_button)
         self.setMinimumWidth(600)
-        self.ask(row)
+        self.ask(row(label_of("&Guide", self.path), self.path, self.file_button))
 
     def source(self, path: str) -> GuideSource:
         return GuideSource(self._frame, str(Path(path).expanduser().absolute()))
@@ -94,8 +88,7 @@ class GuideDialog(PreviewDialog[GuideSource, GuidedFrame]):
         self.message.show_message(describe_guide(found), "warning" if found.use.startswith("not") else "good")
 
     def browse(self) -> None:
-        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), guide_files())
-        self.choose(path)
+        self.choose(choose_file(self, "Choose guide", _FOLDER_KEY, guide_files()))
 
 
 def describe_guide(found: GuidedFrame) -> str:
@@ -159,10 +152,6 @@ class GuideFeature(Feature):
         """Complete the current frame without a guide."""
         self.context.workspace.blocks.set_guide(None, "Remove guide")
         self.context.notes.show_message("Guide removed.")
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread of the feature is left."""
-        return self._reader.shutdown()
 
     def _take(self, session: Session, found: GuidedFrame) -> None:
         workspace, guide = self.context.workspace, found.frame.guide

@@ -11,18 +11,16 @@ from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QSettings, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QDialog,
     QFileDialog,
     QHBoxLayout,
-    QMenu,
     QPushButton,
     QSizePolicy,
     QVBoxLayout,
@@ -45,20 +43,16 @@ from ilf.sources.source import Source
 from ilf.stream.recording import StreamRecorder
 from ilf.stream.stream import Stream, StreamStatistics
 
-from ..base import theme
-from ..base.commands import Command
 from ..views.colours import depth_table
 from ..views.pixel_items import rgb_image
-from ..widgets.basics import Message, PlainLabel, last_folder
+from ..widgets.basics import Message, PlainLabel
+from ..widgets.file_choice import choose_file, choose_folder, last_folder
 from ..widgets.notices import error_text
 from ..work.jobs import Worker
 from .context import Context, Feature, PendingWork
 from .documents.feature import DocumentsFeature
 from .documents.frame_files import recording_files
-from .menus import insert_menu
-
-USUAL_RATE = 10.0
-"""Frames a second of a source without timestamps, and of a camera."""
+from .sequence.playing import USUAL_RATE
 
 _CAMERA = "RealSense camera"
 
@@ -376,63 +370,24 @@ class LiveWindow(QDialog):
 
 
 class LiveFeature(Feature):
-    """The menu *File > Play live* and its window."""
+    """Plays recordings and cameras live, in their window."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        installed = find_spec("pyrealsense2") is not None
-        missing = "" if installed else 'Install pyrealsense2 first: pip install "ilf-studio[sensors]".'
-        context.actions.add(
-            (
-                Command(
-                    "play_recording",
-                    "&Recording…",
-                    "Play a recording at its rate, and complete it as it plays",
-                    handler=self.ask_recording,
-                ),
-                Command(
-                    "play_folder",
-                    "&Folder…",
-                    "Play the frames of a folder or data set, and complete them as they play",
-                    handler=self.ask_folder,
-                ),
-                Command(
-                    "play_camera",
-                    "RealSense &camera",
-                    "Play the connected RealSense camera, and complete its frames as they come",
-                    handler=lambda: self.play(None),
-                    why_off=lambda: missing,
-                ),
-            )
-        )
         self.window = LiveWindow(context.window)
         self.window.frozen.connect(self._open)
 
-    def begin(self) -> None:
-        """Insert the menu."""
-        menu = QMenu("Play &live", self.context.window)
-        menu.setIcon(theme.icon("ph.play-circle", menu.palette()))
-        menu.setToolTipsVisible(True)
-        menu.addActions([self.context.actions[name] for name in ("play_recording", "play_folder", "play_camera")])
-        insert_menu(self.context.window.menuBar(), menu, self.context.actions["open_recording"])
-
     def ask_recording(self) -> None:
         """Choose a recording, and play it."""
-        path, _ = QFileDialog.getOpenFileName(
-            self.context.window, "Play live", last_folder(_FOLDER_KEY), recording_files()
-        )
-        self._play_chosen(path)
+        if path := choose_file(self.context.window, "Play live", _FOLDER_KEY, recording_files()):
+            self.play(path)
 
     def ask_folder(self) -> None:
         """Choose a folder of frames, a data set or a recording that is a folder, and play it."""
-        self._play_chosen(QFileDialog.getExistingDirectory(self.context.window, "Play live", last_folder(_FOLDER_KEY)))
-
-    def _play_chosen(self, path: str) -> None:
-        if path:
-            QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
+        if path := choose_folder(self.context.window, "Play live", _FOLDER_KEY):
             self.play(path)
 
-    def play(self, path: str | None, rate: float | None = None) -> None:
+    def play(self, path: str | None = None, rate: float | None = None) -> None:
         """Play a recording, a folder, or the connected RealSense camera (None) with the current parameters."""
         self.window.show()
         self.window.raise_()
@@ -442,12 +397,6 @@ class LiveFeature(Feature):
         """The recording in progress, if any."""
         shown = self.window.shown
         return [PendingWork("a live recording")] if self.window.worker.busy and shown and shown.recorded else []
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if all threads have ended."""
-        ended = self.window.worker.shutdown() & self.window.saver.shutdown()
-        self.window.close()
-        return ended
 
     def _open(self, source: FrameRef) -> None:
         self.context.window.raise_()

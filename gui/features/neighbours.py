@@ -279,10 +279,6 @@ class NeighboursFeature(Feature):
         self.context.workspace.blocks.set_neighbours(None, "Remove depth of neighbours")
         self.context.notes.show_message("Depth of neighbours removed.")
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread of the feature is left."""
-        return self._worker.shutdown()
-
     def _take(self, session: Session, found: NeighbourDepth | None, note: str) -> None:
         workspace = self.context.workspace
         if session not in workspace.frames.sessions or found is None:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QInputDialog,
     QLineEdit,
     QMessageBox,
@@ -31,9 +30,9 @@ from ilf.data.presets import (
 from ilf.errors import IlfError
 
 from ..base.commands import Command
-from ..widgets.basics import PlainLabel, last_folder, literal_text
+from ..widgets.basics import PlainLabel, literal_text
+from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
 from .context import Context, Feature
-from .documents.file_dialogs import ask_path
 from .filter.feature import FilterFeature
 
 # The dialog that saves parameters as a preset of the user.
@@ -204,10 +203,9 @@ class PresetsFeature(Feature):
 
     def ask_import(self) -> None:
         """Import a preset from a file that the user chooses."""
-        path, _ = QFileDialog.getOpenFileName(self.context.window, "Import preset", last_folder(_FOLDER_KEY), _FILES)
+        path = choose_file(self.context.window, "Import preset", _FOLDER_KEY, _FILES)
         if not path:
             return
-        QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
         try:
             name = read_preset(Path(path)).name
         except IlfError as error:
@@ -221,7 +219,7 @@ class PresetsFeature(Feature):
         """Write the current parameters to a file that the user chooses."""
         proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self._box.present}.json")
         if path := ask_path(self.context.window, "Export preset", proposed, _FILES):
-            QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
+            remember_folder(_FOLDER_KEY, path)
             self.write(Path(path))
 
     def _choose(self, name: str) -> None:

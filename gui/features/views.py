@@ -362,10 +362,6 @@ class ErrorFeature(Feature):
         ):
             self._questions.ask(_Question(session, completion))
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
-
     def _take(self, question: _Question, error_estimate: ErrorEstimate) -> None:
         self._workspace.runs.store_error_estimate(question.session, question.completion, error_estimate)
 

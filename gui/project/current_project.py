@@ -75,21 +75,17 @@ class ProjectSettings(NamedTuple):
         return cls(frames, project.common if project.for_all else None, project.extraction, project.keeps_handmade)
 
 
-class FileMark(NamedTuple):
-    """Size, time and inode of a file, to detect changes by other programs."""
+FileMark = tuple[int, int, int]
+"""Size [bytes], time of the last change [ns] and inode of a file, to detect changes by other programs."""
 
-    size: int
-    changed_ns: int
-    number: int
 
-    @classmethod
-    def of(cls, path: Path) -> FileMark | None:
-        """Make it from a file; None if the file does not exist."""
-        try:
-            status = path.stat()
-        except OSError:
-            return None
-        return cls(status.st_size, status.st_mtime_ns, status.st_ino)
+def _mark(path: Path) -> FileMark | None:
+    """Return the mark of a file; None if the file does not exist."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_size, status.st_mtime_ns, status.st_ino
 
 
 class CurrentProject(QObject):
@@ -109,13 +105,14 @@ class CurrentProject(QObject):
         self.path: Path | None = None
         self.read_only = ""
         self._mark: FileMark | None = None
-        self._is_new = False
+        """That of the file when it was opened or saved; None if there was none."""
         self._frames: tuple[tuple[str, FrameRef | None], ...] | None = None
         """The frames; None if the list has changed."""
         for signal in (workspace.frames.entries.added, workspace.frames.entries.removed):
             signal.connect(lambda *_: self._forget_frames())
         self._saved = self.current_settings()
         self._missing: dict[str, FrameSummary] = {}
+        """Id of a frame whose files are missing -> its summary in the project file."""
         self._found_elsewhere = False
         self._saved_frames: dict[str, ProjectFrame] = {}
 
@@ -155,20 +152,14 @@ class CurrentProject(QObject):
     def snapshot(self, view: Mapping[str, Any], only: Collection[str] | None = None) -> Project:
         """Return the current project for saving; with `only`, all other frames as they were saved before."""
         project = project_of(self._workspace)
-        frames = (
-            self._as_now(frame) if only is None or frame.id in only else self._as_before(frame)
-            for frame in project.frames
-        )
+        frames = []
+        for frame in project.frames:
+            if only is None or frame.id in only:
+                frames.append(replace(frame, summary=self._missing.get(frame.id, frame.summary)))
+            else:
+                before = self._saved_frames.get(frame.id, ProjectFrame(frame.id, frame.name, frame.source))
+                frames.append(replace(frame, summary=before.summary, has_state=before.has_state))
         return replace(project, frames=tuple(frames), view=view)
-
-    def _as_now(self, frame: ProjectFrame) -> ProjectFrame:
-        return replace(frame, summary=self._missing.get(frame.id, frame.summary))
-
-    def _as_before(self, frame: ProjectFrame) -> ProjectFrame:
-        before = self._saved_frames.get(frame.id)
-        if before is None:
-            return replace(frame, summary=FrameSummary(), has_state=False)
-        return replace(frame, summary=before.summary, has_state=before.has_state)
 
     def take(
         self,
@@ -176,13 +167,10 @@ class CurrentProject(QObject):
         project: Project | None = None,
         read_only: str = "",
         saved: ProjectSettings | None = None,
-        new: bool = False,
     ) -> None:
-        """Store the project's file, which contains `project` and the settings `saved`, or else the current ones. If it
-        is `new`, no such file may exist when it is saved."""
-        self._is_new = new
+        """Store the project's file, which contains `project` and the settings `saved`, or else the current ones."""
         self.path, self.read_only = path, read_only
-        self._mark = None if path is None else FileMark.of(path)
+        self._mark = None if path is None else _mark(path)
         self._saved_frames = {frame.id: frame for frame in project.frames} if project is not None else {}
         self._saved = saved or self.current_settings()
         self._found_elsewhere = False
@@ -201,10 +189,8 @@ class CurrentProject(QObject):
         return None if saved is None or not saved.has_state else saved.summary
 
     def changed_on_disk(self) -> bool:
-        """Return whether another program has changed or removed the file since it was opened or saved."""
-        if self.path is not None and self._is_new:
-            return self.path.exists()
-        return self.path is not None and self._mark is not None and FileMark.of(self.path) != self._mark
+        """Return whether another program has changed, made or removed the file since it was opened or saved."""
+        return self.path is not None and _mark(self.path) != self._mark
 
     def note_missing(self, entry: Entry) -> None:
         """Note that the files of a frame are missing: its summary in the project file stays as it is."""

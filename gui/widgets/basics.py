@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import html
-import os
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
-from PySide6.QtCore import QEvent, QSettings, Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QPainter, QPalette
-from PySide6.QtWidgets import QAbstractItemView, QGroupBox, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QGroupBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QLayout,
+    QLineEdit,
+    QTreeWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ..base import theme
 
@@ -87,10 +97,54 @@ def group(title: str) -> tuple[QGroupBox, QVBoxLayout]:
     return box, column
 
 
-def last_folder(key: str) -> str:
-    """Return the last folder of this kind of file dialog if it still exists; else the home folder."""
-    folder = str(QSettings().value(key, ""))
-    return folder if os.path.isdir(folder) else str(Path.home())
+def stack(parent: QWidget, *parts: QWidget | QLayout, stretched: QWidget | None = None, spacing: int = 10) -> None:
+    """Lay out the parts of a dialog one above the other; the space left is that of `stretched`, or above the last."""
+    column = QVBoxLayout(parent)
+    column.setContentsMargins(14, 14, 14, 14)
+    column.setSpacing(spacing)
+    for part in parts:
+        if stretched is None and part is parts[-1]:
+            column.addStretch(1)
+        if isinstance(part, QWidget):
+            column.addWidget(part, int(part is stretched))
+        else:
+            column.addLayout(part)
+
+
+def row(*widgets: QWidget) -> QHBoxLayout:
+    """Return widgets side by side: a text field takes the space left; without one, it is on the right."""
+    line = QHBoxLayout()
+    line.setSpacing(8)
+    for widget in widgets:
+        line.addWidget(widget, int(isinstance(widget, QLineEdit)))
+    if not any(isinstance(widget, QLineEdit) for widget in widgets):
+        line.addStretch(1)
+    return line
+
+
+def label_of(text: str, field: QWidget) -> PlainLabel:
+    """Return the label of a field, whose mnemonic moves the focus to it."""
+    label = PlainLabel(text)
+    label.setBuddy(field)
+    return label
+
+
+def row_list(name: str, hint: str, headers: Sequence[str], stretched: int) -> QTreeWidget:
+    """Return a list of rows of text, in which one column takes the space left."""
+    rows = QTreeWidget()
+    rows.setStyleSheet("QTreeView::item { padding: 3px 0; }")
+    rows.setAccessibleName(name)
+    rows.setToolTip(hint)
+    rows.setHeaderLabels(headers)
+    rows.setRootIsDecorated(False)
+    rows.setUniformRowHeights(True)
+    header = rows.header()
+    header.setStretchLastSection(False)
+    for column in range(len(headers)):
+        stretches = column == stretched
+        mode = QHeaderView.ResizeMode.Stretch if stretches else QHeaderView.ResizeMode.ResizeToContents
+        header.setSectionResizeMode(column, mode)
+    return rows
 
 
 # Placeholder text of empty lists.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal
@@ -327,6 +327,66 @@ def question(
     box.setText(text)
     box.setInformativeText(more)
     return box
+
+
+Answer = tuple[str, QMessageBox.ButtonRole, Callable[[], object]]
+"""A button of a question, its role, and what it does."""
+
+DESTROY, ACCEPT = QMessageBox.ButtonRole.DestructiveRole, QMessageBox.ButtonRole.AcceptRole
+
+
+def ask(
+    parent: QWidget,
+    title: str,
+    text: str,
+    more: str,
+    answers: Sequence[Answer],
+    *,
+    default: int = -1,
+    otherwise: Callable[[], object] = lambda: None,
+    icon: QMessageBox.Icon = QMessageBox.Icon.Warning,
+) -> None:
+    """Ask a question without blocking.
+
+    Parameters
+    ----------
+    title, text, more : str
+        Title of the box, the question, and a sentence below it.
+    answers : sequence of Answer
+        *Cancel* is added to them.
+    default : int
+        Position of the default answer; -1 for *Cancel*.
+    otherwise : callable
+        Called if the user cancels.
+    """
+    box = question(parent, title, text, more, icon)
+    buttons = [box.addButton(name, role) for name, role, _ in answers]
+    buttons.append(box.addButton(QMessageBox.StandardButton.Cancel))
+    box.setDefaultButton(buttons[default])
+
+    def answer() -> None:
+        clicked = box.clickedButton()
+        done = next((do for button, (_, _, do) in zip(buttons, answers, strict=False) if button is clicked), otherwise)
+        done()
+
+    box.finished.connect(lambda _: answer())
+    box.open()
+
+
+def ask_yes_no(
+    parent: QWidget,
+    title: str,
+    text: str,
+    more: str,
+    yes: Callable[[], object],
+    no: Callable[[], object] = lambda: None,
+) -> None:
+    """Ask whether to do something without blocking; *No* is the default answer."""
+    box = question(parent, title, text, more)
+    box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.No)
+    box.setDefaultButton(QMessageBox.StandardButton.No)
+    box.finished.connect(lambda answer: yes() if answer == QMessageBox.StandardButton.Yes else no())
+    box.open()
 
 
 def warn(parent: QWidget, title: str, text: str, details: str = "") -> None:

@@ -12,12 +12,13 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
-from gui.features.batch.feature import BatchFeature, BatchOpened, BatchRequest, batch_steps
+from gui.features.batch.feature import BatchFeature, batch_steps
 from gui.work.jobs import Pace
 from ilf._runtime.cancellation import cancelled_by
-from ilf.batch.batch import Batch
+from ilf.batch.batch import Batch, open_batch
 from ilf.batch.frame_record import FrameOutcome, FrameStatus
 from ilf.batch.frames import frames_of_sources
+from ilf.batch.pictures import write_contact_sheet
 from ilf.batch.settings import BatchSettings
 from ilf.errors import Cancelled
 from ilf.run.options import ExportOptions
@@ -107,7 +108,7 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(part, windo
     completed, failed = (FrameOutcome("a", "a", None, FrameStatus(status)) for status in ("completed", "failed"))
     known = {name: tuple(FrameOutcome("b", "b", None, FrameStatus(name)) for _ in before) for name in before}
     batch = Batch(None, (), (), known.get("completed", ()), known.get("failed", ()))
-    part.worker.progressed.emit([BatchOpened(batch)])
+    part.worker.progressed.emit([batch])
     now[0] += 10
     part.worker.progressed.emit([completed] if before else [failed, completed])
     assert part.dialog.work.bar.format() == "67%, 10 s left"
@@ -118,7 +119,7 @@ def test_the_manifest_is_written_when_the_batch_is_cancelled_after_its_last_fram
     frames = tuple(frames_of_sources([ilf.open_source(write_frames(tmp_path / "in", 1))]))
     quick = RunConfiguration(ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny"))
     settings = BatchSettings(quick, ExportOptions(cloud=None))
-    steps = batch_steps(BatchRequest(frames, frames, tmp_path / "done", settings, sheet=True))
+    steps = batch_steps(lambda: open_batch(frames, tmp_path / "done", settings), pictures=[write_contact_sheet])
     cancel_event = threading.Event()
     with cancelled_by(cancel_event):
         assert [next(steps), next(steps)]

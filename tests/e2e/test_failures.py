@@ -18,7 +18,7 @@ import ilf
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import block_rows
 from gui.features.documents.export import ExportDialog
-from gui.features.project.saving import SaveAsDialog
+from gui.features.project.save_as import SaveAsDialog
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 

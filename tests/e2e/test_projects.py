@@ -19,7 +19,8 @@ import ilf
 from gui.app.main_window import MainWindow
 from gui.features.project.closing import CloseDialog, Unsaved
 from gui.features.project.missing import MissingFilesDialog
-from gui.features.project.saving import SaveAsDialog, SaveRequest
+from gui.features.project.save_as import SaveAsDialog
+from gui.features.project.saving import SaveRequest
 from gui.features.sweep.feature import SweepFeature
 from gui.state.session import Session
 from gui.widgets.basics import Message

@@ -146,10 +146,6 @@ class AccuracyFeature(Feature):
         session = self.hidden.testing
         return [] if session is None else [PendingWork(f"a hold-out test of {session.name}", session)]
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if all threads have ended."""
-        return all([self.ground_truth.shutdown(), self.hidden.shutdown(), self._reader.shutdown()])
-
     def _take_ground_truth(self, session: Session, frame: RGBDFrame) -> None:
         workspace = self.context.workspace
         if session not in workspace.frames.sessions:

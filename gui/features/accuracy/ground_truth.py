@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QGridLayout, QWidget
 
 from ilf._runtime.named_places import note_opened
 from ilf.data.frame import RGBDFrame
@@ -18,7 +18,8 @@ from ilf.io.frame_additions import with_ground_truth_file
 from ilf.sources.naming import DEPTH_FILE_SUFFIXES
 
 from ...state.session import Session
-from ...widgets.basics import PlainLabel, last_folder
+from ...widgets.basics import PlainLabel
+from ...widgets.file_choice import choose_file
 from ...work.latest_request import LatestRequest
 from ..context import Context
 from ..documents.file_dialogs import PreviewDialog
@@ -63,7 +64,7 @@ class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):
     ) -> None:
         placeholder = "True depth: PNG, TIFF, PGM or NPY"
         title = f"Load Ground Truth for {frame.name}"
-        super().__init__(title, placeholder, _NOTHING_SELECTED, "Ground truth", _FOLDER_KEY, questions, parent)
+        super().__init__(title, placeholder, _NOTHING_SELECTED, "Ground truth", questions, parent)
         self._frame = frame
         self.path.setToolTip("The file with the true depth")
         self.load_button.setToolTip("Evaluate the frame's results against this ground truth")
@@ -105,10 +106,7 @@ class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):
 
     def browse(self) -> None:
         patterns = " ".join(f"*{suffix}" for suffix in DEPTH_FILE_SUFFIXES)
-        path, _ = QFileDialog.getOpenFileName(
-            self, "Select ground truth", last_folder(_FOLDER_KEY), f"Depth ({patterns});;All files (*)"
-        )
-        self.choose(path)
+        self.choose(choose_file(self, "Select ground truth", _FOLDER_KEY, f"Depth ({patterns});;All files (*)"))
 
 
 def described(frame: RGBDFrame) -> str:
@@ -205,10 +203,6 @@ class GroundTruthPresenter(QObject):
             self._panel.show_ground_truth([], _EVALUATING)
         self._answered = session
         self._questions.ask(question)
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
 
     def _areas(self, session: Session) -> dict[str, tuple[int, ...] | Box | None]:
         areas: dict[str, tuple[int, ...] | Box | None] = {"Frame": None}

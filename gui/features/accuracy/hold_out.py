@@ -203,10 +203,6 @@ class HoldOutPresenter(QObject):
         empty = "Select a block to see its errors." if self._panel.over_selected and not chosen else ""
         self._panel.show_hold_out([] if empty else hold_out_rows(outcome, label), text, tone, empty)
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self.worker.shutdown()
-
     def _take_steps(self, batch: list[Step]) -> None:
         self._panel.work.show_share(batch[-1].share)
 

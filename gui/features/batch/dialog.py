@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,24 +16,23 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QHBoxLayout,
     QHeaderView,
     QLineEdit,
     QPushButton,
     QSpinBox,
     QTableView,
-    QVBoxLayout,
     QWidget,
 )
 
 from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf._runtime.threads import available_cores
 from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.batch.pictures import write_contact_sheet, write_video
 from ilf.completion.confidence.expected_error import MEDIAN_MEANING, MEDIAN_NAME
 from ilf.run.options import RECORD_FILE
 
 from ...base import theme
-from ...widgets.basics import Message, PlainLabel, literal_text, paint_hint
+from ...widgets.basics import Message, label_of, literal_text, paint_hint, row, stack
 from ...widgets.tables import Index, RowModel
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
@@ -75,9 +75,10 @@ class OutcomeModel(RowModel[FrameOutcome]):
     def add(self, outcomes: list[FrameOutcome]) -> None:
         """Append outcomes."""
         first = len(self.rows)
-        self.beginInsertRows(QModelIndex(), first, first + len(outcomes) - 1)
-        self.rows += outcomes
-        self.endInsertRows()
+        if outcomes:
+            self.beginInsertRows(QModelIndex(), first, first + len(outcomes) - 1)
+            self.rows += outcomes
+            self.endInsertRows()
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
         if orientation != Qt.Orientation.Horizontal:
@@ -227,20 +228,12 @@ class BatchDialog(QDialog):
         form.setContentsMargins(0, 0, 0, 0)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow("&Frames", self.scope)
-        label = PlainLabel("F&older")
-        label.setBuddy(self.folder)
-        form.addRow(label, _row(self.folder, browse))
+        form.addRow(label_of("F&older", self.folder), row(self.folder, browse))
         form.addRow("&Processes", self.jobs)
-        form.addRow("Also write", _row(self.sheet, self.video))
-        form.addRow("Redo", _row(self.retry, self.anew))
+        form.addRow("Also write", row(self.sheet, self.video))
+        form.addRow("Redo", row(self.retry, self.anew))
         self.folder.setAccessibleName("Folder of the results")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(10)
-        for widget in (about, self._form, self.state, self.work):
-            layout.addWidget(widget)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(buttons)
+        stack(self, about, self._form, self.state, self.work, self.table, buttons, stretched=self.table)
         self._busy = False
         self._restore()
         self._allow()
@@ -252,6 +245,14 @@ class BatchDialog(QDialog):
         self._scopes.item(1).setEnabled(chosen > 0)
         if not chosen:
             self.scope.setCurrentIndex(0)
+
+    def chosen_folder(self) -> Path:
+        """Return the folder for the results."""
+        return Path(self.folder.text().strip()).expanduser().absolute()
+
+    def pictures(self) -> list[Callable[[Path, Sequence[FrameOutcome]], Path]]:
+        """Return what writes the pictures that the user wants."""
+        return [write_contact_sheet] * self.sheet.isChecked() + [write_video] * self.video.isChecked()
 
     def begin(self) -> None:
         """Show that the batch has started."""
@@ -285,20 +286,11 @@ class BatchDialog(QDialog):
     def _restore(self) -> None:
         settings = QSettings()
         self.folder.setText(str(settings.value(_KEY + "folder", "")))
-        self.sheet.setChecked(bool(settings.value(_KEY + "sheet", False, bool)))
-        self.video.setChecked(bool(settings.value(_KEY + "video", False, bool)))
+        for name, box in (("sheet", self.sheet), ("video", self.video)):
+            box.setChecked(bool(settings.value(_KEY + name, False, bool)))
 
     def _keep(self) -> None:
         settings = QSettings()
         settings.setValue(_KEY + "folder", self.folder.text())
-        settings.setValue(_KEY + "sheet", self.sheet.isChecked())
-        settings.setValue(_KEY + "video", self.video.isChecked())
-
-
-def _row(*widgets: QWidget) -> QHBoxLayout:
-    row = QHBoxLayout()
-    for widget in widgets:
-        row.addWidget(widget, 1 if isinstance(widget, QLineEdit) else 0)
-    if not any(isinstance(widget, QLineEdit) for widget in widgets):
-        row.addStretch(1)
-    return row
+        for name, box in (("sheet", self.sheet), ("video", self.video)):
+            settings.setValue(_KEY + name, box.isChecked())

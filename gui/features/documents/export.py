@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,19 +21,18 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
     QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from ilf._runtime.formatting import counted
 from ilf.errors import ParameterError
 from ilf.io.depth import UINT16_MAX, png_fit, precision_loss
-from ilf.run.options import ExportOptions
+from ilf.run.options import WORLD, ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import filenames
 
 from ...state.session import Session
-from ...widgets.basics import Message, PlainLabel, group
+from ...widgets.basics import Message, group, label_of, row, stack
 
 _OPTIONS_KEY = "export/options"
 _UNITS_KEY = "export/png_units"
@@ -40,19 +40,19 @@ _UNITS_KEY = "export/png_units"
 
 _PNG_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "256 (KITTI)")
 _CLOUD_FORMATS = {
-    "PLY, binary": "ply",
-    "PLY, text": "ply-ascii",
-    "PCD": "pcd",
-    "XYZ, no colour": "xyz",
-    "XYZRGB": "xyzrgb",
+    "ply": "PLY, binary",
+    "ply-ascii": "PLY, text",
+    "pcd": "PCD",
+    "xyz": "XYZ, no colour",
+    "xyzrgb": "XYZRGB",
 }
-_MESH_FORMATS = {"GLB, for viewers and browsers": "glb", "PLY, with all attributes": "ply", "OBJ, text": "obj"}
+_MESH_FORMATS = {"glb": "GLB, for viewers and browsers", "ply": "PLY, with all attributes", "obj": "OBJ, text"}
 _AXES = {
-    "Camera: x right, y down, z forward": "camera",
-    "Y up: x right, y up, z backward": "y-up",
-    "World: by the frame's pose": "world",
+    "camera": "Camera: x right, y down, z forward",
+    "y-up": "Y up: x right, y up, z backward",
+    WORLD: "World: by the frame's pose",
 }
-_CLOUD_UNITS = {"Metres": "m", "Millimetres": "mm"}
+_CLOUD_UNITS = {"m": "Metres", "mm": "Millimetres"}
 
 
 def stored_options() -> ExportOptions:
@@ -121,38 +121,43 @@ class ExportDialog(QDialog):
         self.png_units.addItems(_PNG_UNITS)
         self.png_units.setCompleter(None)  # type: ignore[arg-type]  # it would swallow Enter
         self.png_units.setToolTip("PNG values per metre; by default those of the frame's depth file")
+        self.png_units.setAccessibleName("Units of the PNG per metre")
         self.png_note = Message(lines=2)
-        self.expected_error = QCheckBox("Expected error as well (expected_error.*)")
-        self.expected_error.setToolTip(
+        self.expected_error = _check(
+            "Expected error as well (expected_error.*)",
             "The expected error of the filled pixels, in the same format and units as each depth file. Over many "
-            "frames, about 68 % of the true errors lie within it (not calibrated for extrapolated pixels)"
+            "frames, about 68 % of the true errors lie within it (not calibrated for extrapolated pixels)",
         )
         self.extrapolation_note = Message()
         self.cloud = QCheckBox("Write the point cloud")
-        self.cloud_format, self.axes, self.cloud_unit = QComboBox(), QComboBox(), QComboBox()
-        self.cloud_format.addItems(list(_CLOUD_FORMATS))
-        self.png_units.setAccessibleName("Units of the PNG per metre")
-        self.mesh = QCheckBox("Write a mesh, cut where depth jumps")
-        self.mesh_format = QComboBox()
-        self.mesh_format.addItems(list(_MESH_FORMATS))
-        self.mesh_format.setAccessibleName("Format of the mesh")
-        self.cloud_format.setAccessibleName("Format of the point cloud")
-        self.cloud_format.setToolTip(
+        self.cloud_format = _combo(
+            _CLOUD_FORMATS,
             "PLY and PCD contain for every point its expected error (0 where depth was measured), whether it was "
             "filled, its block, and whether it is unsupported. CloudCompare shows these as scalar fields, MeshLab the "
-            "expected error as quality."
+            "expected error as quality.",
+            "Format of the point cloud",
         )
-        self.mesh_format.setToolTip("GLB is always in metres with y up, independent of the axes and unit below")
-        self.normals = QCheckBox("Normals")
-        self.normals.setToolTip("Surface normal of every point; not available in XYZ")
-        self.drop_flying = QCheckBox("Remove flying points")
-        self.drop_flying.setToolTip("Leave out points between two surfaces; the depth files keep them")
-        self.axes.addItems([text for text, axes in _AXES.items() if axes != "world" or run.frame.pose is not None])
-        self.cloud_unit.addItems(list(_CLOUD_UNITS))
+        self.mesh = QCheckBox("Write a mesh, cut where depth jumps")
+        self.mesh_format = _combo(
+            _MESH_FORMATS,
+            "GLB is always in metres with y up, independent of the axes and unit below",
+            "Format of the mesh",
+        )
+        self.normals = _check("Normals", "Surface normal of every point; not available in XYZ")
+        self.drop_flying = _check(
+            "Remove flying points", "Leave out points between two surfaces; the depth files keep them"
+        )
+        self.axes = _combo({axes: text for axes, text in _AXES.items() if axes != WORLD or run.frame.pose is not None})
+        self.cloud_unit = _combo(_CLOUD_UNITS)
         self.labels = QCheckBox("Blocks as label map (blocks.png)")
         self.curves = QCheckBox("Convergence curves (curves.csv)")
         self.run_record = QCheckBox("Run record, needed for a replay (run.json)")
         self.message = Message(lines=3)
+        self._depth_boxes = {"png": self.depth_png, "tiff": self.depth_tiff, "npy": self.depth_npy}
+        self._formats = {"cloud": (self.cloud, self.cloud_format), "mesh": (self.mesh, self.mesh_format)}
+        self._choices = {"axes": self.axes, "cloud_unit": self.cloud_unit}
+        checks = "expected_error", "labels", "curves", "run_record", "normals", "drop_flying"
+        self._checks: dict[str, QCheckBox] = {name: getattr(self, name) for name in checks}
         self._build()
         self._restore()
         self._watch()
@@ -176,42 +181,30 @@ class ExportDialog(QDialog):
         ParameterError
             If the PNG units are not a positive number.
         """
-        boxes = {"png": self.depth_png, "tiff": self.depth_tiff, "npy": self.depth_npy}
-        return ExportOptions(
-            depth_formats=tuple(name for name, box in boxes.items() if box.isChecked()),
-            depth_units=self._units(),
-            expected_error=self.expected_error.isChecked() and self._has_result,
-            labels=self.labels.isChecked(),
-            curves=self.curves.isChecked() and self._has_result,
-            cloud=_CLOUD_FORMATS[self.cloud_format.currentText()] if self._exports_cloud() else None,
-            axes=_AXES[self.axes.currentText()],
-            cloud_unit=_CLOUD_UNITS[self.cloud_unit.currentText()],
-            run_record=self.run_record.isChecked(),
-            mesh=_MESH_FORMATS[self.mesh_format.currentText()] if self._exports_mesh() else None,
-            normals=self.normals.isChecked() and self._exports_3d(),
-            drop_flying=self.drop_flying.isChecked() and self._exports_3d(),
-        )
+        return self._options(possible=True)
 
     def accept(self) -> None:
         """Store the options. Options that are not possible for this frame keep their stored choice."""
-        choices = asdict(self.options())
-        choices["curves"] = self.curves.isChecked()
-        choices["expected_error"] = self.expected_error.isChecked()
-        choices["cloud"] = _CLOUD_FORMATS[self.cloud_format.currentText()] if self.cloud.isChecked() else None
-        choices["mesh"] = _MESH_FORMATS[self.mesh_format.currentText()] if self.mesh.isChecked() else None
-        choices["normals"], choices["drop_flying"] = self.normals.isChecked(), self.drop_flying.isChecked()
-        QSettings().setValue(_OPTIONS_KEY, json.dumps(choices))
+        QSettings().setValue(_OPTIONS_KEY, json.dumps(asdict(self._options(possible=False))))
         if (chosen := self._chosen_units()) != self._proposed_units:
             QSettings().setValue(_UNITS_KEY, "" if chosen == self._usual_units else chosen)
         super().accept()
 
+    def _options(self, possible: bool) -> ExportOptions:
+        """Return the chosen options, or only those that are possible for this frame: the others are disabled."""
+
+        def on(box: QCheckBox) -> bool:
+            return box.isChecked() and (box.isEnabled() or not possible)
+
+        values: dict[str, Any] = {name: on(box) for name, box in self._checks.items()}
+        values |= {name: combo.currentData() if on(box) else None for name, (box, combo) in self._formats.items()}
+        values |= {name: combo.currentData() for name, combo in self._choices.items()}
+        formats = tuple(name for name, box in self._depth_boxes.items() if box.isChecked())
+        return ExportOptions(depth_formats=formats, depth_units=self._units(), **values)
+
     def _build(self) -> None:
         browse = QPushButton("Browse…", autoDefault=False)
         browse.clicked.connect(self._browse)
-        target = QHBoxLayout()
-        target.addWidget(self.folder_path, 1)
-        target.addWidget(browse)
-
         depth_box, depth = group("Completed depth")
         png = QHBoxLayout()
         png.addWidget(self.depth_png)
@@ -225,7 +218,7 @@ class ExportDialog(QDialog):
         depth.addStretch(1)
 
         cloud_box, cloud = group("Point cloud and mesh")
-        for box, choice in ((self.cloud, self.cloud_format), (self.mesh, self.mesh_format)):
+        for box, choice in self._formats.values():
             cloud.addWidget(box)
             cloud.addWidget(choice)
         form = QFormLayout()
@@ -257,32 +250,22 @@ class ExportDialog(QDialog):
         boxes.setSpacing(12)
         boxes.addWidget(depth_box, 1)
         boxes.addWidget(cloud_box, 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(12)
         top = QFormLayout()
         top.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         if self._counts:
             top.addRow("F&rames", self.scope)
-        label = PlainLabel("&Folder")
-        label.setBuddy(self.folder_path)
-        top.addRow(label, target)
-        layout.addLayout(top)
-        layout.addLayout(boxes)
-        layout.addWidget(others_box)
-        layout.addWidget(self.message)
-        layout.addStretch(1)
-        layout.addWidget(self._buttons)
+        top.addRow(label_of("&Folder", self.folder_path), row(self.folder_path, browse))
+        stack(self, top, boxes, others_box, self.message, self._buttons, spacing=12)
         self.setMinimumWidth(680)
 
     def _watch(self) -> None:
         self.folder_path.textChanged.connect(self._refresh)
         self.scope.currentIndexChanged.connect(self._refresh)
         self.png_units.editTextChanged.connect(self._refresh)
-        self.cloud_format.currentTextChanged.connect(self._refresh)
-        self.mesh_format.currentTextChanged.connect(self._refresh)
-        checks = (self.depth_png, self.depth_tiff, self.depth_npy, self.cloud, self.mesh)
-        for box in (*checks, self.expected_error, self.labels, self.curves, self.run_record):
+        for box, choice in self._formats.values():
+            box.toggled.connect(self._refresh)
+            choice.currentIndexChanged.connect(self._refresh)
+        for box in (*self._depth_boxes.values(), *self._checks.values()):
             box.toggled.connect(self._refresh)
 
     def _browse(self) -> None:
@@ -295,37 +278,32 @@ class ExportDialog(QDialog):
 
     def _restore(self) -> None:
         options = stored_options()
-        self.depth_png.setChecked("png" in options.depth_formats)
-        self.depth_tiff.setChecked("tiff" in options.depth_formats)
-        self.depth_npy.setChecked("npy" in options.depth_formats)
+        for name, box in self._depth_boxes.items():
+            box.setChecked(name in options.depth_formats)
+        for name, box in self._checks.items():
+            box.setChecked(getattr(options, name))
+        for name, (box, choice) in self._formats.items():
+            box.setChecked(getattr(options, name) is not None)
+            choice.setCurrentIndex(max(choice.findData(getattr(options, name)), 0))
+        for name, choice in self._choices.items():
+            choice.setCurrentIndex(max(choice.findData(getattr(options, name)), 0))
         self._proposed_units = units = str(QSettings().value(_UNITS_KEY) or self._usual_units)
         known = [text for text in _PNG_UNITS if text.partition(" ")[0] == units]
         self.png_units.setCurrentText(known[0] if known else units)
-        self.expected_error.setChecked(options.expected_error)
-        self.cloud.setChecked(options.cloud is not None)
-        _show(self.cloud_format, _CLOUD_FORMATS, options.cloud or "ply")
-        self.mesh.setChecked(options.mesh is not None)
-        _show(self.mesh_format, _MESH_FORMATS, options.mesh or "glb")
-        self.normals.setChecked(options.normals)
-        self.drop_flying.setChecked(options.drop_flying)
-        _show(self.axes, _AXES, options.axes)
-        _show(self.cloud_unit, _CLOUD_UNITS, options.cloud_unit)
-        self.labels.setChecked(options.labels)
-        self.curves.setChecked(options.curves)
-        self.run_record.setChecked(options.run_record)
 
     def _refresh(self) -> None:
         """Update everything that depends on the options."""
         self.png_units.setEnabled(self.depth_png.isChecked())
-        self.cloud.setEnabled(self._has_intrinsics)
-        self.mesh.setEnabled(self._has_intrinsics)
         self.curves.setEnabled(self._has_result)
-        depth_files = (self.depth_png, self.depth_tiff, self.depth_npy)
-        self.expected_error.setEnabled(self._has_result and any(box.isChecked() for box in depth_files))
-        self.cloud_format.setEnabled(self._exports_cloud())
-        self.mesh_format.setEnabled(self._exports_mesh())
+        depth_chosen = any(box.isChecked() for box in self._depth_boxes.values())
+        self.expected_error.setEnabled(self._has_result and depth_chosen)
+        in_3d = False
+        for box, choice in self._formats.values():
+            box.setEnabled(self._has_intrinsics)
+            choice.setEnabled(self._has_intrinsics and box.isChecked())
+            in_3d |= choice.isEnabled()
         for field in (self.axes, self.cloud_unit, self.normals, self.drop_flying):
-            field.setEnabled(self._exports_3d())
+            field.setEnabled(in_3d)
         try:
             options = self.options()
         except ParameterError as error:
@@ -336,20 +314,24 @@ class ExportDialog(QDialog):
             *self._png_note(options.depth_units) if self.depth_png.isChecked() else ("", "muted")
         )
         names, folder = filenames(self._run, options), Path(self.folder())
+        problem = self._problem(names, folder)
+        if problem:
+            self._refuse(problem)
+            return
+        self.export_button.setEnabled(True)
+        self.message.show_message(*self._plan_for_many(names) if self._counts else self._plan(names, folder))
+
+    def _problem(self, names: tuple[str, ...], folder: Path) -> str:
+        """Return why nothing can be exported, and what to do; "" if it can."""
         if not self.folder():
-            self._refuse("Choose a target folder.")
-        elif folder.exists() and not folder.is_dir():
-            self._refuse(f"{folder} is a file, not a folder. Choose another folder.")
-        elif not names:
-            self._refuse("Choose at least one file to write.")
-        elif self._counts and not self._counts[self.scope.currentData()]:
-            self._refuse("There is no such frame. Choose other frames.")
-        elif self._counts:
-            self.export_button.setEnabled(True)
-            self.message.show_message(self._plan_for_many(names), "muted")
-        else:
-            self.export_button.setEnabled(True)
-            self.message.show_message(*self._plan(names, folder))
+            return "Choose a target folder."
+        if folder.exists() and not folder.is_dir():
+            return f"{folder} is a file, not a folder. Choose another folder."
+        if not names:
+            return "Choose at least one file to write."
+        if self._counts and not self._counts[self.scope.currentData()]:
+            return "There is no such frame. Choose other frames."
+        return ""
 
     def _plan(self, names: tuple[str, ...], folder: Path) -> tuple[str, str]:
         """Return what the export would write, and the tone of the message."""
@@ -365,28 +347,25 @@ class ExportDialog(QDialog):
             lines.append(self._behind)
         return "\n".join(lines), "warning" if len(lines) > 1 else "muted"
 
-    def _plan_for_many(self, names: tuple[str, ...]) -> str:
-        """Return what an export of many frames would write."""
+    def _plan_for_many(self, names: tuple[str, ...]) -> tuple[str, str]:
+        """Return what an export of many frames would write, and the tone of the message."""
         skipped = " Frames that have not changed since an earlier export are skipped." * self.run_record.isChecked()
+        folders = counted(self._counts[self.scope.currentData()], "folder")
         return (
-            f"Writes {counted(self._counts[self.scope.currentData()], 'folder')}, one per frame, with "
-            f"{', '.join(names)}, as far as the frame has them. Blocks without a result are run first.{skipped}"
+            f"Writes {folders}, one per frame, with {', '.join(names)}, as far as the frame has them. Blocks without a "
+            f"result are run first.{skipped}",
+            "muted",
         )
 
     def _extrapolation_text(self, depth: NDArray[np.floating]) -> str:
         if self._run.extrapolate:
             return "Pixels that no block could complete are extrapolated; extrapolated.png shows where."
-        frame = self._run.frame
-        missing = np.count_nonzero(frame.missing & np.isnan(depth)) / depth.size
-        outside = (
-            0 if frame.outside_view is None else np.count_nonzero(frame.outside_view & np.isnan(depth)) / depth.size
-        )
         if not self._has_result:
             return ""
-        lines = (
-            [f"{outside:.1%} of the pixels lie outside the depth camera's view and stay missing."] if outside else []
-        )
-        if missing:
+        frame, lines = self._run.frame, []
+        if frame.outside_view is not None and (outside := np.mean(frame.outside_view & np.isnan(depth))):
+            lines.append(f"{outside:.1%} of the pixels lie outside the depth camera's view and stay missing.")
+        if missing := np.mean(frame.missing & np.isnan(depth)):
             lines.append(f"{missing:.1%} of the pixels stay missing. To fill them all: Run > Extrapolate the rest.")
         return "\n".join(lines)
 
@@ -408,15 +387,6 @@ class ExportDialog(QDialog):
     def _refuse(self, text: str) -> None:
         self.export_button.setEnabled(False)
         self.message.show_message(text, "error")
-
-    def _exports_cloud(self) -> bool:
-        return self._has_intrinsics and self.cloud.isChecked()
-
-    def _exports_mesh(self) -> bool:
-        return self._has_intrinsics and self.mesh.isChecked()
-
-    def _exports_3d(self) -> bool:
-        return self._exports_cloud() or self._exports_mesh()
 
     def _chosen_units(self) -> str:
         return self.png_units.currentText().strip().partition(" ")[0]
@@ -445,5 +415,15 @@ def behind(session: Session) -> str:
     return " ".join([*sentences, "Run them first (F5)."] if sentences else [])
 
 
-def _show(combo: QComboBox, values: dict[str, str], value: str) -> None:
-    combo.setCurrentText(next(text for text, known in values.items() if known == value))
+def _check(text: str, hint: str) -> QCheckBox:
+    box = QCheckBox(text)
+    box.setToolTip(hint)
+    return box
+
+
+def _combo(texts: Mapping[str, str], hint: str = "", name: str = "") -> QComboBox:
+    """Return a list of values, shown by their texts."""
+    combo = QComboBox(toolTip=hint, accessibleName=name)
+    for value, text in texts.items():
+        combo.addItem(text, value)
+    return combo

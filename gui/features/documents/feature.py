@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog
 
@@ -28,15 +30,15 @@ from ...base.paths import sort_paths
 from ...state.entries import Entry
 from ...state.results import same_depth, same_mask
 from ...state.session import Session
+from ...widgets.file_choice import EXPORTS, remember_folder, save_folder
 from ...work.found_blocks import describe_blocks
 from ...work.jobs import Worker
 from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames, preview_folder
 from ..context import Context, Feature
-from .export import ExportDialog, behind
-from .file_dialogs import save_folder
-from .load_blocks import BlockSource, LoadBlocksDialog, blocks_from, save_blocks
-from .open_frame import OpenFrameDialog
+
+if TYPE_CHECKING:
+    from .load_blocks import BlockSource
 
 _IMAGES = "PNG image (*.png)"
 _TOO_MANY = "Only one colour file and its depth file can be opened at a time. For several frames, drop their folder."
@@ -69,7 +71,6 @@ class DocumentsFeature(Feature):
         self._loader = context.loader
         self._notes = notes = context.notes
         context.actions.add(self._commands())
-        self._block_questions = LatestRequest[BlockSource, LoadedBlocks](blocks_from, self)
         self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
         self._exporter = Worker(self)
         self._exporter.finished.connect(self._note_exported)
@@ -215,6 +216,8 @@ class DocumentsFeature(Feature):
             self.remove([entry], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
+        from .open_frame import OpenFrameDialog
+
         dialog = OpenFrameDialog(self._looks, self._window)
         if rgb is not None:
             dialog.set_files(rgb, depth)
@@ -230,8 +233,16 @@ class DocumentsFeature(Feature):
 
     # blocks
 
+    @cached_property
+    def _block_questions(self) -> LatestRequest[BlockSource, LoadedBlocks]:
+        from .load_blocks import blocks_from
+
+        return LatestRequest(blocks_from, self)
+
     def ask_load_blocks(self) -> None:
         """Replace the blocks by those of a file or folder, with the dialog."""
+        from .load_blocks import LoadBlocksDialog
+
         session, filling = self._workspace.session, self._workspace.parameters.extraction
         dialog = LoadBlocksDialog(session.frame, filling, self._block_questions, self._window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -240,6 +251,8 @@ class DocumentsFeature(Feature):
 
     def load_blocks(self, path: str, fill_gaps: bool = False) -> None:
         """Replace the blocks by those of a file or folder, as one undoable step; locked blocks stay."""
+        from .load_blocks import BlockSource, blocks_from
+
         filling = self._workspace.parameters.extraction if fill_gaps else None
         try:
             blocks = blocks_from(BlockSource(self._workspace.session.frame, path, filling))
@@ -270,6 +283,8 @@ class DocumentsFeature(Feature):
 
     def save_blocks(self, path: str, format: str | None = None) -> bool:
         """Write the blocks with their names; return False, with a message, if the file cannot be written."""
+        from .load_blocks import save_blocks
+
         session = self._workspace.session
         try:
             save_blocks(Path(path), session, format)
@@ -301,6 +316,8 @@ class DocumentsFeature(Feature):
 
     def ask_export(self) -> None:
         """Export with the dialog."""
+        from .export import ExportDialog, behind
+
         session = self._workspace.session
         completion = session.completion()
         run = session.run(session.state.common, extrapolate=session.extrapolated)
@@ -314,13 +331,15 @@ class DocumentsFeature(Feature):
 
     def export(self, folder: Path, options: ExportOptions, known_note: str = "") -> None:
         """Write the current frame's results in a worker thread. A note that was `known_note` before is no warning."""
+        from .export import behind
+
         if self._exporter.busy:
             self._notes.show_message("An export is in progress. Wait until it has ended.")
             return
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
         run = session.run(session.state.common, extrapolate=session.extrapolated)
-        QSettings().setValue("export/folder", str(folder.absolute().parent))
+        remember_folder(EXPORTS, folder)
 
         def job() -> Generator[None, None, Written]:
             yield None
@@ -392,15 +411,8 @@ class DocumentsFeature(Feature):
             self._notes.show_message(f"{session.name}: the result equals the run record.")
 
     def shutdown(self) -> bool:
-        """Stop reading, and wait for a pending export. True if all threads have ended."""
-        return all(
-            [
-                self._loader.shutdown(),
-                self._block_questions.shutdown(),
-                self._looks.shutdown(),
-                self._exporter.shutdown(),
-            ]
-        )
+        """Stop reading. True if all threads have ended."""
+        return self._loader.shutdown()
 
 
 def _is_recorded_run(session: Session, recorded: Run, completion: Completion) -> bool:

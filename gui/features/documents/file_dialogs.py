@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QSettings, QSize, Qt, QTimer
+from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QFrame,
     QHBoxLayout,
     QLayout,
     QLineEdit,
-    QMessageBox,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
 from ilf.drawing.colours import robust_depth_levels, to_indices
-from ilf.errors import IlfError, InputError
+from ilf.errors import InputError
 
 from ...views.colours import depth_table
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, literal_text
-from ...widgets.notices import Notes, error_text
+from ...widgets.basics import Message, PlainLabel
+from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
 
 # Preview picture of a dialog.
@@ -105,8 +101,6 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
     ----------
     title, placeholder, nothing_selected, shown : str
         Title of the window, placeholder of the path, message while the path is empty, and title of the preview.
-    folder_key : str
-        Settings key of the folder used last.
     questions : LatestRequest
         Reads what `source` returns, in a worker thread.
     """
@@ -117,14 +111,12 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
         placeholder: str,
         nothing_selected: str,
         shown: str,
-        folder_key: str,
         questions: LatestRequest[Source, Found],
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(title)
         self._nothing_chosen = nothing_selected
-        self._folder_key = folder_key
         self._questions = questions
         self._wanted: Source | None = None
         self._found: Found | None = None
@@ -213,7 +205,6 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
     def choose(self, path: str) -> None:
         """Set a path from the file dialog; "" for none."""
         if path:
-            QSettings().setValue(self._folder_key, str(Path(path).parent))
             self.path.setText(path)
             self.read()
             self._browsed = True
@@ -236,38 +227,3 @@ class PreviewDialog(QDialog, Generic[Source, Found]):
     def _fail(self, source: Source, error: Exception) -> None:
         if source is self._wanted:
             self.message.show_message(error_text(error).replace(f"{Path(source.path).parent}/", ""), "error")
-
-
-# Saving of files.
-
-
-def save_folder() -> Path:
-    """Return the default folder for files: beside the last export, or the working folder."""
-    last = QSettings().value("export/folder")
-    folder = Path(str(last)) if last else Path.cwd()
-    return folder if os.path.isdir(folder) and os.access(folder, os.W_OK) else Path.home()
-
-
-def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
-    """Ask for the file to write. The suffix of the selected kind ("Table (*.csv);;…") is added if none was typed;
-    return "" if the user cancels."""
-    path, kind = QFileDialog.getSaveFileName(window, title, str(save_folder() / name), kinds)
-    kind = kind or kinds.partition(";;")[0]  # some systems do not tell which was selected
-    if path and not Path(path).suffix and "*" in kind:
-        path += kind.split("*", 1)[1].rstrip(")")
-        if Path(path).exists():  # the dialog asked about the name without the suffix
-            text = f"{path} exists already. Overwrite it?"
-            if QMessageBox.question(window, title, literal_text(text)) != QMessageBox.StandardButton.Yes:
-                return ""
-    return path
-
-
-def save(notes: Notes, path: str, write: Callable[[], None]) -> bool:
-    """Write a file and report it; return False, with an error message, if it cannot be written."""
-    try:
-        write()
-    except IlfError as error:
-        notes.report("Not saved", error)
-        return False
-    notes.show_message(f"Saved {path}")
-    return True

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
@@ -18,7 +18,8 @@ from ilf.segmentation.extraction import found_blocks
 from ilf.segmentation.reextraction import with_gaps_filled
 
 from ...state.session import Session
-from ...widgets.basics import PlainLabel, last_folder
+from ...widgets.basics import label_of, row
+from ...widgets.file_choice import choose_file, choose_folder
 from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from .file_dialogs import PreviewDialog
@@ -86,7 +87,7 @@ class LoadBlocksDialog(PreviewDialog[BlockSource, LoadedBlocks]):
     ) -> None:
         placeholder = "Label map, labelme or COCO file, or folder of masks"
         title = f"Load Blocks for {frame.name}"
-        super().__init__(title, placeholder, _NOTHING_SELECTED, "Blocks", _FOLDER_KEY, questions, parent)
+        super().__init__(title, placeholder, _NOTHING_SELECTED, "Blocks", questions, parent)
         self._frame = frame
         self._filling = filling
         self.fill_gaps = QCheckBox("&Fill gaps by extraction")
@@ -95,7 +96,9 @@ class LoadBlocksDialog(PreviewDialog[BlockSource, LoadedBlocks]):
         )
         self.fill_gaps.toggled.connect(self.read)
         self.setMinimumWidth(640)
-        self.ask(self._row(), self.fill_gaps)
+        folder = QPushButton("Folder…", autoDefault=False)
+        folder.clicked.connect(self._browse_folder)
+        self.ask(row(label_of("&Blocks", self.path), self.path, self.file_button, folder), self.fill_gaps)
 
     def source(self, path: str) -> BlockSource:
         return BlockSource(self._frame, path, self._filling if self.fill_gaps.isChecked() else None)
@@ -107,22 +110,8 @@ class LoadBlocksDialog(PreviewDialog[BlockSource, LoadedBlocks]):
         text = f"{describe_blocks(count, found.labels)}{named}."
         self.message.show_message("\n".join([text, *found.notes]), "warning" if found.notes else "good")
 
-    def _row(self) -> QHBoxLayout:
-        label = PlainLabel("&Blocks")
-        label.setBuddy(self.path)
-        folder = QPushButton("Folder…", autoDefault=False)
-        folder.clicked.connect(self._browse_folder)
-        row = QHBoxLayout()
-        row.setSpacing(8)
-        for widget in (label, self.path, self.file_button, folder):
-            row.addWidget(widget, 1 if widget is self.path else 0)
-        return row
-
     def browse(self) -> None:
-        path, _ = QFileDialog.getOpenFileName(
-            self, "Choose blocks", last_folder(_FOLDER_KEY), "Blocks (*.png *.json);;All files (*)"
-        )
-        self.choose(path)
+        self.choose(choose_file(self, "Choose blocks", _FOLDER_KEY, "Blocks (*.png *.json);;All files (*)"))
 
     def _browse_folder(self) -> None:
-        self.choose(QFileDialog.getExistingDirectory(self, "Choose folder of masks", last_folder(_FOLDER_KEY)))
+        self.choose(choose_folder(self, "Choose folder of masks", _FOLDER_KEY))

@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QTimer
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QGridLayout,
     QHBoxLayout,
     QLineEdit,
@@ -39,7 +38,8 @@ from ilf.sources.opening import is_recording
 from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import ReadingOptions
 
-from ...widgets.basics import Message, PlainLabel, last_folder
+from ...widgets.basics import Message, PlainLabel
+from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames
@@ -156,6 +156,7 @@ class OpenFrameDialog(QDialog):
         The other file of a pair is proposed if only one is given.
         """
         if depth is None:
+            remember_folder(_FOLDER_KEY, rgb)
             self._choose(Path(rgb), _looks_like_depth(Path(rgb)))
         else:
             swapped = _looks_like_depth(Path(rgb)) and not _looks_like_depth(Path(depth))
@@ -355,36 +356,27 @@ class OpenFrameDialog(QDialog):
     def _browse(self, is_depth: bool) -> None:
         what, suffixes = ("depth", DEPTH_FILE_SUFFIXES) if is_depth else ("colour", COLOUR_SUFFIXES)
         patterns = " ".join(f"*{suffix}" for suffix in suffixes)
-        path, _ = QFileDialog.getOpenFileName(
-            self,
-            f"Choose {what} file",
-            last_folder(_FOLDER_KEY),
-            f"{what.capitalize()} ({patterns});;{'' if is_depth else f'{recording_files()};;'}All files (*)",
-        )
-        if path:
+        recordings = "" if is_depth else f"{recording_files()};;"
+        filters = f"{what.capitalize()} ({patterns});;{recordings}All files (*)"
+        if path := choose_file(self, f"Choose {what} file", _FOLDER_KEY, filters):
             self._choose(Path(path), is_depth)
 
     def _browse_folder(self) -> None:
-        path = QFileDialog.getExistingDirectory(self, "Choose frame folder", last_folder(_FOLDER_KEY))
-        if path:
+        if path := choose_folder(self, "Choose frame folder", _FOLDER_KEY):
             self._choose(Path(path), False)
 
     def _browse_camera(self) -> None:
         patterns = " ".join(f"*{suffix}" for suffix in CAMERA_FILES)
-        path, _ = QFileDialog.getOpenFileName(
-            self, "Choose intrinsics", last_folder(_FOLDER_KEY), f"Intrinsics ({patterns});;All files (*)"
-        )
-        if path:
+        filters = f"Intrinsics ({patterns});;All files (*)"
+        if path := choose_file(self, "Choose intrinsics", _FOLDER_KEY, filters):
             self.camera_text.setText(path)
 
     def _browse_guide(self) -> None:
-        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), guide_files())
-        if path:
+        if path := choose_file(self, "Choose guide", _FOLDER_KEY, guide_files()):
             self.guide_path.setText(path)
 
     def _choose(self, path: Path, is_depth: bool) -> None:
         """Set one chosen path, and propose its partner; without a partner, the other field stays."""
-        QSettings().setValue(_FOLDER_KEY, str(path.parent))
         if path.is_dir():
             self._set_paths(str(path), "")
         elif is_depth:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QPoint, QSettings, QTimer, QUrl
 from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
-from PySide6.QtWidgets import QFileDialog, QMenu
+from PySide6.QtWidgets import QMenu
 
 from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
@@ -22,7 +22,7 @@ from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.session import Session
 from ...state.workspace import Workspace
-from ...widgets.basics import last_folder
+from ...widgets.file_choice import choose_file, choose_folder
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
 from ..documents.frame_files import recording_files
@@ -370,20 +370,12 @@ class FramesFeature(Feature):
 
     def ask_folder(self) -> None:
         """Open a folder of frames that the user chooses."""
-        chosen = QFileDialog.getExistingDirectory(
-            self.context.window, "Open folder of frames", last_folder(_FOLDER_KEY)
-        )
-        if chosen:
-            QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
+        if chosen := choose_folder(self.context.window, "Open folder of frames", _FOLDER_KEY):
             self.context.feature(DocumentsFeature).open_source(FrameRef(chosen))
 
     def ask_recording(self) -> None:
         """Open a recording that the user chooses."""
-        chosen, _ = QFileDialog.getOpenFileName(
-            self.context.window, "Open recording", last_folder(_FOLDER_KEY), recording_files()
-        )
-        if chosen:
-            QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
+        if chosen := choose_file(self.context.window, "Open recording", _FOLDER_KEY, recording_files()):
             self.context.feature(DocumentsFeature).open_source(FrameRef(chosen))
 
     def write_note(self) -> None:

@@ -278,10 +278,6 @@ class InspectFeature(Feature):
             ),
         )
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread is left."""
-        return self.measure.shutdown()
-
     def _connect_refresh(self) -> None:
         workspace, add = self.context.workspace, self.context.refresh.add
         turned, blocks, results = (

@@ -29,9 +29,9 @@ from ilf.project.frame_state import Point
 
 from ...state.inspection import Inspection
 from ...state.session import Session
+from ...widgets.file_choice import ask_path, save
 from ...work.latest_request import LatestRequest
 from ..context import Context
-from ..documents.file_dialogs import ask_path, save
 from .measure_panel import MeasurePanel, metres
 
 # Measurements as rows of a list, and as texts over the views.
@@ -266,10 +266,6 @@ class MeasurePresenter(QObject):
             return
         later = (one for one in self._inspection.measurements if one not in before)
         self._inspection.set_measurements([*before, *later])
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
 
     def _table(self) -> str:
         lines, found = self.measured()

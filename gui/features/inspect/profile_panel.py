@@ -19,8 +19,8 @@ from ...base import theme
 from ...state.inspection import Inspection
 from ...tools.line import REACH, off_line, share_along
 from ...widgets.basics import PlainLabel, Themed
+from ...widgets.file_choice import ask_path, save
 from ..context import Context
-from ..documents.file_dialogs import ask_path, save
 from .profile_plot import ProfileData, ProfilePlot, profile_data, raw_colour, result_colour
 
 EMPTY_TEXT = "Draw a profile line (Ctrl+I) in a view to see the depth along it"

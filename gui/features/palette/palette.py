@@ -31,7 +31,7 @@ from PySide6.QtWidgets import (
 )
 
 from ...base import theme
-from ...base.commands import ActionEntry, Command, action_entries
+from ...base.commands import ActionEntry, action_entries
 from ...widgets.basics import PlainLabel, Themed
 from ..context import Context, Feature
 from .matching import Offer, RecentCommands, offers
@@ -324,15 +324,7 @@ class PaletteFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.palette = CommandPalette(context.window, context.panels.persistent)
-        context.actions.add(
-            (
-                Command(
-                    "palette",
-                    "Command &palette…",
-                    "Find a command by part of its name",
-                    icon="ph.magnifying-glass",
-                    keys="Ctrl+Shift+P",
-                    handler=self.palette.toggle,
-                ),
-            )
-        )
+
+    def toggle(self) -> None:
+        """Open or close the palette."""
+        self.palette.toggle()

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent
@@ -12,24 +11,22 @@ from PySide6.QtWidgets import (
     QButtonGroup,
     QDialog,
     QDialogButtonBox,
-    QHeaderView,
-    QMessageBox,
     QPushButton,
     QRadioButton,
-    QTreeWidget,
     QTreeWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
 from ilf.project.encoding import frame_part
 
+from ...project.current_project import CurrentProject
 from ...state.entries import Entry
 from ...state.session import Session
-from ...widgets.basics import Message, group, literal_text
-from ...widgets.notices import question
+from ...widgets.basics import Message, group, literal_text, row_list, stack
+from ...widgets.notices import DESTROY, ask
 from ..context import Context
 from ..documents.feature import DocumentsFeature
+from .saving import Saving
 
 # The dialog that lists unsaved work by frame, and asks whether to save it.
 
@@ -90,10 +87,12 @@ class CloseDialog(QDialog):
         self._rows = rows
         about = Message()
         about.show_message(_question(what, rows), "text")
-        self.frames = QTreeWidget()
-        self.frames.setStyleSheet("QTreeView::item { padding: 3px 0; }")
-        self.frames.setAccessibleName("Frames with unsaved work")
-        self.frames.setToolTip("Ticked frames are saved; the work on the others is lost")
+        self.frames = row_list(
+            "Frames with unsaved work",
+            "Ticked frames are saved; the work on the others is lost",
+            ["Frame", "Unsaved work", "State"],
+            stretched=0,
+        )
         self.wait = QRadioButton("&Wait until the runs have ended")
         self.wait.setToolTip("Complete the runs and save their results; waiting can be cancelled")
         self.stop = QRadioButton("S&top the runs and keep the completed blocks")
@@ -114,20 +113,16 @@ class CloseDialog(QDialog):
         self.discard_button.clicked.connect(lambda: self.discard_requested.emit())
         buttons.rejected.connect(self.reject)
 
-        column = QVBoxLayout(self)
-        column.setContentsMargins(14, 14, 14, 14)
-        column.setSpacing(10)
-        column.addWidget(about)
+        self.also.show_message("\n".join(others), "warning")
+        parts: list[QWidget] = [about]
         if rows:
-            self._fill()
-            column.addWidget(self.frames, 1)
+            parts.append(self.frames)
         if running:
-            column.addWidget(self._runs_box())
+            parts.append(self._runs_box())
         if others:
-            self.also.show_message("\n".join(others), "warning")
-            column.addWidget(self.also)
-        column.addWidget(self.progress)
-        column.addWidget(buttons)
+            parts.append(self.also)
+        stack(self, *parts, self.progress, buttons, stretched=self.frames if rows else None)
+        self._fill()
         (self.save_button if rows else buttons.button(QDialogButtonBox.StandardButton.Cancel)).setDefault(True)
         self._can_be_changed = [self.frames, self.wait, self.stop, self.save_button, self.discard_button]
         self.progress.hide()
@@ -168,9 +163,6 @@ class CloseDialog(QDialog):
         super().closeEvent(event)
 
     def _fill(self) -> None:
-        self.frames.setHeaderLabels(["Frame", "Unsaved work", "State"])
-        self.frames.setRootIsDecorated(False)
-        self.frames.setUniformRowHeights(True)
         for row in self._rows:
             item = QTreeWidgetItem([row.name, row.work, row.stage])
             item.setData(0, _ID, row.id)
@@ -179,13 +171,10 @@ class CloseDialog(QDialog):
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsUserCheckable)
             item.setToolTip(0, literal_text(row.name))
             self.frames.addTopLevelItem(item)
-        header = self.frames.header()
-        header.setStretchLastSection(False)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        for column in (1, 2):
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         rows = min(len(self._rows), _MAX_ROWS_SHOWN)
-        self.frames.setFixedHeight(header.sizeHint().height() + (rows + 1) * (self.fontMetrics().height() + 10))
+        self.frames.setFixedHeight(
+            self.frames.header().sizeHint().height() + (rows + 1) * (self.fontMetrics().height() + 10)
+        )
         self.frames.itemChanged.connect(lambda *_: self._follow_ticks())
 
     def _runs_box(self) -> QWidget:
@@ -213,35 +202,30 @@ def _question(what: str, rows: Sequence[Unsaved]) -> str:
     return f"Save the work on {' and '.join(parts)} before {what}?{lost}"
 
 
-class SaveHandler(Protocol):
-    """Unsaved work of the project, and how to save it."""
-
-    def project_words(self) -> str:
-        """Describe the unsaved changes apart from the frames; "" for none."""
-        ...
-
-    def when_saved(self, then: Callable[[], None]) -> None:
-        """Call `then` as soon as nothing is being saved."""
-        ...
-
-    def save_then(self, frames: frozenset[str], then: Callable[[bool], None]) -> None:
-        """Save only the work on these frames; `then` receives whether it was saved."""
-        ...
-
-
 class Closing(QObject):
     """Asks the user about unsaved work before frames, projects or the window are closed.
 
     Parameters
     ----------
     context : Context
-    work : SaveHandler
+    present : CurrentProject
+    saving : Saving
+    save : callable
+        Saves only the work on frames of these ids, then calls a function with whether it was saved.
     """
 
-    def __init__(self, context: Context, work: SaveHandler) -> None:
+    def __init__(
+        self,
+        context: Context,
+        present: CurrentProject,
+        saving: Saving,
+        save: Callable[[frozenset[str], Callable[[bool], None]], None],
+    ) -> None:
         super().__init__(context.window)
         self._context = context
-        self._work = work
+        self._present = present
+        self._saving = saving
+        self._save = save
         self.dialog: CloseDialog | None = None
         """The open dialog; None for none."""
 
@@ -260,19 +244,40 @@ class Closing(QObject):
         """
         if self._context.feature(DocumentsFeature).discard_silently:
             then()
+        else:
+            self._saving.when_done(lambda: self._ask(entries, whole, what, then))
+
+    def remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
+        """Call `then` if frames may be removed from the project: at once if there is no work on them."""
+        stored = self._context.recorder.store.project
+        kept = set() if stored is None else set(stored.names())
+        worked = [
+            entry.name
+            for entry in entries
+            if entry.unsaved or entry.session in self._context.runs.running or frame_part(entry.id) in kept
+        ]
+        if self._context.feature(DocumentsFeature).discard_silently or not worked:
+            then()
             return
-        self._work.when_saved(lambda: self._ask(entries, whole, what, then))
+        names = worked[0] if len(worked) == 1 else f"{len(worked)} frames"
+        text = f"The work on {names} is removed, too. This cannot be undone."
+        more = "The project file keeps it until the project is saved the next time."
+        ask(self._context.window, "Remove from the project?", text, more, [("&Remove", DESTROY, then)])
 
     def _ask(self, entries: Sequence[Entry], whole: bool, what: str, then: Callable[[], None]) -> None:
         """Ask as in `leave`, once nothing is being saved."""
-        rows, running = self._rows(entries), self._running(entries)
-        ways = [way.what for way in self._context.pending_work() if _concerns(way.session, entries, whole)]
-        others = [
-            f"{way[:1].upper()}{way[1:]} is in progress: it is stopped, and its results are lost." for way in ways
-        ]
-        words = self._work.project_words() if whole else ""
+        runs = self._context.runs
+        sessions = {entry.session for entry in entries}
+        running = [session for session in runs.running if session in sessions]
+        rows = [Unsaved(entry.id, entry.name, work, entry.summary.stage.value) for entry, work in self._work(entries)]
+        words = self._present.words() if whole else ""
         if words:
             rows.append(Unsaved("", "The project itself", words, ""))
+        others = [
+            f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and its results are lost."
+            for way in self._context.pending_work()
+            if (whole if way.session is None else way.session in sessions)
+        ]
         if not (rows or others):
             then()
             return
@@ -281,124 +286,81 @@ class Closing(QObject):
             return
         self.dialog = dialog = CloseDialog(what, rows, others, bool(running), self._context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        question = _CloseAnswer(self._context, self._work, dialog, running, then)
-        dialog.save_requested.connect(question.save)
-        dialog.discard_requested.connect(question.discard)
+        answer = _SaveAnswer(self._context, dialog, running, self._save)
+        dialog.save_requested.connect(answer.save)
+        dialog.discard_requested.connect(dialog.accept)
         dialog.finished.connect(self._forget)
+        dialog.accepted.connect(then)
         dialog.open()
-
-    def remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
-        """Call `then` if frames may be removed from the project: at once if there is no work on them."""
-        stored = self._context.recorder.store
-        worked = [
-            entry.name
-            for entry in entries
-            if entry.unsaved
-            or entry.session in self._context.runs.running
-            or (stored.project is not None and frame_part(entry.id) in stored.project.names())
-        ]
-        if self._context.feature(DocumentsFeature).discard_silently or not worked:
-            then()
-            return
-        names = worked[0] if len(worked) == 1 else f"{len(worked)} frames"
-        text = f"The work on {names} is removed, too. This cannot be undone."
-        more = "The project file keeps it until the project is saved the next time."
-        box = question(self._context.window, "Remove from the project?", text, more)
-        remove = box.addButton("&Remove", QMessageBox.ButtonRole.DestructiveRole)
-        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
-        box.finished.connect(lambda _: then() if box.clickedButton() is remove else None)
-        box.open()
 
     def _forget(self) -> None:
         self.dialog = None
 
-    def _running(self, entries: Sequence[Entry]) -> list[Session]:
-        sessions = {entry.session for entry in entries}
-        return [session for session in self._context.runs.running if session in sessions]
-
-    def _rows(self, entries: Sequence[Entry]) -> list[Unsaved]:
-        running = self._context.runs.running
-        rows = []
+    def _work(self, entries: Sequence[Entry]) -> Iterator[tuple[Entry, str]]:
+        """Describe the unsaved work and the runs of the frames that have any."""
+        runs = self._context.runs
         for entry in entries:
             texts = [entry.unsaved_summary()]
-            if entry.session in running:
-                share = self._context.runs.of(entry.session).share_done
-                texts.append(f"a run is in progress ({share:.0%})")
-            work = ", ".join(filter(None, texts))
-            if work:
-                rows.append(Unsaved(entry.id, entry.name, work, entry.summary.stage.value))
-        return rows
+            if entry.session in runs.running:
+                texts.append(f"a run is in progress ({runs.of(entry.session).share_done:.0%})")
+            if work := ", ".join(filter(None, texts)):
+                yield entry, work
 
 
-class _CloseAnswer(QObject):
-    """Handling of the user's answer in a `CloseDialog`."""
+class _SaveAnswer(QObject):
+    """The answer *Save*: saves the ticked frames when their runs have ended, then accepts the dialog."""
 
     def __init__(
-        self, context: Context, work: SaveHandler, dialog: CloseDialog, running: list[Session], then: Callable[[], None]
+        self,
+        context: Context,
+        dialog: CloseDialog,
+        running: list[Session],
+        save: Callable[[frozenset[str], Callable[[bool], None]], None],
     ) -> None:
         super().__init__(dialog)
-        self._context = context
-        self._work = work
+        self._runs = context.runs
         self._dialog = dialog
         self._running = running
-        self._then = then
-        self._saves = False
-        self._over = False
-        dialog.rejected.connect(self._give_up)
-        context.runs.state_changed.connect(self._look)
-
-    def discard(self) -> None:
-        """Continue without saving."""
-        self._end()
-
-    def _give_up(self) -> None:
-        self._over = True
+        self._save = save
+        self._waits = self._over = False
+        dialog.finished.connect(self._end)
+        self._runs.state_changed.connect(self._look)
 
     def save(self) -> None:
         """Save the ticked frames when their runs have ended."""
-        self._saves = True
         ticked = self._dialog.ticked()
         self._running = [session for session in self._running if session.id in ticked]
         if not self._dialog.waits():
             for session in self._running:
-                self._context.runs.of(session).cancel()
+                self._runs.of(session).cancel()
+        self._waits = True
         self._look()
 
     def _look(self) -> None:
         """Save as soon as no run is in progress."""
-        if not self._saves:
+        if not self._waits:
             return
-        running = [session for session in self._running if session in self._context.runs.running]
+        running = [session for session in self._running if session in self._runs.running]
         if running:
-            done = sum(self._context.runs.of(session).share_done for session in running) / len(running)
+            done = sum(self._runs.of(session).share_done for session in running) / len(running)
             names = running[0].name if len(running) == 1 else f"{len(running)} frames"
             self._dialog.show_progress(f"Waiting for the run of {names}: {done:.0%} done…")
             return
-        self._saves = False
+        self._waits = False
         QTimer.singleShot(0, self, self._begin)  # results of ended runs are stored by then
 
     def _begin(self) -> None:
-        if any(session in self._context.runs.running for session in self._running):  # an extrapolation follows the run
-            self._saves = True
+        if any(session in self._runs.running for session in self._running):  # an extrapolation follows the run
+            self._waits = True
             self._look()
             return
         self._dialog.show_progress("Saving…")
-        self._work.save_then(self._dialog.ticked(), self._saved)
+        self._save(self._dialog.ticked(), self._saved)
 
     def _saved(self, done: bool) -> None:
-        if self._over:
-            return
-        if done:
-            self._end()
-        else:
-            self._dialog.reject()
+        if not self._over:
+            (self._dialog.accept if done else self._dialog.reject)()
 
     def _end(self) -> None:
         self._over = True
-        self._context.runs.state_changed.disconnect(self._look)
-        self._dialog.accept()
-        self._then()
-
-
-def _concerns(session: Session | None, entries: Sequence[Entry], whole: bool) -> bool:
-    return whole if session is None else any(entry.session is session for entry in entries)
+        self._runs.state_changed.disconnect(self._look)

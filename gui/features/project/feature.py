@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolBar
+from PySide6.QtWidgets import QMessageBox, QToolBar
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import note_opened
@@ -22,21 +23,22 @@ from ...base.commands import Command
 from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
 from ...state.session import Session
-from ...widgets.basics import last_folder
-from ...widgets.notices import question
+from ...widgets.file_choice import choose_file
+from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
 from ..menus import insert_menu
 from .asking import ask_to_open, ask_to_open_anew
-from .closing import Closing
-from .missing import Missing
 from .opening import FolderProjects, Opening
 from .recent import RecentMenu, RecentOrigins
-from .saving import FILE_FILTER, FOLDER_KEY, SaveAsDialog, SaveRequest, Saving, proposed_path
+from .saving import FILE_FILTER, FOLDER_KEY, SaveRequest, Saving
 from .view_state import ViewState
 
+if TYPE_CHECKING:
+    from .closing import Closing
+    from .missing import Missing
+
 _PROGRAM = "ILF Studio"
-_ACCEPT = QMessageBox.ButtonRole.AcceptRole
 
 
 class ProjectFeature(Feature):
@@ -50,9 +52,7 @@ class ProjectFeature(Feature):
         self.view = ViewState(workspace, context.views, context.refresh)
         self.saving = Saving(context, self.present, self.view)
         self.opening = Opening(context, self.present, self.view)
-        self.missing = Missing(context, self.present)
         self.folders = FolderProjects(context, self.present, self.open)
-        self.closing = Closing(context, self)
         self._leaves = False
         self.recent = RecentMenu(
             "Open recent pro&ject",
@@ -63,7 +63,7 @@ class ProjectFeature(Feature):
         documents = context.feature(DocumentsFeature)
         documents.project_requested.connect(self.open)
         documents.leave = self._leave_frames
-        documents.remove = self.closing.remove
+        documents.remove = lambda entries, then: self.closing.remove(entries, then)
         documents.close = self._close_frame
         documents.join = self._join
         documents.saved_share = lambda: self.saving.share if self.saving.busy else None
@@ -74,7 +74,8 @@ class ProjectFeature(Feature):
         context.loader.opening_failed.connect(self._offer_anew)
         context.loader.not_allowed.connect(partial(ask_to_open, context.window))
         self.opening.opened.connect(self._tell_opened)
-        self.opening.opened.connect(self.missing.check)
+        self.opening.opened.connect(lambda opened: self.missing.check(opened))
+        context.loader.opening_failed.connect(lambda entry, error: self.missing.note_failure(entry, error))
         self.opening.opened.connect(self.folders.note_opened)
         self.saving.saved.connect(lambda path, _: self.folders.note_saved(path))
         self.saving.saved.connect(lambda path, _: note_opened(path))
@@ -87,6 +88,20 @@ class ProjectFeature(Feature):
             self._show_title,
             (*changed, workspace.frames.touched, workspace.undo_group.cleanChanged, self.saving.changed),
         )
+
+    @cached_property
+    def closing(self) -> Closing:
+        """Asks before work would be lost; made on use."""
+        from .closing import Closing
+
+        return Closing(self.context, self.present, self.saving, self._save)
+
+    @cached_property
+    def missing(self) -> Missing:
+        """Checks the files of frames; made on use."""
+        from .missing import Missing
+
+        return Missing(self.context, self.present)
 
     def _commands(self) -> Sequence[Command]:
         return (
@@ -154,8 +169,7 @@ class ProjectFeature(Feature):
 
     def ask_open(self) -> None:
         """Open a project with the dialog."""
-        path, _ = QFileDialog.getOpenFileName(self.context.window, "Open project", last_folder(FOLDER_KEY), FILE_FILTER)
-        if path:
+        if path := choose_file(self.context.window, "Open project", FOLDER_KEY, FILE_FILTER):
             self.open(Path(path))
 
     def open(self, path: Path) -> None:
@@ -169,20 +183,6 @@ class ProjectFeature(Feature):
     def save_as(self) -> None:
         """Save to another file."""
         self._save_as("", None, lambda done: None)
-
-    # the protocol `SaveHandler` of `closing`
-
-    def project_words(self) -> str:
-        """Describe the unsaved changes apart from the frames; "" for none."""
-        return self.present.words()
-
-    def when_saved(self, then: Callable[[], None]) -> None:
-        """Call `then` as soon as nothing is being saved."""
-        self.saving.when_done(then)
-
-    def save_then(self, frames: frozenset[str], then: Callable[[bool], None]) -> None:
-        """Save only the work on these frames; `then` receives whether it was saved."""
-        self._save(frames, then)
 
     # closing
 
@@ -202,10 +202,10 @@ class ProjectFeature(Feature):
 
     def shutdown(self) -> bool:
         """Stop permanently, after pending saves. True if no thread is left."""
-        ended = [self.saving.shutdown(), self.missing.shutdown()]
+        ended = self.saving.shutdown()
         if isinstance(self.context.recorder.store.project, Archive):
             self.context.recorder.store.project.close()
-        return all(ended)
+        return ended
 
     def _close_frame(self, entry: Entry) -> None:
         """Close a frame; if the project file contains it, it stays in the list in that state."""
@@ -252,21 +252,13 @@ class ProjectFeature(Feature):
 
     def _ask_join(self, place: Path, then: Callable[[], None]) -> None:
         text = f"{place.name} is not of the folder whose project is {self.present.name}."
+
+        def begin() -> None:
+            self._leave_project("a new project is started", partial(self._begin, then))
+
+        answers = ("&Add to it", ACCEPT, then), ("&New project", ACCEPT, begin)
         more, icon = "A new project closes its frames first.", QMessageBox.Icon.Question
-        box = question(self.context.window, "Add to the project?", text, more, icon)
-        add = box.addButton("&Add to it", _ACCEPT)
-        new = box.addButton("&New project", _ACCEPT)
-        box.addButton(QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(new)
-
-        def answer() -> None:
-            if box.clickedButton() is add:
-                then()
-            elif box.clickedButton() is new:
-                self._leave_project("a new project is started", partial(self._begin, then))
-
-        box.finished.connect(lambda _: answer())
-        box.open()
+        ask(self.context.window, "Add to the project?", text, more, answers, default=1, icon=icon)
 
     # saving
 
@@ -287,6 +279,8 @@ class ProjectFeature(Feature):
             self.saving.save(SaveRequest(present.path, None, only, then))
 
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
+        from .save_as import SaveAsDialog, proposed_path  # made on use
+
         context = self.context
         first = next(iter(context.workspace.frames.entries), None)
         proposed = self.folders.proposed() or proposed_path(
@@ -313,23 +307,11 @@ class ProjectFeature(Feature):
             title, button = "Write the project again?", "&Write again"
             text = f"{path.name} does not exist any more: it has been moved or deleted since it was opened."
             more = "It can be written again."
-        box = question(self.context.window, title, text, more)
-        replace = box.addButton(button, QMessageBox.ButtonRole.DestructiveRole)
-        other = box.addButton("Save &as…", QMessageBox.ButtonRole.AcceptRole)
-        box.addButton(QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(other)
-
-        def answer() -> None:
-            clicked = box.clickedButton()
-            if clicked is replace:
-                self.saving.save(SaveRequest(path, None, only, then))
-            elif clicked is other:
-                self._save_as("", only, then)
-            else:
-                then(False)
-
-        box.finished.connect(lambda _: answer())
-        box.open()
+        answers = (
+            (button, DESTROY, lambda: self.saving.save(SaveRequest(path, None, only, then))),
+            ("Save &as…", ACCEPT, lambda: self._save_as("", only, then)),
+        )
+        ask(self.context.window, title, text, more, answers, default=1, otherwise=lambda: then(False))
 
     # messages
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -12,12 +12,8 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFileDialog,
-    QHBoxLayout,
-    QHeaderView,
     QPushButton,
-    QTreeWidget,
     QTreeWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -30,27 +26,19 @@ from ilf.project.sources import ChangedSource, MissingSource, Places
 
 from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
-from ...widgets.basics import Message, literal_text
+from ...widgets.basics import Message, literal_text, row, row_list, stack
 from ...widgets.work_row import WorkRow
 from ...work.jobs import Worker
 from ..context import Context
 
 # The dialog that asks for files that are missing or have changed.
 
-_NUMBER = Qt.ItemDataRole.UserRole
+_FILE = Qt.ItemDataRole.UserRole
 _ABOUT = (
     "Some frames cannot be opened: their files have been moved or changed. Locate the folder where they are now, or a "
     "file that has another name: the other files are looked for beside it. Their content is checked. The work on these "
     "frames stays in the project in any case."
 )
-
-
-@dataclass(frozen=True)
-class LostFileRow:
-    """A lost file, with the name of its frame."""
-
-    name: str
-    lost: MissingFile
 
 
 class MissingFilesDialog(QDialog):
@@ -74,22 +62,15 @@ class MissingFilesDialog(QDialog):
     def __init__(self, project: str, parent: QWidget) -> None:
         super().__init__(parent)
         self.setWindowTitle(f"Missing Files of {project}")
-        self._rows: list[LostFileRow] = []
         about = Message(lines=3)
         about.show_message(_ABOUT, "text")
-        self.files = QTreeWidget()
-        self.files.setStyleSheet("QTreeView::item { padding: 3px 0; }")
-        self.files.setAccessibleName("Missing and changed files")
-        self.files.setToolTip("Missing or changed files of frames, with the problem")
-        self.files.setHeaderLabels(["Frame", "File", "Problem"])
-        self.files.setRootIsDecorated(False)
-        self.files.setUniformRowHeights(True)
+        self.files = row_list(
+            "Missing and changed files",
+            "Missing or changed files of frames, with the problem",
+            ["Frame", "File", "Problem"],
+            stretched=1,
+        )
         self.files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        header = self.files.header()
-        header.setStretchLastSection(False)
-        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
-        for column in (0, 2):
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         self.file_button = QPushButton("Locate &file…", autoDefault=False)
         self.file_button.setToolTip("Locate the selected file; the others are looked for in the same folder")
         self.folder_button = QPushButton("Locate f&older…", autoDefault=False)
@@ -112,51 +93,35 @@ class MissingFilesDialog(QDialog):
         self.new_button.clicked.connect(self._request_new_frame)
         self.work.cancelled.connect(self.cancelled)
 
-        row = QHBoxLayout()
-        row.setSpacing(8)
-        for button in (self.file_button, self.folder_button, self.new_button):
-            row.addWidget(button)
-        row.addStretch(1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(10)
-        layout.addWidget(about)
-        layout.addWidget(self.files, 1)
-        layout.addLayout(row)
-        layout.addWidget(self.work)
-        layout.addWidget(self.message)
-        layout.addWidget(buttons)
+        buttons_of_files = row(self.file_button, self.folder_button, self.new_button)
+        stack(self, about, self.files, buttons_of_files, self.work, self.message, buttons, stretched=self.files)
         self.resize(760, 430)
 
-    def show_rows(self, rows: Sequence[LostFileRow]) -> None:
-        """Show the lost files."""
+    def show_files(self, lost: Sequence[tuple[str, MissingFile]]) -> None:
+        """Show the lost files with the names of their frames."""
         chosen = self.chosen()
-        self._rows = list(rows)
         self.files.clear()
-        for number, (name, lost) in enumerate((row.name, row.lost) for row in rows):
-            item = QTreeWidgetItem([name, lost.wanted.path, "changed" if lost.changed else "missing"])
-            item.setData(0, _NUMBER, number)
-            item.setToolTip(1, literal_text(_details(lost)))
-            item.setToolTip(2, literal_text(_details(lost)))
+        for name, file in lost:
+            item = QTreeWidgetItem([name, file.wanted.path, "changed" if file.changed else "missing"])
+            item.setData(0, _FILE, file)
+            for column in (1, 2):
+                item.setToolTip(column, literal_text(_details(file)))
             self.files.addTopLevelItem(item)
-            if number == 0 or lost == chosen:
+            if self.files.topLevelItemCount() == 1 or file == chosen:
                 self.files.setCurrentItem(item)
         self._allow()
 
     def chosen(self) -> MissingFile | None:
         """Return the selected file; None for none."""
         item = self.files.currentItem()
-        number = None if item is None else item.data(0, _NUMBER)
-        return None if number is None or number >= len(self._rows) else self._rows[number].lost
+        return None if item is None else item.data(0, _FILE)
 
     def choose(self, frame: str) -> None:
         """Select the first file of a frame, by its id."""
-        for number, row in enumerate(self._rows):
-            if row.lost.frame == frame:
-                item = self.files.topLevelItem(number)
-                if item is not None:
-                    self.files.setCurrentItem(item)
-                return
+        items = (self.files.topLevelItem(number) for number in range(self.files.topLevelItemCount()))
+        item = next((item for item in items if item is not None and item.data(0, _FILE).frame == frame), None)
+        if item is not None:
+            self.files.setCurrentItem(item)
 
     def show_search(self, share: float | None) -> None:
         """Show the progress of the search; None if none is in progress."""
@@ -172,7 +137,7 @@ class MissingFilesDialog(QDialog):
     def _allow(self) -> None:
         lost, idle = self.chosen(), self.work.isHidden()
         self.file_button.setEnabled(idle and lost is not None)
-        self.folder_button.setEnabled(idle and bool(self._rows))
+        self.folder_button.setEnabled(idle and self.files.topLevelItemCount() > 0)
         self.new_button.setEnabled(idle and lost is not None and lost.changed is not None)
         if lost is not None and idle and self.message.tone() != "error":
             self.message.show_message(_details(lost))
@@ -248,7 +213,6 @@ class Missing(QObject):
         self._searcher.finished.connect(self._take_found)
         self._searcher.cancelled.connect(lambda: self._take_found({}))
         self._searcher.failed.connect(self._fail_search)
-        context.loader.opening_failed.connect(self._note_failure)
 
     @property
     def lost(self) -> tuple[MissingFile, ...]:
@@ -296,11 +260,6 @@ class Missing(QObject):
         source = relocated(source, {lost.wanted.path: lost.changed})
         self._context.loader.open_new(source, f"{entry.name} (changed)")
 
-    def shutdown(self) -> bool:
-        """Stop permanently. True if no thread is left."""
-        ended = [worker.shutdown() for worker in (self._checker, self._searcher)]
-        return all(ended)
-
     # lost files
 
     def _take_checked(self, lost: list[MissingFile]) -> None:
@@ -308,7 +267,7 @@ class Missing(QObject):
             self._note(one)
         self._ask()
 
-    def _note_failure(self, entry: Entry, error: Exception) -> None:
+    def note_failure(self, entry: Entry, error: Exception) -> None:
         """Handle a frame that could not be opened."""
         if isinstance(error, MissingSource | ChangedSource):
             self._note(MissingFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
@@ -340,13 +299,14 @@ class Missing(QObject):
             dialog.cancelled.connect(self._searcher.cancel)
             dialog.finished.connect(self._leave_dialog)
             dialog.open()
-        self.dialog.show_rows(self._rows())
+        self.dialog.show_files(self._named())
         self.dialog.choose(self._requested)
 
-    def _rows(self) -> list[LostFileRow]:
+    def _named(self) -> list[tuple[str, MissingFile]]:
+        """Return the lost files with the names of their frames."""
         entries = self._context.workspace.frames.entries
-        named = ((entries.of(lost.frame), lost) for lost in self._lost)
-        return [LostFileRow(entry.name, lost) for entry, lost in named if entry is not None]
+        found = ((entries.of(lost.frame), lost) for lost in self._lost)
+        return [(entry.name, lost) for entry, lost in found if entry is not None]
 
     def _leave_dialog(self) -> None:
         self.dialog = None
@@ -384,22 +344,20 @@ class Missing(QObject):
         by_path = {wanted.path: path for wanted, path in found.items()}
         for frame in affected:
             self._update_found(frame, by_path)
-        if dialog is not None:
-            dialog.show_search(None)
-            dialog.show_rows(self._rows())
-            left = len({lost.frame for lost in self._lost})
-            if not found:
-                dialog.message.show_message(
-                    "No file with the original content is there. Choose another folder.", "error"
-                )
-            elif left:
-                miss = f"files of {counted(left, 'frame')} are still missing"
-                dialog.message.show_message(f"{_files_found(len(found))}; {miss}.", "text")
-            else:
-                dialog.accept()
-                self._context.notes.show_message(
-                    f"{_files_found(len(found))}: all frames can be opened. Save the project to store the new paths."
-                )
+        if dialog is None:
+            return
+        dialog.show_search(None)
+        dialog.show_files(self._named())
+        left, text = len({lost.frame for lost in self._lost}), f"Found {counted(len(found), 'file')}"
+        if not found:
+            dialog.message.show_message("No file with the original content is there. Choose another folder.", "error")
+        elif left:
+            dialog.message.show_message(f"{text}; files of {counted(left, 'frame')} are still missing.", "text")
+        else:
+            dialog.accept()
+            self._context.notes.show_message(
+                f"{text}: all frames can be opened. Save the project to store the new paths."
+            )
 
     def _update_found(self, frame: str, found: dict[str, Path]) -> None:
         """Update a frame whose files have been found."""
@@ -417,7 +375,3 @@ class Missing(QObject):
         if frame == self._requested or not workspace.has_session:
             self._requested = ""
             self._context.loader.open_entry(entry)
-
-
-def _files_found(count: int) -> str:
-    return f"Found {counted(count, 'file')}"

@@ -251,7 +251,7 @@ class FolderProjects(QObject):
         if self._folder != Path(how.rgb):
             return
         if self._present.path is None:
-            self._present.take(_new_home(self._folder), new=True)
+            self._present.take(_new_home(self._folder))
             beside = _beside(self._folder)
             if beside.is_file():
                 text = f"{beside} is a project of this folder: open it to continue the work in it."

@@ -237,10 +237,6 @@ class StartPageFeature(Feature):
         if missing and not self._worker.busy:
             self._worker.start(lambda: _pictures(missing))
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._worker.shutdown()
-
     def _take(self, batch: list[tuple[str, QImage]]) -> None:
         for key, image in batch:
             self._made[key] = QPixmap.fromImage(image)

@@ -291,10 +291,6 @@ class PropagationFeature(Feature):
             return []
         return [PendingWork(f"propagation of blocks to {entry.name}", entry.session)]
 
-    def shutdown(self) -> bool:
-        """Stop permanently. True if no thread is left."""
-        return self.propagator.shutdown()
-
     @property
     def how(self) -> str:
         """The selected method."""

@@ -167,11 +167,6 @@ class Propagator(QObject):
             self._waiting.clear()
             self._worker.cancel()
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        self._waiting.clear()
-        return self._worker.shutdown()
-
     def _next(self) -> None:
         propagation_run = self.propagation_run
         while propagation_run is not None and self._waiting and not self._is_listed(self._waiting[0]):

@@ -227,11 +227,6 @@ class QualityCheckFeature(Feature):
         self._note_place(False)
         self.strip.hide()
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread is left."""
-        ended = self._questions.shutdown()
-        return self._remedies.shutdown() and ended
-
     def _note_place(self, there: bool) -> None:
         if there != self._has_place:
             self._has_place = there

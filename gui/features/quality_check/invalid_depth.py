@@ -110,10 +110,6 @@ class InvalidDepthFeature(Feature):
         self._marks.clear()
         self.strip.hide()
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
-
     def _take_answer(self, question: _Request, found: Mask) -> None:
         if not self._workspace.has_session or question.frame is not self._workspace.session.frame:
             return

@@ -17,14 +17,13 @@ from ilf.report.report import ReportOptions, report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.options import as_file_name
 
-from ...base.commands import Command
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.session import Session
+from ...widgets.file_choice import ask_path
 from ...widgets.notices import error_text
 from ...work.jobs import Worker, spare_cores
 from ..context import Context, Feature
-from ..documents.file_dialogs import ask_path
 from .dialog import ALL_FRAMES, ReportDialog
 from .pdf import pdf_steps
 
@@ -96,23 +95,10 @@ _KINDS = {"html": "HTML page (*.html)", "pdf": "PDF (*.pdf)"}
 
 
 class ReportFeature(Feature):
-    """The command *File > Report…*: its dialog and the report."""
+    """Writes reports, one at a time, with its dialog."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(
-            (
-                Command(
-                    "report",
-                    "&Report…",
-                    "Write a page on this frame or all frames, as HTML or PDF: "
-                    "pictures, blocks, parameters, curves, errors",
-                    icon="ph.file-text",
-                    handler=self.ask,
-                    why_off=context.reasons.no_frame,
-                ),
-            )
-        )
         self.dialog = ReportDialog(context.window)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._show_steps)
@@ -146,12 +132,6 @@ class ReportFeature(Feature):
         options = ReportOptions("Report", self.dialog.test, threads=spare_cores())
         self.dialog.begin()
         self.worker.start(lambda: write_steps(path, subjects, len(entries), options))
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if all threads have ended."""
-        ended = self.worker.shutdown()
-        self.dialog.close()
-        return ended
 
     def _choose_file(self) -> None:
         workspace = self.context.workspace

@@ -26,12 +26,12 @@ from ...state.run_history import MAX_COMPARED, title_of
 from ...state.session import Session
 from ...state.workspace import Workspace
 from ...widgets.docks import PanelGroup
+from ...widgets.file_choice import ask_path, save
 from ...work.frame_runs import RunState
 from ...work.latest_request import LatestRequest
 from ...work.run_recorder import RunRecorder
 from ...work.runs import RunController
 from ..context import Context, Feature
-from ..documents.file_dialogs import ask_path, save
 from .model import Column, RunRow, run_rows
 from .table import RunTable
 
@@ -99,10 +99,6 @@ class RunErrorCalculator(QObject):
         kept = next(lacking, None)
         if kept is not None:
             self._questions.ask(_Request(session, kept, kept.run.frame, kept.results, session.frame.ground_truth))
-
-    def shutdown(self) -> bool:
-        """Stop permanently. True if the thread has ended."""
-        return self._questions.shutdown()
 
     def _take(self, question: _Request, measures: RunErrors) -> None:
         kept, session = question.kept, question.session
@@ -317,7 +313,7 @@ class RunHistoryFeature(Feature):
 
     def shutdown(self) -> bool:
         """Stop permanently. True if no thread is left."""
-        return self.keeper.shutdown() and self.measurer.shutdown()
+        return self.keeper.shutdown()
 
     # commands
 

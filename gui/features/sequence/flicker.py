@@ -59,10 +59,6 @@ class FlickerFeature(Feature):
         before = shown[row - 1]
         self._questions.ask(_Question(now, Moment.of_open(before) or before, self.context.recorder.store))
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        return self._questions.shutdown()
-
     def _take(self, _: _Question, before: Before) -> None:
         self.context.views.set_before(before)
 

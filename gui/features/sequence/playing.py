@@ -25,15 +25,16 @@ from ...state.entries import Entry
 from ...state.session import Session
 from ...views.painter import Before
 from ...work.jobs import Worker
-from ..batch.feature import BatchFeature
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature
-from ..live import USUAL_RATE
 from ..status import StatusFeature
 from ..views import ViewsFeature
-from .moments import Moment
+from .moments import BatchResult, Moment
 
 # Playing, in the worker's thread.
+
+USUAL_RATE = 10.0
+"""Frames a second of a source without timestamps, and of a camera."""
 
 _POLL_S = 0.02
 """Interval of checks for cancellation while the next frame is not due [s]."""
@@ -267,7 +268,7 @@ class PlayFeature(Feature):
         workspace.frames.show(None)
         self.context.actions.refresh()
         entries, store, parameters = self._entries, self.context.recorder.store, workspace.parameters.current
-        results = dict(self.context.feature(BatchFeature).results)
+        results = self._results_of_batch()
         opened = {entry.id: moment for entry in entries if (moment := Moment.of_open(entry)) is not None}
 
         def read(row: int) -> Moment:
@@ -282,6 +283,11 @@ class PlayFeature(Feature):
             self.worker.cancelled.connect(start, Qt.ConnectionType.SingleShotConnection)
         else:
             start()
+
+    def _results_of_batch(self) -> dict[str, BatchResult]:
+        from ..batch.feature import BatchFeature  # made on use
+
+        return dict(self.context.feature(BatchFeature).results)
 
     def _pause(self) -> None:
         """Open the frame shown."""
@@ -372,10 +378,6 @@ class PlayFeature(Feature):
     def _note_times(self, _: FrameRef, listing: Listing) -> None:
         keys = (source.key for source in listing.sources)
         self._times |= dict(zip(keys, listing.times, strict=False))
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if no thread of the feature is left."""
-        return self.worker.shutdown()
 
 
 class _PlayBar(QWidget):

@@ -12,7 +12,6 @@ from ilf.errors import IlfError
 from ilf.evaluation.evaluation import Step
 from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, can_be_swept, sweep_steps
 
-from ...base.commands import Command
 from ...work.frame_runs import RunState
 from ...work.jobs import Worker, spare_cores
 from ..context import Context, Feature, PendingWork
@@ -27,26 +26,12 @@ class SweepFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._filter = context.feature(FilterFeature)
-        context.actions.add(
-            (
-                Command(
-                    "sweep",
-                    "S&weep a parameter…",
-                    "Test many values of a parameter, or of two, and compare their errors against "
-                    "ground truth or on hold-outs",
-                    icon="ph.chart-bar",
-                    handler=self.open,
-                    why_off=context.reasons.no_frame,
-                ),
-            )
-        )
         self.found: SweepState | None = None
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take_steps)
         self.worker.finished.connect(self._finish)
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self.window_.end("Cancelled. Results so far are kept."))
-        self._filter.panel.form.menu_requested.connect(self._show_menu)
         workspace = context.workspace
         turned, values, chosen = (
             workspace.frames.session_changed,
@@ -140,13 +125,6 @@ class SweepFeature(Feature):
             return []
         return [PendingWork(f"a sweep of {self.found.session.name}", self.found.session)]
 
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        ended = self.worker.shutdown()
-        if self._is_visible:
-            self.window_.close()
-        return ended
-
     def _take_steps(self, batch: list[Step | SweepPoint]) -> None:
         found = self.found
         if found is None:
@@ -179,7 +157,7 @@ class SweepFeature(Feature):
             self.found = None
             self.window_.forget()
 
-    def _show_menu(self, name: str, place: QPoint) -> None:
+    def show_menu(self, name: str, place: QPoint) -> None:
         """Show the context menu of a parameter of the filter form."""
         declaration = Parameters.declarations()[name]
         menu = QMenu(self.context.window)

@@ -14,12 +14,11 @@ from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
 from gui.features.documents.export import stored_options
-from gui.features.documents.file_dialogs import save_folder
 from gui.features.layouts.layout import Arrangement, LayoutStore
 from gui.features.palette.matching import RecentCommands
 from gui.features.project.recent import RecentOrigins, is_missing, key_of, name_of
 from gui.features.shortcuts import Keymap
-from gui.widgets.basics import last_folder
+from gui.widgets.file_choice import last_folder, save_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 

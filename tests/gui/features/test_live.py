@@ -113,7 +113,7 @@ def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tm
 
 
 def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr("gui.features.live.find_spec", lambda _: None)
+    monkeypatch.setattr("gui.features.on_use.find_spec", lambda _: None)
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     asked = []

@@ -1,0 +1,78 @@
+"""Choice of files and folders in the system's dialogs, which open where the last one of their kind was chosen."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QSettings
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+
+from ilf.errors import IlfError
+
+from .basics import literal_text
+from .notices import Notes
+
+EXPORTS = "export/folder"
+"""The kind of all that is written, except projects and presets."""
+
+
+def last_folder(kind: str) -> str:
+    """Return the last folder of a kind of files if it still exists; else the home folder."""
+    folder = str(QSettings().value(kind, ""))
+    return folder if os.path.isdir(folder) else str(Path.home())
+
+
+def remember_folder(kind: str, path: str | os.PathLike[str]) -> None:
+    """Remember the folder of a chosen file, or the one that contains a chosen folder."""
+    QSettings().setValue(kind, str(Path(path).absolute().parent))
+
+
+def choose_file(parent: QWidget, title: str, kind: str, filters: str) -> str:
+    """Ask for an existing file; return "" if the user cancels."""
+    path, _ = QFileDialog.getOpenFileName(parent, title, last_folder(kind), filters)
+    return _remembered(kind, path)
+
+
+def choose_folder(parent: QWidget, title: str, kind: str) -> str:
+    """Ask for an existing folder; return "" if the user cancels."""
+    return _remembered(kind, QFileDialog.getExistingDirectory(parent, title, last_folder(kind)))
+
+
+def _remembered(kind: str, path: str) -> str:
+    if path:
+        remember_folder(kind, path)
+    return path
+
+
+def save_folder() -> Path:
+    """Return the default folder for files: beside the last export, or the working folder."""
+    last = QSettings().value(EXPORTS)
+    folder = Path(str(last)) if last else Path.cwd()
+    return folder if os.path.isdir(folder) and os.access(folder, os.W_OK) else Path.home()
+
+
+def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
+    """Ask for the file to write. The suffix of the selected kind ("Table (*.csv);;…") is added if none was typed;
+    return "" if the user cancels."""
+    path, kind = QFileDialog.getSaveFileName(window, title, str(save_folder() / name), kinds)
+    kind = kind or kinds.partition(";;")[0]  # some systems do not tell which was selected
+    if path and not Path(path).suffix and "*" in kind:
+        path += kind.split("*", 1)[1].rstrip(")")
+        if Path(path).exists():  # the dialog asked about the name without the suffix
+            text = f"{path} exists already. Overwrite it?"
+            if QMessageBox.question(window, title, literal_text(text)) != QMessageBox.StandardButton.Yes:
+                return ""
+    return path
+
+
+def save(notes: Notes, path: str, write: Callable[[], None]) -> bool:
+    """Write a file and report it; return False, with an error message, if it cannot be written."""
+    try:
+        write()
+    except IlfError as error:
+        notes.report("Not saved", error)
+        return False
+    notes.show_message(f"Saved {path}")
+    return True
