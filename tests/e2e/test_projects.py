@@ -21,7 +21,7 @@ from gui.features.project.closing import CloseDialog, Unsaved
 from gui.features.project.missing import MissingFilesDialog
 from gui.features.project.saving import SaveAsDialog, SaveRequest
 from gui.features.sweep.feature import SweepFeature
-from gui.project.recorder import SessionSnapshot
+from gui.project.recorder import snapshot_of
 from gui.state.session import Session
 from gui.widgets.basics import Message
 from ilf.data.frame import RGBDFrame
@@ -81,7 +81,7 @@ def show(window: MainWindow, qtbot: QtBot, row: int) -> Session:
 
 
 def state_of(session: Session) -> FrameState:
-    return SessionSnapshot(session).take()()
+    return snapshot_of(session)
 
 
 def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]) -> Session:

@@ -19,7 +19,7 @@ from gui.features.quality_check.feature import QualityCheckFeature
 from gui.features.quality_check.invalid_depth import InvalidDepthFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
-from gui.project.recorder import SessionSnapshot
+from gui.project.recorder import snapshot_of
 from gui.state.entries import summary_of
 from gui.state.results import ErrorEstimate
 from gui.state.session import Session
@@ -99,7 +99,7 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     said = press(window, qtbot, "ignore_check")
     assert said == "No more flagged places. 1 ignored."
     assert not window.actions_["ignore_check"].isEnabled()
-    state = SessionSnapshot(workspace.session).take()()
+    state = snapshot_of(workspace.session)
     assert restore(state, None, "again").ignored == workspace.session.ignored != ()
     workspace.blocks.replace(walls(81, WIDTH).astype(np.int32), "Another edit")
     assert settled(window, qtbot) == said, "it stays ignored"

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf.project.encoding import frame_part
+from ilf.project.state_codec import frame_part
 
 from ...state.entries import Entry
 from ...state.session import Session

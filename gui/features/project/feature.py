@@ -14,8 +14,8 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolBar
 from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import note_opened
 from ilf.project.archive import Archive
-from ilf.project.decoding import UnreadableFrame
 from ilf.project.file import OpenedProject
+from ilf.project.state_codec import UnreadableFrame
 
 from ...base import theme
 from ...base.commands import Command

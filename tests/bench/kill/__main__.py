@@ -4,8 +4,8 @@
 
 A child process works randomly in the real window (strokes, splits, names, locks, values, runs, undo, other frames,
 saving the project) and reports the state of all frames after each step. It is killed at any moment, or while it writes
-its journal or the project file. Journal and project file must contain a state that the child has had, the last one or
-one that was replaced at most 2 s before the kill, with all frames from the same moment.
+its autosave or the project file. Autosave and project file must contain a state that the child has had, the last one or
+one that was replaced at most 3 s before the kill, with all frames from the same moment.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from gui.app.main_window import MainWindow
 from gui.features.project.saving import SaveRequest
 from gui.project.current_project import has_content
 from gui.project.recorder import Recorder
-from ilf.project.journal import Journal
+from ilf.project.store import WorkFolder
 from ilf.segmentation.editing.cutting import split
 from ilf.segmentation.editing.painting import brush_stroke, paint
 from ilf.sources.frame_source import FrameSource
@@ -178,7 +178,7 @@ def main() -> None:
 
 def _announce(hands: list[RandomUser]) -> None:
     """Report every write before it starts."""
-    commit, replace, take = Journal.commit, os.replace, Recorder._take
+    commit, replace, take = WorkFolder.commit, os.replace, Recorder._take
 
     def reported_take(self: Recorder) -> None:
         for hand in hands:
@@ -187,12 +187,12 @@ def _announce(hands: list[RandomUser]) -> None:
 
     Recorder._take = reported_take  # type: ignore[method-assign]
 
-    def announced_commit(self: Journal, *arguments: object, **more: object) -> None:
+    def announced_commit(self: WorkFolder, *arguments: object, **more: object) -> None:
         report_action(at="commit")
         commit(self, *arguments, **more)  # type: ignore[arg-type]
         report_action(at="committed")
 
-    Journal.commit = announced_commit  # type: ignore[method-assign,assignment]
+    WorkFolder.commit = announced_commit  # type: ignore[method-assign,assignment]
 
     def announced_replace(source: str, target: str) -> None:
         report_action(at="replace")

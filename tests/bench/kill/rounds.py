@@ -19,17 +19,16 @@ from ilf._runtime.installation import asset_path
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
 from ilf.project.archive import Parts
-from ilf.project.decoding import load_state
-from ilf.project.encoding import frame_part
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.project import ProjectFrame
 from ilf.project.recovery import RecoverableWork, find_recoverable_work
+from ilf.project.state_codec import frame_part, load_state
 from ilf.sources.frames import load_frame
 from tests.e2e.conftest import write_frame
 
 from .digests import digest
 
-LATEST_S = 2.0
+LATEST_S = 3.0
 _MOMENTS = "any", "any", "commit", "commit", "replace", "replaced"
 _DELAYS_S = 0, 0.001, 0.003, 0.01, 0.03
 """Delay from the announcement of such a moment to the kill [s]."""
