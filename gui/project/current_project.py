@@ -7,10 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from filelock import FileLock
 from PySide6.QtCore import QObject
 
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.project.project import FrameSummary, Project, ProjectFrame
+from ilf.project.recovery import autosave_folder
+from ilf.project.store import lock_of
 from ilf.sources.frame_source import FrameSource
 
 from ..state.entries import Entry
@@ -109,6 +112,7 @@ class CurrentProject(QObject):
         self.path: Path | None = None
         self.read_only = ""
         self._mark: FileMark | None = None
+        self._lock: FileLock | None = None
         self._is_new = False
         self._frames: tuple[tuple[str, FrameSource | None], ...] | None = None
         """The frames; None if the list has changed."""
@@ -181,11 +185,25 @@ class CurrentProject(QObject):
         """Store the project's file, which contains `project` and the settings `saved`, or else the current ones. If it
         is `new`, no such file may exist when it is saved."""
         self._is_new = new
-        self.path, self.read_only = path, read_only
+        self.release()
+        self.path, self.read_only = path, read_only or self._hold(path)
         self._mark = None if path is None else FileMark.of(path)
         self._saved_frames = {frame.id: frame for frame in project.frames} if project is not None else {}
         self._saved = saved or self.current_settings()
         self._found_elsewhere = False
+
+    def _hold(self, path: Path | None) -> str:
+        """Lock a project file for this window; return why it cannot be overwritten, "" if it can."""
+        if path is None:
+            return ""
+        self._lock = lock_of(path, autosave_folder() / "locks")
+        return "" if self._lock else f"{path.name} is open in another window: Save will ask for another file."
+
+    def release(self) -> None:
+        """Let other windows save the file."""
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
 
     def mark_frames_saved(self) -> None:
         """Mark the list of frames as saved: they were found again."""

@@ -229,9 +229,8 @@ def pack(value: Any) -> tuple[str, bytes]:
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=_FAST) as packed:
         packed.writestr(_entry(_VALUES), values, compresslevel=_FAST)
         for dtype, arrays in columns.items():
-            with packed.open(_entry(dtype), "w", force_zip64=True) as member:
-                for array in arrays:
-                    member.write(array.reshape(-1).view(np.uint8).data)
+            flat = np.concatenate([array.reshape(-1) for array in arrays]).view(np.uint8)
+            packed.writestr(_entry(dtype), flat.data, compresslevel=_FAST)
     content = buffer.getvalue()
     return _name_of(content), content
 
@@ -256,7 +255,7 @@ def _narrow(array: NDArray[Any]) -> NDArray[Any]:
 
 def _entry(name: str) -> zipfile.ZipInfo:
     entry = zipfile.ZipInfo(name)  # with a fixed date, so that equal values have equal content
-    entry.compress_type, entry._compresslevel = zipfile.ZIP_DEFLATED, _FAST  # type: ignore[attr-defined]
+    entry.compress_type = zipfile.ZIP_DEFLATED
     return entry
 
 

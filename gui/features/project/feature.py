@@ -203,6 +203,7 @@ class ProjectFeature(Feature):
     def shutdown(self) -> bool:
         """Stop permanently, after pending saves. True if no thread is left."""
         ended = [self.saving.shutdown(), self.missing.shutdown()]
+        self.present.release()
         if isinstance(self.context.recorder.store.project, Archive):
             self.context.recorder.store.project.close()
         return all(ended)
