@@ -6,8 +6,9 @@ import os
 import secrets
 import tempfile
 import threading
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -62,7 +63,7 @@ class WorkStore:
         self._listed: frozenset[str] = frozenset()
         self._held = 0
         self._lost = False
-        self.parts: Parts = _AllParts(self)
+        self.parts: Parts = _View(self.all_names, self.part)
         self.project: Parts | None = None
         self.places = Places()
 
@@ -151,7 +152,7 @@ class WorkStore:
             without = {name for id in left_out for name in _parts_of(id)}
             names = self.own_names() - without
             frames = {name: self.part(name) for name in names if name.startswith(_OF_FRAMES)}
-        return states, _Unsaved(self, names, frames)
+        return states, _View(lambda: names, lambda name: frames[name] if name in frames else self.part(name))
 
     # for the autosave
 
@@ -296,27 +297,9 @@ def _parts_of(frame_id: str) -> tuple[str, str]:
     return frame_part(frame_id), thumbnail_part(frame_id)
 
 
-class _AllParts:
-    """All written parts of a store, as Parts."""
+@dataclass(frozen=True, eq=False)
+class _View:
+    """Parts of a store."""
 
-    def __init__(self, store: WorkStore) -> None:
-        self._store = store
-
-    def names(self) -> Collection[str]:
-        return self._store.all_names()
-
-    def read(self, name: str) -> bytes:
-        return self._store.part(name)
-
-
-class _Unsaved:
-    """What the project file does not contain; states of frames as of one moment."""
-
-    def __init__(self, store: WorkStore, names: Collection[str], frames: Mapping[str, bytes]) -> None:
-        self._store, self._names, self._frames = store, names, frames
-
-    def names(self) -> Collection[str]:
-        return self._names
-
-    def read(self, name: str) -> bytes:
-        return self._frames[name] if name in self._frames else self._store.part(name)
+    names: Callable[[], Collection[str]]
+    read: Callable[[str], bytes]

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
+from weakref import ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +38,11 @@ _PACK_BYTES = 2**26
 _OF_FILES = {"rgb", "depth", "notes", "plausibility_warnings", "invalid_marker"}
 """What a frame that was read from files has from them."""
 
-Known = Mapping[int, tuple[object, str | tuple[str, int]]]
-"""Objects by their `id` -> the object, and the part that it is stored in, for results with its place in it."""
+Origin = str | tuple[str, int]
+"""The part that an object is stored in, for results with the place in it."""
+
+Known = Mapping[int, tuple[ref[Any], Origin]]
+"""Stored objects by their `id`; it does not keep them alive."""
 
 
 class UnreadableFrame(InputError):
@@ -104,7 +108,7 @@ class _Writer:
 
     def __init__(self, known: Known) -> None:
         self.before = known
-        self.known: dict[int, tuple[object, str | tuple[str, int]]] = {}
+        self.known: dict[int, tuple[ref[Any], Origin]] = {}
         self.parts: dict[str, int] = {}
         """Name of a part -> its number, by which the JSON refers to it."""
         self.made: dict[str, bytes] = {}
@@ -125,13 +129,13 @@ class _Writer:
             name, content = pack(array)
             self.made[name] = content
         if not array.flags.writeable:
-            self.known[id(array)] = array, name
+            self.known[id(array)] = ref(array), name
         return self._number(name)
 
-    def _name_of(self, value: object) -> str | tuple[str, int] | None:
+    def _name_of(self, value: object) -> Origin | None:
         for known in (self.known, self.before):
             found = known.get(id(value))
-            if found is not None and found[0] is value:
+            if found is not None and found[0]() is value:
                 return found[1]
         return None
 
@@ -149,7 +153,7 @@ class _Writer:
     def _result(self, result: BlockResult) -> list[int]:
         stored = self._name_of(result)
         if isinstance(stored, tuple):
-            self.known[id(result)] = result, stored
+            self.known[id(result)] = ref(result), stored
             return [self._number(stored[0]), stored[1]]
         for waiting, place in self._waiting:
             if waiting is result:
@@ -168,7 +172,7 @@ class _Writer:
         self.made[name] = content
         for result, place in self._waiting:
             place[0] = self._number(name)
-            self.known[id(result)] = result, (name, place[1])
+            self.known[id(result)] = ref(result), (name, place[1])
         self._waiting = []
 
 
@@ -274,7 +278,7 @@ class _Reader:
     def __init__(self, head: FrameHead, parts: Parts, places: Places | None) -> None:
         self.head, self.parts, self.places = head, parts, places
         self.problems: list[str] = []
-        self.known: dict[int, tuple[object, str | tuple[str, int]]] = {}
+        self.known: dict[int, tuple[ref[Any], Origin]] = {}
         self.hooks: dict[type, Callable[[Any, Any], Any]] = {
             np.ndarray: self._array,
             RGBDFrame: self._frame,
@@ -296,7 +300,7 @@ class _Reader:
         if isinstance(data, list):
             return small_array(data, hint)
         array: NDArray[Any] = self._part(data, hint)
-        self.known[id(array)] = array, self.head.parts[data]
+        self.known[id(array)] = ref(array), self.head.parts[data]
         return array
 
     def _result(self, data: Any, hint: Any) -> BlockResult:
@@ -305,7 +309,7 @@ class _Reader:
         if place < 0:
             raise FormatError("A reference is not valid.")
         result: BlockResult = results[place]
-        self.known[id(result)] = result, (self.head.parts[number], place)
+        self.known[id(result)] = ref(result), (self.head.parts[number], place)
         return result
 
     def _frame(self, data: Any, hint: Any) -> RGBDFrame:
@@ -330,7 +334,7 @@ class _Reader:
         for name, number in data.items():
             kept = frame.measured if name == "depth" else getattr(frame, name)
             if isinstance(number, int) and isinstance(kept, np.ndarray):
-                self.known[id(kept)] = kept, self.head.parts[number]
+                self.known[id(kept)] = ref(kept), self.head.parts[number]
         return frame
 
     def _of_files(self, inputs: FrameInputs, values: dict[str, Any]) -> RGBDFrame:
