@@ -60,7 +60,8 @@ class WorkStore:
         """Frame -> the parts that its written state names."""
         self._known: dict[str, Known] = {}
         """Frame -> its objects that are stored."""
-        self._listed: frozenset[str] = frozenset()
+        self._adopted: set[str] = set()
+        """Frames of another window that are not listed yet."""
         self._held = 0
         self._lost = False
         self.parts: Parts = _View(self.all_names, self.part)
@@ -176,6 +177,7 @@ class WorkStore:
             with self._lock:
                 self._names |= copied.names
                 self._reverted -= copied.names.keys()
+                self._adopted |= copied.names.keys()
 
     def take_lost(self) -> bool:
         """Return whether what was written has been lost with its folder since the last call: open frames must be put
@@ -214,8 +216,10 @@ class WorkStore:
         with self._writing:
             work = self._open()
             with self._lock:
+                self._adopted -= set(frames)
+                self._waiting = {id: state for id, state in self._waiting.items() if id in frames}
                 waiting, reverted = dict(self._waiting), set(self._reverted)
-                gone = self._listed - set(frames)
+                gone = self._names.keys() - set(frames) - self._adopted
             put = {} if project is None else {PROJECT: encode_project(project, self.places)}
             done: dict[str, Encoded] = {}
             problem: Exception | None = None
@@ -228,7 +232,7 @@ class WorkStore:
             names |= {frame_id: encoded.names for frame_id, encoded in done.items()}
             work.commit(put, self._unused(work, names, gone | (reverted - done.keys())), header)
             with self._lock:
-                self._names, self._listed = names, frozenset(frames)
+                self._names = names
                 self._reverted -= reverted
                 for frame_id in gone:
                     self._known.pop(frame_id, None)

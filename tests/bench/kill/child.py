@@ -98,6 +98,7 @@ class RandomUser:
 
     def _end_by_closing(self) -> None:
         def close(_: bool) -> None:
+            self.report()
             report_action(at="close")
             self.window.close()
 
