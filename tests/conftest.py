@@ -41,7 +41,7 @@ _LONGEST_STEP_S = 60.0
 
 @pytest.fixture(autouse=True)
 def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Settings, edge networks, presets and the autosave's journals are in folders of the test's own."""
+    """Settings, edge networks, presets and the autosaves are in folders of the test's own."""
     from PySide6.QtCore import QCoreApplication, QSettings
 
     QCoreApplication.setOrganizationName("ILF Studio")

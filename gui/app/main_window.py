@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QSignalBlocker
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
 
-from ilf.project.recovery import journal_folder
+from ilf.project.recovery import autosave_folder
 
 from ..base.commands import Actions
 from ..features.about import WindowFeature
@@ -130,7 +130,7 @@ class MainWindow(QMainWindow):
 
     def _make_state(self, persistent: bool) -> None:
         self.workspace = Workspace(self)
-        self.recorder = Recorder(self.workspace, WorkStore(journal_folder() if persistent else None), self)
+        self.recorder = Recorder(self.workspace, WorkStore(autosave_folder() if persistent else None), self)
         self.loader = FrameLoader(self.workspace, self)
         self.runs = RunController(self.workspace, self)
         self.refresh = Refresh(self)

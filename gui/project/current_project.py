@@ -7,10 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from filelock import FileLock
 from PySide6.QtCore import QObject
 
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.project.project import FrameSummary, Project, ProjectFrame
+from ilf.project.recovery import autosave_folder
+from ilf.project.store import lock_of
 from ilf.sources.frame_ref import FrameRef
 
 from ..state.entries import Entry
@@ -106,6 +109,7 @@ class CurrentProject(QObject):
         self.read_only = ""
         self._mark: FileMark | None = None
         """That of the file when it was opened or saved; None if there was none."""
+        self._lock: FileLock | None = None
         self._frames: tuple[tuple[str, FrameRef | None], ...] | None = None
         """The frames; None if the list has changed."""
         for signal in (workspace.frames.entries.added, workspace.frames.entries.removed):
@@ -169,11 +173,25 @@ class CurrentProject(QObject):
         saved: ProjectSettings | None = None,
     ) -> None:
         """Store the project's file, which contains `project` and the settings `saved`, or else the current ones."""
-        self.path, self.read_only = path, read_only
+        self.release()
+        self.path, self.read_only = path, read_only or self._hold(path)
         self._mark = None if path is None else _mark(path)
         self._saved_frames = {frame.id: frame for frame in project.frames} if project is not None else {}
         self._saved = saved or self.current_settings()
         self._found_elsewhere = False
+
+    def _hold(self, path: Path | None) -> str:
+        """Lock a project file for this window; return why it cannot be overwritten, "" if it can."""
+        if path is None:
+            return ""
+        self._lock = lock_of(path, autosave_folder() / "locks")
+        return "" if self._lock else f"{path.name} is open in another window: Save will ask for another file."
+
+    def release(self) -> None:
+        """Let other windows save the file."""
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
 
     def mark_frames_saved(self) -> None:
         """Mark the list of frames as saved: they were found again."""

@@ -1,21 +1,15 @@
-"""Autosave: writes the window's changes to its journal, in a background thread."""
+"""Autosave: writes the window's changes to its folder, in a background thread."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Collection, Generator
-from dataclasses import dataclass, field, replace
 from weakref import WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from ilf.errors import IlfError
-from ilf.project.encoding import Encoder, frame_part
-from ilf.project.frame_state import FrameState
-from ilf.project.journal import JournalHeader
 from ilf.project.project import Project
-from ilf.project.project_json import PROJECT, encode_project
-from ilf.project.thumbnail import thumbnail, thumbnail_part
+from ilf.project.store import WorkHeader
 
 from ..state.session import Session
 from ..state.workspace import Workspace
@@ -23,43 +17,23 @@ from ..work.jobs import Worker
 from .current_project import project_of
 from .store import WorkStore
 
-PACE_MS = 300
-"""Minimum interval [ms] between snapshots."""
+AFTER_MS = 2000
+"""Time [ms] from a change to its storing, with all that follow until then."""
 _STROKE_MS = 40
 _RETRY_MS = 4000
 
 Then = Callable[[Exception | None], None]
-
-
-@dataclass
-class _Batch:
-    """The changes as of one moment."""
-
-    frames: dict[str, FrameState] = field(default_factory=dict)
-    project: Project | None = None
-    then: list[Then] = field(default_factory=list)
-    needs_retry: bool = False
-    """Whether earlier changes could not be written to the journal."""
-
-    def __bool__(self) -> bool:
-        return bool(self.frames or self.project or self.then or self.needs_retry)
-
-
-@dataclass(frozen=True)
-class _Outcome:
-    """The outcome of a batch: errors of encoding and of writing, None for none."""
-
-    encoding: Exception | None
-    writing: Exception | None
+_Outcome = tuple[Exception | None, Exception | None]
+"""Errors of encoding and of writing, None for none."""
 
 
 class Recorder(QObject):
-    """Stores changes in the journal, one complete batch at a time, always the newest state.
+    """Stores changes in the autosave, one complete batch at a time, always the newest state.
 
     Signals
     -------
     kept()
-        The journal contains all changes.
+        The autosave contains all changes.
     failed(object)
         The exception that prevented it. It is retried automatically.
     """
@@ -75,15 +49,16 @@ class Recorder(QObject):
         """Whether there are changes that are not in the project file."""
         self._workspace = workspace
         self.store = store
-        self._encoder = Encoder()
         self._touched = WeakSet[Session]()
         self._project_touched = True
+        self._project: Project | None = None
+        """The list of frames and the shared settings, if they are to be written."""
+        self._written: Project | None = None
+        """Those that are being written."""
         self._frames: frozenset[str] = frozenset()
         """Ids of all frames."""
-        self._waiting = _Batch()
-        self._current_batch = _Batch()
-        self._begun = JournalHeader()
-        self._taken = 0.0
+        self._waiting: list[Then] = []
+        self._called: list[Then] = []
         self._automatic = False
         workspace.frames.touched.connect(self._note_touched)
         workspace.frames.project_touched.connect(self.note_project)
@@ -91,16 +66,16 @@ class Recorder(QObject):
         self._timer.timeout.connect(self._take)
         self._worker = Worker(self, must_finish=True)
         self._worker.finished.connect(self._finish)
-        self._worker.failed.connect(lambda error: self._finish(_Outcome(error, None)))
+        self._worker.failed.connect(lambda error: self._finish((error, None)))
 
     def start(self) -> None:
         """Store changes automatically from now on, not only on `flush` and `keep`."""
         self._automatic = True
 
     def flush(self, then: Then) -> None:
-        """Store all changes now. When they are in the journal, or in memory if it cannot be written, call `then` with
-        None, or with the exception that prevented storing a frame."""
-        self._waiting.then.append(then)
+        """Store all changes now. When they are written, or in memory if they cannot be, call `then` with None, or with
+        the exception that prevented storing a frame."""
+        self._waiting.append(then)
         self._end_stroke()
         self._take()
 
@@ -108,12 +83,9 @@ class Recorder(QObject):
         """Discard the stored states of these frames in favour of those in the project file; then call `then`."""
 
         def drop(_: Exception | None) -> None:
-            for frame in frames:
-                self._waiting.frames.pop(frame, None)
-            self.store.arrived(frames)
             self.store.revert(frames)
             then()
-            self.note_project()  # remove them from the journal, too
+            self.note_project()  # remove what is written of them, too
 
         self.flush(drop)
 
@@ -138,105 +110,63 @@ class Recorder(QObject):
         self._schedule()
 
     def _schedule(self) -> None:
-        if not self._automatic:
-            return
-        wait = max(round(PACE_MS - (time.monotonic() - self._taken) * 1000), 0)
-        if not self._timer.isActive() or self._timer.remainingTime() > wait:
-            self._timer.start(wait)
+        if self._automatic and not self._timer.isActive():
+            self._timer.start(AFTER_MS)
 
     def _end_stroke(self) -> None:
         if self._workspace.blocks.stroke_in_progress:
             self._workspace.blocks.prepare_change(self._workspace.session)
 
     def _take(self) -> None:
-        """Take a snapshot of all changes; it is stored after the previous one."""
+        """Take a snapshot of all changes; it is written after the previous one."""
         if self._workspace.blocks.stroke_in_progress:  # a stroke is stored completely or not at all
             self._timer.start(_STROKE_MS)
             return
         self._timer.stop()
-        self._taken = time.monotonic()
-        batch, there = self._waiting, self._workspace.frames.sessions
-        for session in there:
+        for session in self._workspace.frames.sessions:
             if session in self._touched:
-                if session.id not in batch.frames:
-                    self.store.expect(session.id)
-                batch.frames[session.id] = session.snapshot()
+                self.store.put(session.snapshot())
         self._touched.clear()
         if self._project_touched:
             self._project_touched = False
-            batch.project = project_of(self._workspace)
-            self._frames = frozenset(frame.id for frame in batch.project.frames)
+            self._project = project_of(self._workspace)
+            self._frames = frozenset(frame.id for frame in self._project.frames)
         self._start()
 
     def _start(self) -> None:
-        if self._worker.busy or not self._waiting:
+        if self._worker.busy:
             return
-        self._current_batch, self._waiting = self._waiting, _Batch()
-        batch, frames = self._current_batch, self._frames
+        self._called, self._waiting = self._waiting, []
+        self._written, frames = self._project, self._frames
         unsaved = tuple(entry.id for entry in self._workspace.frames.entries if entry.unsaved)
-        note = replace(self._begun, project=self.project, unsaved=self.is_unsaved(), frames=unsaved)
+        header = WorkHeader(self.project, self.is_unsaved(), unsaved)
 
         def job() -> Generator[None, None, _Outcome]:
             yield None
             try:
-                return self._store_batch(batch, frames, note)
-            finally:
-                self.store.arrived(batch.frames.keys())
+                return self.store.write(self._written, frames, header), None
+            except IlfError as error:
+                return None, error
 
         self._worker.start(job)
 
     def _finish(self, outcome: _Outcome) -> None:
-        batch, self._current_batch = self._current_batch, _Batch()
-        for then in batch.then:
-            then(outcome.encoding)
-        error = outcome.encoding or outcome.writing
-        if self.store.take_lost() or outcome.encoding is not None:
+        called, self._called = self._called, []
+        for then in called:
+            then(outcome[0])
+        error = outcome[0] or outcome[1]
+        if outcome[1] is None and self._project is self._written:
+            self._project = None
+        lost = self.store.take_lost()
+        if lost:
             self._touched.update(self._workspace.frames.sessions)
-            self._schedule()
+            self._project_touched = True
         if error is not None:
-            self._waiting.needs_retry = True
             self._timer.start(_RETRY_MS)
             self.failed.emit(error)
-            return
-        self._start()
-        if not self._worker.busy:
+        elif lost:
+            self._take()
+        elif self._waiting or self._project is not None or not self.store.is_written:
+            self._start()
+        else:
             self.kept.emit()
-
-    # in the thread
-
-    def _store_batch(self, batch: _Batch, frames: Collection[str], note: JournalHeader) -> _Outcome:
-        store, encoder = self.store, self._encoder
-        for decoded in store.take_read():
-            encoder.learn(decoded.origins, decoded.names)
-        encoding: Exception | None = None
-        put: dict[str, bytes] = {}
-        refers: dict[str, frozenset[str]] = {}
-        for frame_id, state in batch.frames.items():
-            try:
-                refers[frame_id] = self._encode(state, put)
-            except Exception as error:  # any error must affect only this frame
-                encoding = error
-        if batch.project is not None:
-            put[PROJECT] = encode_project(batch.project, store.places)
-        store.keep(put, refers)
-        encoder.forget(store.tidy(frames))
-        try:
-            store.commit(note)
-        except IlfError as error:
-            return _Outcome(encoding, error)
-        return _Outcome(encoding, None)
-
-    def _encode(self, state: FrameState, put: dict[str, bytes]) -> frozenset[str]:
-        """Add the parts of a state to `put`; return the names of the arrays that it refers to."""
-        store, encoder = self.store, self._encoder
-        encoded = encoder.encode(state)
-        arrays = dict(encoded.arrays)
-        lacking = {name for name in encoded.names if name not in arrays and name not in put and store.lacks(name)}
-        try:
-            arrays |= {name: store.part(name) for name in lacking}
-        except IlfError:  # the project file has changed
-            encoder.forget(lacking)
-            encoded = encoder.encode(state)
-            arrays |= encoded.arrays
-        put |= arrays | {frame_part(state.id): encoded.frame, thumbnail_part(state.id): thumbnail(state)}
-        return encoded.names

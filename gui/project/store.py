@@ -1,4 +1,4 @@
-"""Stored states of the window's frames: the journal, with the project file below it."""
+"""Stored states of the window's frames: the autosave, with the project file below it."""
 
 from __future__ import annotations
 
@@ -6,40 +6,42 @@ import os
 import secrets
 import tempfile
 import threading
-from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from ilf.errors import InputError
+from ilf.errors import IlfError, InputError
 from ilf.project.archive import Parts
-from ilf.project.decoding import Decoded, load_state
-from ilf.project.encoding import frame_part
-from ilf.project.journal import Journal, JournalHeader
-from ilf.project.recovery import SUFFIX
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Project
+from ilf.project.project_json import PROJECT, encode_project
+from ilf.project.recovery import SUFFIX, Copied
 from ilf.project.sources import Places
-from ilf.project.thumbnail import thumbnail_part
+from ilf.project.state_codec import Decoded, Encoded, Known, encode, frame_part, load_state
+from ilf.project.store import WorkFolder, WorkHeader
+from ilf.project.thumbnail import thumbnail, thumbnail_part
 
-ARRAYS = "arrays/"
+_OF_FRAMES = ("frames/", "thumbnails/")
 
 
 class WorkStore:
-    """The stored states of one window's frames. Safe from several threads.
+    """The stored states of one window's frames. Safe from several threads; one of them writes.
 
-    Parts that cannot be written to the journal yet are kept in memory; readers see no difference.
+    States that are not written yet, or cannot be, are kept in memory; readers see no difference.
 
     Parameters
     ----------
     folder : Path or None
-        Folder of the journal, which is created when there is something to store; None: a temporary folder.
+        Folder of the autosaves, which is created when there is something to store; None: a temporary folder.
 
     Attributes
     ----------
     parts : Parts
-        All stored parts.
+        All written parts.
     project : Parts or None
-        Parts of the project file, below the journal.
+        Parts of the project file.
     places : Places
         Possible locations of frames' files.
     """
@@ -48,54 +50,52 @@ class WorkStore:
         self._folder = folder
         self._temporary: tempfile.TemporaryDirectory[str] | None = None
         self._lock = threading.RLock()
-        self._arrival = threading.Condition(self._lock)
-        self._pending: Counter[str] = Counter()
-        """Frames with pending states, and the number of these."""
-        self._journal: Journal | None = None
-        self._stored: set[str] = set()
-        """Names of the parts in the journal."""
-        self._waiting: dict[str, bytes] = {}
-        """Parts to write to the journal."""
-        self._removed: set[str] = set()
-        """Names of parts to remove from the journal."""
-        self._references: dict[str, frozenset[str]] = {}
-        """Frame -> names of the arrays that its stored state refers to."""
-        self._lost = False
-        """Whether parts were lost with a journal that became unreadable."""
+        self._writing = threading.RLock()
+        self._work: WorkFolder | None = None
+        self._waiting: dict[str, FrameState] = {}
+        """Newest states, by frame, that are not written yet."""
+        self._reverted: set[str] = set()
+        """Frames whose written states are out of date."""
+        self._names: dict[str, frozenset[str]] = {}
+        """Frame -> the parts that its written state names."""
+        self._known: dict[str, Known] = {}
+        """Frame -> its objects that are stored."""
+        self._adopted: set[str] = set()
+        """Frames of another window that are not listed yet."""
         self._held = 0
-        self._read: list[Decoded] = []
-        self.parts: Parts = _Layers(self)
+        self._lost = False
+        self.parts: Parts = _View(self.all_names, self.part)
         self.project: Parts | None = None
         self.places = Places()
 
     # for readers
 
     def has(self, frame_id: str) -> bool:
-        """Whether a state of this frame is stored or pending."""
+        """Whether there is a state of this frame."""
         with self._lock:
-            return frame_id in self._pending or self.has_part(frame_part(frame_id))
+            return frame_id in self._waiting or self.has_part(frame_part(frame_id))
 
     def read(self, frame_id: str, to_edit: bool = True) -> Decoded:
-        """Read the newest state of a frame; waits for it if it is pending. `to_edit`: it may be stored again, and the
-        encoder then reuses its parts.
+        """Read the newest state of a frame. `to_edit`: it may be stored again, and its parts are then reused.
 
         Raises
         ------
         MissingSource, ChangedSource, UnreadableFrame
             As `load_state` does.
         """
-        with self._arrival:
-            self._arrival.wait_for(lambda: frame_id not in self._pending)
+        with self._lock:
+            if frame_id in self._waiting:
+                return Decoded(self._waiting[frame_id])
         with self.held() as parts:
             decoded = load_state(frame_id, parts, self.places)
         if to_edit:
             with self._lock:
-                self._read.append(decoded)
+                self._known[frame_id] = decoded.known
         return decoded
 
     @contextmanager
     def held(self) -> Iterator[Parts]:
-        """Context with all parts: none is removed meanwhile, but newer states of frames may be added."""
+        """Context with all written parts: none is removed meanwhile, but newer states of frames may be added."""
         with self._lock:
             self._held += 1
         try:
@@ -107,20 +107,23 @@ class WorkStore:
     def has_part(self, name: str) -> bool:
         """Whether there is a part of this name."""
         with self._lock:
-            return not self.lacks(name) or (self.project is not None and name in self.project.names())
+            return self._owns(name) or (self.project is not None and name in self.project.names())
+
+    def _owns(self, name: str) -> bool:
+        """Whether a part is written here."""
+        outdated = any(name in _parts_of(frame_id) for frame_id in self._reverted)
+        return self._work is not None and name in self._work.names() and not outdated
 
     def part(self, name: str) -> bytes:
         """Return the bytes of a part; raises InputError if there is none or it is damaged."""
         with self._lock:
-            content, journal, project = self._waiting.get(name), self._journal, self.project
-            in_journal = content is None and journal is not None and not self.lacks(name)
-        if content is not None:
-            return content
-        if in_journal and journal is not None:
+            work, project = self._work, self.project
+            own = self._owns(name)
+        if own and work is not None:
             try:
-                return journal.read(name)
+                return work.read(name)
             except InputError:
-                if project is None or not name.startswith(ARRAYS):  # arrays of one name are the same everywhere
+                if project is None or name.startswith(_OF_FRAMES):  # arrays of one name are the same everywhere
                     raise
         if project is None:
             raise InputError(f"There is no part {name}.")
@@ -131,145 +134,160 @@ class WorkStore:
                 raise
         return self.part(name)  # the project file was replaced and closed meanwhile
 
-    def all_names(self) -> set[str]:
+    def own_names(self) -> frozenset[str]:
+        """Return the names of the written parts that are not only in the project file."""
+        with self._lock:
+            names = frozenset() if self._work is None else frozenset(self._work.names())
+            return names - {name for id in self._reverted for name in _parts_of(id)}
+
+    def all_names(self) -> frozenset[str]:
         """Return the names of all parts."""
         with self._lock:
-            below = set() if self.project is None else set(self.project.names())
-            return below | (self._stored - self._removed) | self._waiting.keys()
+            return self.own_names().union(() if self.project is None else self.project.names())
+
+    def unsaved_parts(self, left_out: Collection[str] = ()) -> tuple[Sequence[FrameState], Parts]:
+        """Return all that the project file does not contain, as of now, without some frames: the states that are not
+        written, and the written parts. They must be `held` meanwhile."""
+        with self._lock:
+            states = [state for id, state in self._waiting.items() if id not in left_out]
+            without = {name for id in left_out for name in _parts_of(id)}
+            names = self.own_names() - without
+            frames = {name: self.part(name) for name in names if name.startswith(_OF_FRAMES)}
+        return states, _View(lambda: names, lambda name: frames[name] if name in frames else self.part(name))
 
     # for the autosave
 
-    def expect(self, frame_id: str) -> None:
-        """Announce a newer state of this frame: readers wait until it has `arrived`."""
+    def put(self, state: FrameState) -> None:
+        """Take the newest state of a frame: it is read from now on, and written by the next `write`."""
         with self._lock:
-            self._pending[frame_id] += 1
-
-    def arrived(self, frames: Iterable[str]) -> None:
-        """End the wait for one state of each of these frames, stored or not."""
-        with self._arrival:
-            self._pending.subtract(frames)
-            self._pending += Counter()  # removes frames without pending states
-            self._arrival.notify_all()
-
-    def take_read(self) -> list[Decoded]:
-        """Return the states that were read since the last call, for the encoder to reuse."""
-        with self._lock:
-            read, self._read = self._read, []
-        return read
+            self._waiting[state.id] = state
 
     def revert(self, frames: Collection[str]) -> None:
         """Discard the newer states of these frames: those of the project file are the latest again."""
         with self._lock:
             for frame_id in frames:
-                self._references.pop(frame_id, None)
-                for name in (frame_part(frame_id), thumbnail_part(frame_id)):
-                    self._waiting.pop(name, None)
-                    self._removed |= {name} & self._stored
+                self._waiting.pop(frame_id, None)
+                self._known.pop(frame_id, None)
+            self._reverted |= set(frames)
 
-    def own_states(self) -> dict[str, bytes]:
-        """Return the parts of frames that are stored here, not only in the project file."""
-        with self._lock:
-            own = ("frames/", "thumbnails/")
-            names = [name for name in self.all_names() if name.startswith(own) and not self.lacks(name)]
-        return {name: self.part(name) for name in names}
+    def adopt(self, copied: Copied) -> None:
+        """Write copies of frames of another window; raises as `write`."""
+        with self._writing:
+            self._open().commit(copied.put)
+            with self._lock:
+                self._names |= copied.names
+                self._reverted -= copied.names.keys()
+                self._adopted |= copied.names.keys()
 
     def take_lost(self) -> bool:
-        """Return whether parts were lost since the last call: open frames should be stored again."""
+        """Return whether what was written has been lost with its folder since the last call: open frames must be put
+        again."""
         with self._lock:
             lost, self._lost = self._lost, False
         return lost
 
-    def lacks(self, name: str) -> bool:
-        """Whether a part is not stored here, but at most in the project file, which may be replaced or removed."""
+    @property
+    def is_written(self) -> bool:
+        """Whether all is written."""
         with self._lock:
-            return name not in self._waiting and (name not in self._stored or name in self._removed)
+            return self._work is not None and not self._waiting and not self._reverted
 
-    def keep(self, put: Mapping[str, bytes], refers: Mapping[str, frozenset[str]]) -> None:
-        """Store parts: readable at once, in the journal after the next `commit`.
+    def write(self, project: Project | None, frames: Collection[str], header: WorkHeader) -> Exception | None:
+        """Write all states that wait, in one step, and remove frames that are no longer listed.
 
         Parameters
         ----------
-        put : mapping of str to bytes
-        refers : mapping of str to frozenset of str
-            Id of a frame -> names of the arrays that its state refers to, all of which are stored here.
-        """
-        with self._lock:
-            self._waiting |= put
-            self._removed -= put.keys()
-            self._references |= refers
-
-    def tidy(self, frames: Collection[str]) -> set[str]:
-        """Remove all other frames, and arrays that none refers to, unless parts are held at the moment.
+        project : Project or None
+            If it has changed.
+        frames : collection of str
+            Ids of all listed frames.
+        header : WorkHeader
 
         Returns
         -------
-        set of str
-            Names of the removed arrays.
-        """
-        with self._lock:
-            if self._held:
-                return set()
-            stored = (self._stored - self._removed) | self._waiting.keys()
-            left = self._references.keys() - set(frames) - self._pending.keys()
-            for frame_id in left:
-                del self._references[frame_id]
-            unused = {name for name in stored if name.startswith(ARRAYS)}.difference(*self._references.values())
-            going = unused | {name for id in left for name in (frame_part(id), thumbnail_part(id))}
-            for name in going:
-                self._waiting.pop(name, None)
-            self._removed |= going & self._stored
-            return unused
-
-    @property
-    def is_written(self) -> bool:
-        """Whether the journal contains all stored parts."""
-        with self._lock:
-            return self._journal is not None and not (self._waiting or self._removed)
-
-    def commit(self, note: JournalHeader) -> None:
-        """Write all pending changes to the journal, in one step.
+        Exception or None
+            Why a frame could not be encoded; it waits.
 
         Raises
         ------
         ExportError, InputError
-            If it cannot be written. It is unchanged then, and the changes stay in memory.
+            If nothing can be written. All that is written is unchanged, and the states wait.
         """
+        with self._writing:
+            work = self._open()
+            with self._lock:
+                self._adopted -= set(frames)
+                self._waiting = {id: state for id, state in self._waiting.items() if id in frames}
+                waiting, reverted = dict(self._waiting), set(self._reverted)
+                gone = self._names.keys() - set(frames) - self._adopted
+            put = {} if project is None else {PROJECT: encode_project(project, self.places)}
+            done: dict[str, Encoded] = {}
+            problem: Exception | None = None
+            for frame_id, state in waiting.items():
+                try:
+                    done[frame_id] = self._encoded(state, work, put)
+                except Exception as error:  # any error must affect only this frame
+                    problem = error
+            names = {id: one for id, one in self._names.items() if id not in gone | reverted}
+            names |= {frame_id: encoded.names for frame_id, encoded in done.items()}
+            work.commit(put, self._unused(work, names, gone | (reverted - done.keys())), header)
+            with self._lock:
+                self._names = names
+                self._reverted -= reverted
+                for frame_id in gone:
+                    self._known.pop(frame_id, None)
+                for frame_id, encoded in done.items():
+                    self._known[frame_id] = encoded.known
+                    if self._waiting.get(frame_id) is waiting[frame_id]:
+                        del self._waiting[frame_id]
+            return problem
+
+    def _encoded(self, state: FrameState, work: WorkFolder, put: dict[str, bytes]) -> Encoded:
+        """Encode a state and add its parts to `put`, with those that so far only the project file has."""
+        there = {*work.names(), *put}
+        encoded = encode(state, self._known.get(state.id))
+        try:
+            copied = {name: self.part(name) for name in encoded.names - encoded.made.keys() - there}
+        except IlfError:  # the project file has changed
+            encoded, copied = encode(state), {}
+        put |= {name: content for name, content in encoded.made.items() if name not in there}
+        put |= copied | {frame_part(state.id): encoded.content, thumbnail_part(state.id): thumbnail(state)}
+        return encoded
+
+    def _unused(self, work: WorkFolder, names: Mapping[str, frozenset[str]], gone: Collection[str]) -> set[str]:
+        """Return the written parts that are not needed any more."""
+        unused = {name for id in gone for name in _parts_of(id)}
         with self._lock:
-            journal = self._open()
-            put, drop = dict(self._waiting), set(self._removed)
-        journal.commit(put, drop, note)
-        with self._lock:
-            self._stored = (self._stored - drop) | put.keys()
-            self._removed -= drop
-            self._waiting = {name: one for name, one in self._waiting.items() if put.get(name) is not one}
+            if not self._held:
+                arrays = (name for name in work.names() if name.startswith("arrays/"))
+                unused |= set(arrays).difference(*names.values())
+        return unused
 
     def discard(self) -> None:
-        """Delete the journal, after the work was saved or discarded."""
-        with self._arrival:
-            self._pending.clear()
-            self._arrival.notify_all()
-            if self._journal is not None:
-                self._journal.discard()
-                self._journal = None
+        """Delete all that is written, after the work was saved or discarded."""
+        with self._writing, self._lock:
+            self._waiting.clear()
+            if self._work is not None:
+                self._work.discard()
+                self._work = None
             if self._temporary is not None:
                 self._temporary.cleanup()
                 self._temporary = None
 
-    def _open(self) -> Journal:
-        """Return the journal; if its file was removed, a new one with its content, as far as it is still readable."""
-        former = self._journal
-        if former is not None and not former.is_there:
-            for name in self._stored - self._removed - self._waiting.keys():
-                try:
-                    self._waiting[name] = former.read(name)
-                except InputError:
-                    self._lost = True
-            former.close()
-            self._journal, self._stored, self._removed = None, set(), set()
-        if self._journal is None:
-            name = f"{datetime.now():%Y%m%d-%H%M%S}-{os.getpid()}-{secrets.token_hex(4)}{SUFFIX}"
-            self._journal = Journal(self._place() / name)
-        return self._journal
+    def _open(self) -> WorkFolder:
+        """Return the folder of this window; a new one if it was removed. What it contained is lost: the open frames
+        must be put again."""
+        with self._lock:
+            if self._work is not None and not self._work.is_there:
+                self._work.close()
+                self._work = None
+                self._known.clear()
+                self._names.clear()
+                self._lost = True
+            if self._work is None:
+                name = f"{datetime.now():%Y%m%d-%H%M%S}-{os.getpid()}-{secrets.token_hex(4)}{SUFFIX}"
+                self._work = WorkFolder(self._place() / name)
+            return self._work
 
     def _place(self) -> Path:
         if self._folder is not None:
@@ -279,14 +297,13 @@ class WorkStore:
         return Path(self._temporary.name)
 
 
-class _Layers:
-    """All parts of a store, as Parts."""
+def _parts_of(frame_id: str) -> tuple[str, str]:
+    return frame_part(frame_id), thumbnail_part(frame_id)
 
-    def __init__(self, store: WorkStore) -> None:
-        self._store = store
 
-    def names(self) -> Collection[str]:
-        return self._store.all_names()
+@dataclass(frozen=True, eq=False)
+class _View:
+    """Parts of a store."""
 
-    def read(self, name: str) -> bytes:
-        return self._store.part(name)
+    names: Callable[[], Collection[str]]
+    read: Callable[[str], bytes]

@@ -20,7 +20,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
 from ilf.errors import IlfError
 from ilf.io.depth_reading import PlausibilityWarning
-from ilf.project.decoding import Decoded
+from ilf.project.state_codec import Decoded
 from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
 from ilf.sources.frame_folder import is_frame_folder

@@ -18,12 +18,12 @@ from ..completion.confidence.expected_error import RMS_NAME
 from ..data.parameters import Parameters, nearest_preset
 from ..data.results import Completion
 from ..errors import InputError
-from ..project.decoding import UnreadableFrame
 from ..project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
 from ..project.facts import FrameFacts, RunFacts, differences, frame_facts, present_completion, present_run
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
+from ..project.state_codec import UnreadableFrame
 from ..run.run import Run, RunConfiguration
 from ..sources.frame_ref import FrameRef
 from ..sources.listing import list_frames
@@ -108,7 +108,7 @@ def _run_row(run: RunFacts) -> list[str]:
         str(run.number),
         " ".join(run.name.split()),
         run.how,
-        str(run.blocks),
+        str(len(run.done)),
         f"{run.seconds:.1f}",
         *("-" if error is None or error != error else f"{1000 * error:.2f}" for error in errors),
         " ".join(run.note.split()) or "-",

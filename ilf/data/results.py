@@ -226,7 +226,7 @@ class BlockResult:
     edges: BlockParameters | None = None
     drawn: NDArray[np.bool_] | None = None
     correction: tuple[str, ...] = ()
-    explained: bool = False
+    explained: bool = field(default=False, metadata={"stored": False})
     by_hand: DepthByHand | None = None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import mmap
+import io
 import os
 import re
 import stat
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import BinaryIO, Protocol
 
 from .._runtime.closing import Closeable
-from .._runtime.files import open_file
+from .._runtime.files import MAX_FILE_BYTES, open_file
 from .._runtime.formatting import counted
 from .._runtime.writing import atomic_path
 from ..errors import FormatError, InputError, cause
@@ -28,7 +28,7 @@ MAX_INFLATED = 2**28
 _PART = re.compile(r"project\.json|(?:frames|arrays|thumbnails|sources)/[\w.-]+")
 _FIRST = "project.json"
 _LOCAL = struct.Struct("<4s5H3L2H")
-_DIRECTORY_ERRORS = (zipfile.BadZipFile, OSError, LookupError, RuntimeError, ValueError, struct.error)
+_UNREADABLE = (zipfile.BadZipFile, OSError, LookupError, RuntimeError, ValueError, EOFError, struct.error, zlib.error)
 
 
 @dataclass(frozen=True)
@@ -38,17 +38,6 @@ class Part:
     name: str
     content: bytes
     checksum: int | None = None
-
-
-@dataclass(frozen=True)
-class _Member:
-    """Offset of a member's local header, and its entry in the directory."""
-
-    header: int
-    size: int
-    checksum: int
-    packed: int
-    method: int
 
 
 class Archive(Closeable):
@@ -77,17 +66,25 @@ class Archive(Closeable):
         self.path = Path(path).absolute()
         self.problems: tuple[str, ...] = ()
         self._lock = threading.RLock()
-        self._stream: BinaryIO | None = None
-        self._members: dict[str, _Member] = {}
-        self._identity: tuple[int, ...] = ()
         self._open()
+
+    def _open(self) -> None:
+        self._stream: BinaryIO = open_file(self.path)
+        self._identity = _identity(os.fstat(self._stream.fileno()))
+        self._members, self.problems = _members_of(self._stream), ()
+        if _FIRST not in self._members:
+            with self._stream as damaged:
+                self._stream = _rescued(damaged)
+            self._members = _members_of(self._stream)
+            if not self._members:
+                raise FormatError(f"{self.path} is not a project file, or none of its parts can be read.")
+            count = counted(len(self._members), "part")
+            self.problems = (f"{self.path.name} is damaged or truncated; {count} recovered.",)
 
     def close(self) -> None:
         """Close the file; parts can no longer be read."""
         with self._lock:
-            if self._stream is not None:
-                self._stream.close()
-            self._stream = None
+            self._stream.close()
 
     def names(self) -> Collection[str]:
         """Return the names of all parts."""
@@ -114,8 +111,34 @@ class Archive(Closeable):
             if name not in self._members:
                 raise InputError(f"{self.path.name} has no part {name:.40}.")
             member = self._members[name]
-            content = self._content(name, member)
-        return Part(name, content, None if zlib.crc32(content) == member.checksum else member.checksum)
+            packed = self._packed(name, member)
+        content = self._inflated(name, member, packed)
+        return Part(name, content, None if zlib.crc32(content) == member.CRC else member.CRC)
+
+    def _packed(self, name: str, member: zipfile.ZipInfo) -> bytes:
+        """Read a member as it stands in the file: `zipfile` gives no content whose checksum does not match."""
+        try:
+            self._stream.seek(member.header_offset)
+            header = self._stream.read(_LOCAL.size)
+            if len(header) < _LOCAL.size or not header.startswith(b"PK\3\4"):
+                raise FormatError(f"The part {name:.40} of {self.path.name} is not at its listed position.")
+            self._stream.seek(sum(_LOCAL.unpack(header)[-2:]), os.SEEK_CUR)
+            packed = self._stream.read(min(member.compress_size, MAX_FILE_BYTES))
+        except (OSError, ValueError) as error:
+            raise InputError(f"{self.path}: cannot be read ({cause(error)}).") from error
+        if len(packed) < member.compress_size:
+            raise FormatError(f"The part {name:.40} of {self.path.name} is truncated.")
+        return packed
+
+    def _inflated(self, name: str, member: zipfile.ZipInfo, packed: bytes) -> bytes:
+        if member.compress_type == zipfile.ZIP_STORED:
+            return packed
+        if member.compress_type != zipfile.ZIP_DEFLATED or member.file_size > MAX_INFLATED:
+            raise FormatError(f"The part {name:.40} of {self.path.name} has an unsupported compression.")
+        try:
+            return zlib.decompressobj(-zlib.MAX_WBITS).decompress(packed, member.file_size + 1)
+        except zlib.error as error:
+            raise FormatError(f"The part {name:.40} of {self.path.name} is damaged ({error}).") from error
 
     def replaced(self) -> bool:
         """Return whether the opened file was replaced by another one."""
@@ -133,44 +156,6 @@ class Archive(Closeable):
                 yield
             finally:
                 self._open()
-
-    def _open(self) -> None:
-        self._stream = stream = open_file(self.path)
-        self._identity = _identity(os.fstat(stream.fileno()))
-        self._members, self.problems = _read_directory(stream), ()
-        if _FIRST not in self._members:
-            self._members = _scan_members(stream)
-            if not self._members:
-                self.close()
-                raise FormatError(f"{self.path} is not a project file, or none of its parts can be read.")
-            self.problems = (
-                f"{self.path.name} is damaged or truncated; {counted(len(self._members), 'part')} recovered.",
-            )
-
-    def _content(self, name: str, member: _Member) -> bytes:
-        if self._stream is None:
-            raise InputError(f"{self.path} is closed.")
-        try:
-            self._stream.seek(member.header)
-            header = self._stream.read(_LOCAL.size)
-            if len(header) < _LOCAL.size or not header.startswith(b"PK\3\4"):
-                raise FormatError(f"The part {name:.40} of {self.path.name} is not at its listed position.")
-            *_, name_length, extra_length = _LOCAL.unpack(header)
-            start = member.header + _LOCAL.size + name_length + extra_length
-            if start + member.packed > os.fstat(self._stream.fileno()).st_size:
-                raise FormatError(f"The part {name:.40} of {self.path.name} is truncated.")
-            self._stream.seek(start)
-            packed = self._stream.read(member.packed)
-        except (OSError, ValueError) as error:
-            raise InputError(f"{self.path}: cannot be read ({cause(error)}).") from error
-        if member.method == zipfile.ZIP_STORED:
-            return packed
-        if member.method != zipfile.ZIP_DEFLATED or member.size > MAX_INFLATED:
-            raise FormatError(f"The part {name:.40} of {self.path.name} has an unsupported compression.")
-        try:
-            return zlib.decompressobj(-zlib.MAX_WBITS).decompress(packed, member.size + 1)
-        except zlib.error as error:
-            raise FormatError(f"The part {name:.40} of {self.path.name} is damaged ({error}).") from error
 
 
 def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing: Collection[Archive] = ()) -> None:
@@ -206,46 +191,28 @@ def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing
                 released.enter_context(opened.closed_for_replacement())
 
 
-def _read_directory(stream: BinaryIO) -> dict[str, _Member]:
+def _members_of(stream: BinaryIO) -> dict[str, zipfile.ZipInfo]:
     """Read the members from the directory at the file's end; empty if it cannot be read. In a truncated file it may be
-    the directory of a part, since parts can be zips themselves."""
+    the directory of a part, since parts are zips themselves."""
     try:
         with zipfile.ZipFile(stream) as directory:
-            return {
-                entry.filename: _Member(
-                    entry.header_offset, entry.file_size, entry.CRC, entry.compress_size, entry.compress_type
-                )
-                for entry in directory.infolist()
-                if _PART.fullmatch(entry.filename)
-            }
-    except _DIRECTORY_ERRORS:
+            return {entry.filename: entry for entry in directory.infolist() if _PART.fullmatch(entry.filename)}
+    except _UNREADABLE:
         return {}
 
 
-def _scan_members(stream: BinaryIO) -> dict[str, _Member]:
-    """Find the members by their local headers, for a file whose directory cannot be read."""
-    try:
-        with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-            return _members_in(data)
-    except (OSError, ValueError):  # raised for an empty file, too
-        return {}
-
-
-def _members_in(data: mmap.mmap) -> dict[str, _Member]:
-    found: dict[str, _Member] = {}
-    place = data.find(b"PK\3\4")
-    while place >= 0:
-        after = place + 4
-        header = data[place : place + _LOCAL.size]
-        if len(header) == _LOCAL.size:
-            _, _, flags, method, _, _, checksum, packed, size, name_length, extra_length = _LOCAL.unpack(header)
-            start = place + _LOCAL.size + name_length + extra_length
-            name = data[place + _LOCAL.size : place + _LOCAL.size + name_length].decode("ascii", "replace")
-            if _PART.fullmatch(name) and not flags & 8 and start + packed <= len(data):
-                found.setdefault(name, _Member(place, size, checksum, packed, method))
-                if data[start + packed : start + packed + 2] == b"PK":
-                    after = start + packed
-        place = data.find(b"PK\3\4", after)
+def _rescued(stream: BinaryIO) -> io.BytesIO:
+    """Copy the whole members of a file whose directory cannot be read; they are found by their local headers."""
+    stream.seek(0)
+    data, found = stream.read(), io.BytesIO()
+    with zipfile.ZipFile(found, "w", zipfile.ZIP_STORED) as archive:
+        for match in re.finditer(rb"PK\x03\x04.{26}", data, re.DOTALL):
+            checksum, packed, _, name_length, extra_length = _LOCAL.unpack(match[0])[-5:]
+            name = data[match.end() : match.end() + name_length].decode("ascii", "replace")
+            start = match.end() + name_length + extra_length
+            content = data[start : start + packed]
+            if _PART.fullmatch(name) and zlib.crc32(content) == checksum and name not in archive.NameToInfo:
+                archive.writestr(name, content)
     return found
 
 
@@ -253,7 +220,7 @@ def _identity(status: os.stat_result) -> tuple[int, ...]:
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 
-# Stores of a project's parts: bytes by name, in a project file or a journal.
+# Stores of a project's parts: bytes by name, in a project file or an autosave.
 
 
 class Parts(Protocol):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from .._runtime.named_places import NotAllowed
 from ..data.frame import InputFile
@@ -14,12 +15,12 @@ from ..run.record import array_sha256
 from ..run.replaying import depth_difference_text
 from ..run.run import Run
 from ..sources.frame_ref import FrameRef
-from .encoding import frame_part
+from .codec import UNREADABLE, check_content, from_plain, stored_fields
 from .file import OpenedProject
 from .frame_state import FrameState
 from .project import ProjectFrame
 from .sources import ChangedSource, find_source, source_part
-from .state_json import UNREADABLE, StoredRunJson, array_content, error_or_none, files_of, parsed_frame_part
+from .state_codec import frame_part, read_head
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class RunFacts:
     number: int
     name: str
     how: str
-    blocks: int
+    done: frozenset[int]
     seconds: float
     note: str
     ground_truth_error: float | None
@@ -73,13 +74,13 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
         return FrameFacts(frame, {} if frame.source is None else _places(frame.source))
     try:
         content = opened.parts.read(frame_part(frame.id))
-        stored = parsed_frame_part(content)
-        files = files_of(stored)
-        size = len(content) + sum(len(array_content(opened.parts, name)) for name in sorted(stored.arrays))
+        head = read_head(content)
+        runs = tuple(map(_run_facts, head.state["runs"]))
+        size = len(content) + sum(_checked_size(opened, name) for name in head.parts)
     except UNREADABLE as error:
         problem = f"The work on this frame cannot be read: {error}"
         return FrameFacts(frame, {} if frame.source is None else _places(frame.source), problems=(problem,))
-    return FrameFacts(frame, dict(_found(opened, files)), tuple(map(_run_facts, stored.runs)), size)
+    return FrameFacts(frame, dict(_found(opened, head.files)), runs, size)
 
 
 def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tuple[str, str]]:
@@ -109,11 +110,15 @@ def _places(source: FrameRef) -> dict[str, str]:
     return {path: "present" if Path(path).exists() else "missing" for path in paths}
 
 
-def _run_facts(run: StoredRunJson) -> RunFacts:
-    errors = run.ground_truth_error, run.hold_out_error, run.expected_error
-    return RunFacts(
-        run.number, run.name, run.how, len(run.done), run.seconds, run.note, *(error_or_none(error) for error in errors)
-    )
+def _run_facts(run: dict[str, Any]) -> RunFacts:
+    facts: RunFacts = from_plain({name: run[name] for name in stored_fields(RunFacts)}, RunFacts, {})
+    return facts
+
+
+def _checked_size(opened: OpenedProject, name: str) -> int:
+    content = opened.parts.read(name)
+    check_content(name, content)
+    return len(content)
 
 
 # The present results of a stored frame as a run and its completion, for export and replay.

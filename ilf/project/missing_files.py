@@ -16,11 +16,11 @@ from ..data.frame import InputFile
 from ..errors import InputError
 from ..sources.frame_ref import FrameRef
 from .archive import Parts
-from .encoding import frame_part
+from .codec import UNREADABLE
 from .file import SUFFIX
 from .project import ProjectFrame
 from .sources import Places, source_part
-from .state_json import UNREADABLE, files_of, read_frame_part
+from .state_codec import frame_part, read_head
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[I
     name = frame_part(frame.id)
     if frame.has_state and name in names:
         try:
-            return list(files_of(read_frame_part(frame.id, parts)))
+            return list(read_head(parts.read(name)).files)
         except UNREADABLE:
             pass  # fall back to the source
     return [] if frame.source is None else [InputFile(path, "") for path in frame.source.paths]

@@ -20,7 +20,7 @@ QUICK = (
     ("correction_effect", "FRAME --seeds 1", "geometric mean: RMSE"),
     ("faults", "--only preset --every 5", "preset"),
     ("frame_split", "choosing FRAMES", "nyu_0433"),
-    ("fuzz", "--sound", "journal-log: 1 valid files are read"),
+    ("fuzz", "--sound", "autosave: 1 valid files are read"),
     ("fuzz", "--cases 10 --format pose", "| pose | 10 |"),
     ("kill", "--rounds 1", "1 kills"),
     ("kill.writers", "--kills 4 --only preset blocks", "complete after kills"),

@@ -24,8 +24,8 @@ from gui.widgets.basics import Message
 from ilf.data.frame import RGBDFrame
 from ilf.errors import ExportError, InputError
 from ilf.project.file import save_project
-from ilf.project.journal import Journal, JournalInUse
 from ilf.project.project import Project
+from ilf.project.store import FolderInUse, WorkFolder
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import load_frame
@@ -36,15 +36,15 @@ from .conftest import WAIT_MS, open_frame, write_frame
 
 @pytest.fixture
 def left(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Path:
-    """A folder with journals of two windows that were killed, one with two frames, and one that is no journal."""
+    """Autosaves of two windows that were killed, one with two frames, and one that cannot be read."""
     folder = Path(os.environ["ILF_AUTOSAVE"])
     folder.mkdir()
     for names in (("hall", "stairs"), ("attic",)):
         work = tmp_path / names[0]
         _leave(qtbot, work, [write_frame(tmp_path / f"frame-{name}", small_frame) for name in names], small_labels)
-        for path in work.iterdir():
-            shutil.copy(path, folder)  # as it is while it is in use
-    (folder / "other.journal").write_bytes(b"no journal" * 300)
+        shutil.copytree(work, folder, dirs_exist_ok=True)  # as it is while it is in use
+    (folder / "other.work").mkdir()
+    (folder / "other.work" / "index.json").write_bytes(b"no index" * 300)
     return folder
 
 
@@ -113,8 +113,8 @@ def test_left_work_is_restored_discarded_or_left(
         next(button for button in box.buttons() if button.text() == answer).click()
     assert window.isVisible()
     assert _part(window).recovery.dialog is None
-    qtbot.waitUntil(lambda: len(list(left.glob("*.journal"))) == 1, timeout=WAIT_MS)
-    (own,) = left.glob("*.journal")
+    qtbot.waitUntil(lambda: len(list(left.glob("*.work"))) == 1, timeout=WAIT_MS)
+    (own,) = left.glob("*.work")
     assert f"-{os.getpid()}-" in own.name
     assert window.recorder.store.is_written
     window.close()
@@ -125,18 +125,18 @@ def test_what_is_left_for_later_stays_and_is_nobody_elses_meanwhile(
     window: MainWindow, left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     dialog = _dialog(window, qtbot)
-    journals = set(left.glob("*.journal"))
-    with pytest.raises(JournalInUse):
-        Journal(next(path for path in journals if path.name != "other.journal"))
+    works = set(left.glob("*.work"))
+    with pytest.raises(FolderInUse):
+        WorkFolder(next(path for path in works if path.name != "other.work"))
     dialog.reject()
     _say_that_it_fails(window, monkeypatch)
     window.close()
-    assert set(left.glob("*.journal")) == journals
-    for path in journals:
-        if path.name != "other.journal":
-            journal = Journal(path)
-            assert journal.note.unsaved
-            journal.close()
+    assert set(left.glob("*.work")) == works
+    for path in works:
+        if path.name != "other.work":
+            left_work = WorkFolder(path)
+            assert left_work.header.unsaved
+            left_work.close()
 
 
 def _say_that_it_fails(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,7 +158,7 @@ def test_what_cannot_be_restored_is_left_for_another_time(
     window: MainWindow, left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     dialog = _dialog(window, qtbot)
-    journals = set(left.glob("*.journal"))
+    works = set(left.glob("*.work"))
 
     def fail(*_: object) -> None:
         raise OSError("the drive has been removed")
@@ -167,19 +167,19 @@ def test_what_cannot_be_restored_is_left_for_another_time(
         broken.setattr("gui.features.project.restoring.copy_frames", fail)
         with qtbot.waitSignal(window.loader.failed, timeout=WAIT_MS):
             dialog.rows[1].restore_button.click()
-    assert set(left.glob("*.journal")) == journals
+    assert set(left.glob("*.work")) == works
     dialog.rows[1].restore_button.click()
     qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
     assert _names(window) == ["frame-hall", "frame-stairs"]
 
 
-def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_journal(
+def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_folder(
     left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
-    hall = next(path for path in left.glob("*.journal") if len(_frame_parts(path)) == 2)
+    hall = next(path for path in left.glob("*.work") if len(_frame_parts(path)) == 2)
     damaged = _frame_parts(hall)[0]
-    with contextlib.closing(Journal(hall)) as journal:
-        journal.commit({damaged: b"{"})
+    with contextlib.closing(WorkFolder(hall)) as work:
+        work.commit({damaged: b"{"})
     window: MainWindow = request.getfixturevalue("window")
     dialog = _dialog(window, qtbot)
     told: list[str] = []
@@ -195,9 +195,9 @@ def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_journal(
 
 
 def _frame_parts(path: Path) -> list[str]:
-    """The names of the frames' parts of a journal, or of none if it cannot be read."""
-    with contextlib.suppress(InputError), contextlib.closing(Journal(path)) as journal:
-        return sorted(name for name in journal.names() if name.startswith("frames/"))
+    """The names of the frames' parts of an autosave, or of none if it cannot be read."""
+    with contextlib.suppress(InputError), contextlib.closing(WorkFolder(path)) as work:
+        return sorted(name for name in work.names() if name.startswith("frames/"))
     return []
 
 
@@ -219,22 +219,22 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     window.close()
 
 
-def test_a_journal_that_cannot_be_taken_away_does_not_keep_the_window_open(
+def test_a_folder_that_cannot_be_taken_away_does_not_keep_the_window_open(
     window: MainWindow, left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     dialog = _dialog(window, qtbot)
     dialog.rows[1].restore_button.click()
     qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
 
-    def fail(journal: Journal) -> None:
-        journal.close()
+    def fail(work: WorkFolder) -> None:
+        work.close()
         raise OSError("the folder is read-only")
 
     with monkeypatch.context() as locked:
-        locked.setattr(Journal, "discard", fail)
+        locked.setattr(WorkFolder, "discard", fail)
         window.close()
     assert not window.isVisible()
-    assert any(f"-{os.getpid()}-" in path.name for path in left.glob("*.journal"))
+    assert any(f"-{os.getpid()}-" in path.name for path in left.glob("*.work"))
 
 
 @pytest.mark.parametrize(("file_is_there", "sets_more"), [(True, False), (True, True), (False, False)])

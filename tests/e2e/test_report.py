@@ -19,9 +19,9 @@ from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.presets import preset
 from ilf.errors import InputError
-from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary
+from ilf.project.state_codec import Decoded
 from ilf.report.subject import Subject, Unreadable
 
 from .conftest import WAIT_MS

@@ -12,8 +12,8 @@ from gui.project.store import WorkStore
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.data.frame import RGBDFrame
-from ilf.project.decoding import load_state
-from ilf.project.journal import Journal
+from ilf.project.state_codec import load_state
+from ilf.project.store import WorkFolder
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
@@ -21,7 +21,7 @@ WAIT_MS = 60_000
 
 
 class Recording:
-    """Two frames that are open, a store and a recorder. Copies of the journal are made in a folder aside."""
+    """Two frames that are open, a store and a recorder. Copies of the autosave are made in a folder aside."""
 
     def __init__(self, folder: Path, aside: Path, frame: RGBDFrame, labels: np.ndarray) -> None:
         self.folder, self.aside = folder, aside
@@ -40,12 +40,12 @@ class Recording:
         labels[row] = 0
         self.workspace.blocks.edit(patch_between(session.labels, labels), "Erase")
 
-    def journal(self) -> Journal:
-        """The journal as another program finds it after this one's end."""
-        (path,) = self.folder.glob("*.journal")
+    def written(self) -> WorkFolder:
+        """The autosave as another program finds it after this one's end."""
+        (path,) = self.folder.glob("*.work")
         shutil.rmtree(self.aside, ignore_errors=True)
         shutil.copytree(self.folder, self.aside)
-        return Journal(self.aside / path.name)
+        return WorkFolder(self.aside / path.name)
 
     def end(self) -> None:
         """As a window that is closed."""
@@ -53,8 +53,8 @@ class Recording:
         self.store.discard()
 
 
-def assert_holds(parts: Journal, session: Session) -> None:
-    """The newest state of a frame is in a journal."""
+def assert_holds(parts: WorkFolder, session: Session) -> None:
+    """The newest state of a frame is in an autosave."""
     decoded = load_state(session.id, parts)
     assert decoded.problems == ()
     assert np.array_equal(decoded.state.blocks.labels, session.labels)

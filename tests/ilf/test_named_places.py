@@ -26,10 +26,10 @@ from ilf.errors import InputError, without_credentials
 from ilf.io.frame_additions import with_ground_truth_file
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState
-from ilf.project.journal import Journal
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.project_json import encode_project
 from ilf.project.recovery import find_recoverable_work
+from ilf.project.store import WorkFolder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 from ilf.sources.reading_options import ReadingOptions
@@ -329,14 +329,14 @@ def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(strang
         assert opened.state("a1").state.frame.shape == (24, 32)
 
 
-def test_a_strangers_journal_does_not_call_home_and_ones_own_opens(
+def test_a_strangers_autosave_does_not_call_home_and_ones_own_opens(
     tmp_path: Path, frame: RGBDFrame, web, monkeypatch: pytest.MonkeyPatch
 ):
     address, asked = web
     source = FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
-    journal = Journal(tmp_path / "autosave" / "left.journal")
-    journal.commit({"project.json": encode_project(Project((ProjectFrame("a1", "desk", source),)))})
-    journal.close()
+    work = WorkFolder(tmp_path / "autosave" / "left.work")
+    work.commit({"project.json": encode_project(Project((ProjectFrame("a1", "desk", source),)))})
+    work.close()
     (left,) = find_recoverable_work(tmp_path / "autosave")
     (found,) = left.frames or left.read.project.frames
     with pytest.raises(NotAllowed):

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QWidget
 
 from ilf._runtime.named_places import NotAllowed, note_opened
 from ilf.errors import one_line
-from ilf.project.decoding import UnreadableFrame
+from ilf.project.state_codec import UnreadableFrame
 
 from ...widgets.notices import ask_yes_no
 

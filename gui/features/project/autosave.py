@@ -1,4 +1,5 @@
-"""Autosave: the work is written to a journal continuously, and offered again after the window closed unexpectedly."""
+"""Autosave: work is written to a folder soon after every change, and offered again after the window closed
+unexpectedly."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
-from ilf.project.recovery import RecoverableWork, find_recoverable_work, journal_folder
+from ilf.project.recovery import RecoverableWork, autosave_folder, find_recoverable_work
 
 from ...base import theme
 from ...widgets.basics import Message, PlainLabel
@@ -337,20 +338,20 @@ class Recovery(QObject):
 
 def _offered(left: RecoverableWork) -> UnsavedWorkInfo:
     """Describe unsaved work; called in a worker thread."""
-    if left.note is None or left.problem:
-        return UnsavedWorkInfo(left.path.name, left.note.changed if left.note else None, (), problem=left.problem)
+    if left.header is None or left.problem:
+        return UnsavedWorkInfo(left.path.name, left.header.changed if left.header else None, (), problem=left.problem)
     frames, all_frames = left.frames, left.read.project.frames
     stages = Counter(frame.summary.stage for frame in frames)
     parts = [f"{stages[stage]} {text}" for stage, text in _STAGES.items() if stages[stage]]
     count = counted(len(all_frames), "frame")
     changed = f"{len(frames)} of {count} changed: {', '.join(parts)}"
     lines = [changed if frames else f"{count}: no work on frames, but the list or its settings have changed"]
-    if left.note.project:
-        lines.append(f"Project {left.note.project}")
-    if left.note.host != socket.gethostname():
-        lines.append(f"From computer {left.note.host}")
+    if left.header.project:
+        lines.append(f"Project {left.header.project}")
+    if left.header.host != socket.gethostname():
+        lines.append(f"From computer {left.header.host}")
     lines += left.read.problems
-    return UnsavedWorkInfo(name_of(left), left.note.changed, tuple(lines), left.picture())
+    return UnsavedWorkInfo(name_of(left), left.header.changed, tuple(lines), left.picture())
 
 
 # Label in the status bar while the autosave fails.
@@ -390,7 +391,7 @@ class AutosaveFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.recovery = Recovery(context, context.feature(ProjectFeature).opening, journal_folder())
+        self.recovery = Recovery(context, context.feature(ProjectFeature).opening, autosave_folder())
         self.label = AutosaveFailureLabel()
         context.window.statusBar().addPermanentWidget(self.label)
         context.recorder.failed.connect(self._tell_failure)
@@ -406,7 +407,7 @@ class AutosaveFeature(Feature):
     def shutdown(self) -> bool:
         """Stop permanently; the remaining work has been saved or is discarded. True if no thread is left."""
         ended = all([self.recovery.shutdown(), self.context.recorder.shutdown()])
-        with contextlib.suppress(OSError):  # a journal that cannot be deleted is offered at the next start
+        with contextlib.suppress(OSError):  # a folder that cannot be deleted is offered at the next start
             self.context.recorder.store.discard()
         return ended
 

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf.project.encoding import frame_part
+from ilf.project.state_codec import frame_part
 
 from ...project.current_project import CurrentProject
 from ...state.entries import Entry

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QMessageBox, QToolBar
 from ilf._runtime.formatting import counted
 from ilf._runtime.named_places import note_opened
 from ilf.project.archive import Archive
-from ilf.project.decoding import UnreadableFrame
 from ilf.project.file import OpenedProject
+from ilf.project.state_codec import UnreadableFrame
 
 from ...base import theme
 from ...base.commands import Command
@@ -203,6 +203,7 @@ class ProjectFeature(Feature):
     def shutdown(self) -> bool:
         """Stop permanently, after pending saves. True if no thread is left."""
         ended = self.saving.shutdown()
+        self.present.release()
         if isinstance(self.context.recorder.store.project, Archive):
             self.context.recorder.store.project.close()
         return ended

@@ -59,25 +59,22 @@ class Restoring(QObject):
         return not len(self._context.workspace.frames.entries) and self._context.recorder.store.project is None
 
     def restore(self, left: RecoverableWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
-        """Restore unsaved work; call `then` on success, `fail` otherwise. The journal is deleted only after this window
+        """Restore unsaved work; call `then` on success, `fail` otherwise. The folder is deleted only after this window
         has stored the work."""
         plan = self._plan(left)
-        for frame_id in plan.ids.values():
-            self._context.recorder.store.expect(frame_id)
-        what = f"Restore {name_of(left)}"
-
-        def give_up() -> None:
-            self._context.recorder.store.arrived(plan.ids.values())
-            fail()
-
         self._context.loader.read(
-            what, lambda: self._read_work(plan), lambda brought: self._take(plan, brought, then), give_up
+            f"Restore {name_of(left)}",
+            lambda: self._read_work(plan),
+            lambda brought: self._take(plan, brought, then),
+            fail,
         )
 
     def _plan(self, left: RecoverableWork) -> _Plan:
         entries, alone = self._context.workspace.frames.entries, self.has_no_project()
         is_of_this = (
-            left.note is not None and bool(left.note.project) and left.note.project == self._context.recorder.project
+            left.header is not None
+            and bool(left.header.project)
+            and left.header.project == self._context.recorder.project
         )
         frames = left.frames if is_of_this else left.read.project.frames
         ids = {frame.id: frame.id if entries.of(frame.id) is None else uuid.uuid4().hex for frame in frames}
@@ -95,7 +92,7 @@ class Restoring(QObject):
         if opened is not None and not plan.alone:
             wanted |= {frame.id: plan.ids[frame.id] for frame in plan.frames if frame.has_state}
         copied = copy_frames(stores, wanted)
-        self._context.recorder.store.keep(copied.put, copied.refers)
+        self._context.recorder.store.adopt(copied)
         if opened is not None and not plan.alone:
             opened.close()
         return _RestoredWork(opened, newer, (*left.read.problems, *problems), copied.problems)
@@ -128,13 +125,12 @@ class Restoring(QObject):
                 context.workspace.frames.note_problem(entry, problem)
                 problems.append(f"{entry.name}: {problem} It stays in {left.path}, which is offered again.")
         context.notes.warn("Restored with errors", problems)
-        context.recorder.flush(lambda _: self._discard_journal(plan, whole=not brought.left_aside))
+        context.recorder.flush(lambda _: self._discard(plan, whole=not brought.left_aside))
         then()
 
-    def _discard_journal(self, plan: _Plan, whole: bool) -> None:
-        """Delete the journal of the restored work if all of its frames are in this window's own journal; else keep it,
-        so that it is offered again at the next start."""
-        self._context.recorder.store.arrived(plan.ids.values())
+    def _discard(self, plan: _Plan, whole: bool) -> None:
+        """Delete the folder of the restored work if all of its frames are in this window's own; else keep it, so that
+        it is offered again at the next start."""
         left = plan.left
         if whole and self._context.recorder.store.is_written:
             with contextlib.suppress(OSError):
@@ -150,8 +146,8 @@ def _with_id(frame: ProjectFrame, frame_id: str) -> ProjectFrame:
 
 def name_of(left: RecoverableWork) -> str:
     """Return a display name: the project, or the frames."""
-    if left.note is not None and left.note.project:
-        return Path(left.note.project).stem
+    if left.header is not None and left.header.project:
+        return Path(left.header.project).stem
     frames = left.frames or left.read.project.frames
     names = [frame.name for frame in frames]
     return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
@@ -159,7 +155,7 @@ def name_of(left: RecoverableWork) -> str:
 
 def _project_of(left: RecoverableWork) -> tuple[OpenedProject | None, tuple[str, ...]]:
     """Return the project file, if there is one that can be read, and its problems."""
-    path = "" if left.note is None else left.note.project
+    path = "" if left.header is None else left.header.project
     if not path:
         return None, ()
     without = [frame for frame in left.read.project.frames if frame.has_state and frame.id not in left.stored]
@@ -174,7 +170,7 @@ def _project_of(left: RecoverableWork) -> tuple[OpenedProject | None, tuple[str,
 def _why_newer(path: Path, left: RecoverableWork) -> str:
     """Return why a project file must not be replaced without asking: it was saved after the work; "" if not."""
     with contextlib.suppress(OSError):
-        if left.note is not None and path.stat().st_mtime > left.note.changed.timestamp():
+        if left.header is not None and path.stat().st_mtime > left.header.changed.timestamp():
             return (
                 f"{path.name} has been saved after this work, and may contain newer work: Save will ask for another "
                 "file."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,11 +11,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from ilf._runtime.writing import ensure_folder, restrict_to_owner
 from ilf.errors import InputError
 from ilf.project.archive import Archive, Parts
-from ilf.project.encoding import frame_part
 from ilf.project.file import OpenedProject, open_project, save_project
 from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Project
-from ilf.project.thumbnail import thumbnail_part
 
 from ...base.paths import PROJECT_SUFFIX
 from ...project.current_project import CurrentProject, ProjectSettings, has_content
@@ -175,9 +173,16 @@ class Saving(QObject):
             left = (
                 [] if request.only is None else [frame.id for frame in project.frames if frame.id not in request.only]
             )
-            base: list[Parts] = [_Stored(store, left), *([] if archive is None else [archive])]
+            states, parts = store.unsaved_parts(left)
+            base = [parts, *([] if archive is None else [archive])]
             problems = save_project(
-                request.path, project, base=base, places=store.places, embed=request.embed, on_part=self._note_share
+                request.path,
+                project,
+                states,
+                base=base,
+                places=store.places,
+                embed=request.embed,
+                on_part=self._note_share,
             )
         return open_project(request.path), problems
 
@@ -225,23 +230,3 @@ class Saving(QObject):
         self._next()
         while self._afterwards and not self.busy:
             self._afterwards.pop(0)()
-
-
-class _Stored:
-    """Parts in the window's store that supplement the project file, without some frames."""
-
-    def __init__(self, store: WorkStore, left_out: Collection[str]) -> None:
-        self._store = store
-        without = {name for frame in left_out for name in (frame_part(frame), thumbnail_part(frame))}
-        self._states = {name: content for name, content in store.own_states().items() if name not in without}
-        self._arrays = {name for name in store.all_names() if name.startswith("arrays/") and not store.lacks(name)}
-
-    def names(self) -> Collection[str]:
-        return self._states.keys() | self._arrays
-
-    def read(self, name: str) -> bytes:
-        if name in self._states:
-            return self._states[name]
-        if name in self._arrays:
-            return self._store.part(name)
-        raise InputError(f"The store has no part {name}.")

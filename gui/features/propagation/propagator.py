@@ -12,10 +12,10 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from ilf.data.blocks import Blocks
-from ilf.project.decoding import Decoded
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import Propagated, propagate_state
+from ilf.project.state_codec import Decoded
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 

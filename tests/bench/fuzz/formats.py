@@ -152,9 +152,7 @@ _ALL = (
     Format("scheduler-file", "scheduler.json", seeds.scheduler, of_json, lambda path: scheduler_address(str(path))),
     Format("bench-result", "earlier.json", program_seeds.earlier, of_json, readers.earlier),
     Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
-    Format("journal", "left/left.journal", program_seeds.journal, of_bytes, readers.journal),
-    Format("journal-sql", "left/left.journal", program_seeds.journal, of_sql, readers.journal),
-    Format("journal-log", "left/left.journal-wal", program_seeds.journal_log, of_bytes, readers.journal_log),
+    Format("autosave", "left/left.work/index.json", program_seeds.autosave, of_json, readers.autosave),
 )
 
 FORMATS = {form.name: form for form in _ALL}

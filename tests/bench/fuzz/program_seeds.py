@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from ilf.data.guide import Guide
 from ilf.data.presets import presets_folder
 from ilf.evaluation.bench.results import Row, TaskFacts
 from ilf.project.file import open_project
-from ilf.project.journal import Journal
+from ilf.project.store import WorkFolder
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run, RunConfiguration
 from ilf.run.writing import write
@@ -80,34 +79,14 @@ def earlier(folder: Path) -> list[bytes]:
     return [json.dumps({"rows": [dataclasses.asdict(row)], "tasks": [facts], "skipped": []}).encode()]
 
 
-def journal(folder: Path) -> list[bytes]:
-    """Journal of two frames with all work on them."""
-    return [_journal(folder, folder / "sound.journal").read_bytes()]
-
-
-def journal_log(folder: Path) -> list[bytes]:
-    """Log of this journal with data that the file does not have yet, and the file."""
-    path = folder / "open.journal"
-    log = path.with_name(f"{path.name}-wal")
-    kept = _open_journal(folder, path)
-    content = log.read_bytes()
-    shutil.copy(path, folder / "sound")
-    kept.close()
-    path.unlink()
-    return [content]
-
-
-def _journal(folder: Path, path: Path) -> Path:
-    _open_journal(folder, path).close()
-    return path
-
-
-def _open_journal(folder: Path, path: Path) -> Journal:
+def autosave(folder: Path) -> list[bytes]:
+    """The index of an autosave of two frames with all work on them; the other files are in `sound`."""
     seeds.project(folder)
-    kept = Journal(path)
+    work = WorkFolder(folder / "sound")
     with open_project(folder / "sound.ilf") as opened:
-        kept.commit({name: opened.parts.read(name) for name in opened.parts.names()})
-    return kept
+        work.commit({name: opened.parts.read(name) for name in opened.parts.names()})
+    work.close()
+    return [(folder / "sound" / "index.json").read_bytes()]
 
 
 def result(file: str) -> Seeds:

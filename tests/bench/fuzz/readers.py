@@ -30,6 +30,7 @@ from ilf.io.cameras import intrinsics_from
 from ilf.io.frame_additions import load_guide, low_confidence, read_confidence
 from ilf.project.file import open_project, save_project
 from ilf.project.recovery import copy_frames, find_recoverable_work
+from ilf.project.state_codec import load_state
 from ilf.run.data_sets import write_data_set
 from ilf.run.record_file import read_record
 from ilf.segmentation.edges.importing import add_model
@@ -227,23 +228,21 @@ def window(path: Path) -> None:
     read_settings(path)
 
 
-def journal(path: Path) -> None:
-    """Work in a window's journal."""
-    try:
-        for left in find_recoverable_work(path.parent):
-            try:
-                if left.problem:
-                    raise InputError(left.problem)
-                left.picture()
-                copy_frames([left.parts], {frame.id: frame.id for frame in left.read.project.frames})
-            finally:
-                left.release()
-    finally:
-        for suffix in ("-wal", "-shm"):
-            path.with_name(path.name + suffix).unlink(missing_ok=True)
-
-
-def journal_log(path: Path) -> None:
-    """The same, with a log."""
-    shutil.copy(path.parent.parent / "sound", path.with_name(path.name.removesuffix("-wal")))
-    journal(path.with_name(path.name.removesuffix("-wal")))
+def autosave(path: Path) -> None:
+    """Work in a window's autosave."""
+    folder = path.parent
+    for file in (folder.parent.parent / "sound").iterdir():
+        if file.name != path.name:
+            shutil.copy(file, folder)
+    for left in find_recoverable_work(folder.parent):
+        try:
+            if left.problem:
+                raise InputError(left.problem)
+            left.picture()
+            copied = copy_frames([left.parts], {frame.id: frame.id for frame in left.read.project.frames})
+            for frame in left.read.project.frames:
+                load_state(frame.id, left.parts)
+            for problem in copied.problems.values():
+                raise InputError(problem)
+        finally:
+            left.release()

@@ -1,9 +1,10 @@
 """Child process that is killed: the real window with random actions, all reported to the parent.
 
-    python -m tests.bench.kill.child SEED FOLDER FRAME [FRAME ...]
+    python -m tests.bench.kill.child SEED MOMENT FOLDER FRAME [FRAME ...]
 
 Every line is a JSON object with the time, `time.monotonic()`, and either the digests of all frames ("state") or the
-file that will be written next ("at").
+moment that comes next ("at"): a write, or "save", "export" or "close", with which this user ends its work, the last
+after saving.
 """
 
 from __future__ import annotations
@@ -22,10 +23,12 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
+from gui.features.export_all import ExportAllFeature
 from gui.features.project.saving import SaveRequest
 from gui.project.current_project import has_content
 from gui.project.recorder import Recorder
-from ilf.project.journal import Journal
+from ilf.project.store import WorkFolder
+from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.cutting import split
 from ilf.segmentation.editing.painting import brush_stroke, paint
 from ilf.sources.frame_ref import FrameRef
@@ -45,8 +48,10 @@ def report_action(**what: object) -> None:
 class RandomUser:
     """Performs random actions in the window."""
 
-    def __init__(self, window: MainWindow, folder: Path, frames: list[str], chance: random.Random) -> None:
+    def __init__(self, window: MainWindow, folder: Path, frames: list[str], chance: random.Random, moment: str) -> None:
         self.window, self.workspace = window, window.workspace
+        self.end, self.left = self._ends().get(moment), chance.randint(10, 40)
+        self.folder = folder
         self.project = folder / "work.ilf"
         self.unopened = list(frames)
         self.chance = chance
@@ -69,10 +74,35 @@ class RandomUser:
             self.window.loader.open(FrameRef(self.unopened.pop()))
         elif not self.workspace.has_session or not self.workspace.session.counts():
             return
+        elif self.end is not None and not self.left:
+            self.report()
+            self.timer.stop()
+            self.end()
+            return
         else:
+            self.left -= 1
             self.chance.choice(self._choices())()
         self.report()
         self.timer.setInterval(self.chance.choice([0, 5, 20, 60, 150]))
+
+    def _ends(self) -> dict[str, Callable[[], None]]:
+        return {"save": self._end_by_saving, "export": self._end_by_exporting, "close": self._end_by_closing}
+
+    def _end_by_saving(self) -> None:
+        report_action(at="save")
+        self._save()
+
+    def _end_by_exporting(self) -> None:
+        report_action(at="export")
+        self.window.feature(ExportAllFeature).export(self.folder / "out", ExportOptions(cloud=None))
+
+    def _end_by_closing(self) -> None:
+        def close(_: bool) -> None:
+            self.report()
+            report_action(at="close")
+            self.window.close()
+
+        self.window.project.saving.save(SaveRequest(self.project, then=close))
 
     def _choices(self) -> list[Callable[[], object]]:
         brush = [self._go_on_with_stroke] * 8
@@ -155,7 +185,7 @@ class RandomUser:
 
 def main() -> None:
     """Work until killed."""
-    seed, folder, *frames = sys.argv[1:]
+    seed, moment, folder, *frames = sys.argv[1:]
     os.environ["ILF_AUTOSAVE"] = str(Path(folder, "autosave"))
     hands: list[RandomUser] = []
     _announce(hands)
@@ -163,7 +193,7 @@ def main() -> None:
     window = MainWindow(persistent=True)
     window.resize(900, 600)
     window.show()
-    hand = RandomUser(window, Path(folder), frames, random.Random(seed))
+    hand = RandomUser(window, Path(folder), frames, random.Random(seed), moment)
     hands.append(hand)
     window.recorder.failed.connect(lambda error: report_action(failed=repr(error)))
     window.project.saving.failed.connect(lambda error: report_action(failed=repr(error)))
@@ -178,7 +208,7 @@ def main() -> None:
 
 def _announce(hands: list[RandomUser]) -> None:
     """Report every write before it starts."""
-    commit, replace, take = Journal.commit, os.replace, Recorder._take
+    commit, replace, take = WorkFolder.commit, os.replace, Recorder._take
 
     def reported_take(self: Recorder) -> None:
         for hand in hands:
@@ -187,12 +217,12 @@ def _announce(hands: list[RandomUser]) -> None:
 
     Recorder._take = reported_take  # type: ignore[method-assign]
 
-    def announced_commit(self: Journal, *arguments: object, **more: object) -> None:
+    def announced_commit(self: WorkFolder, *arguments: object, **more: object) -> None:
         report_action(at="commit")
         commit(self, *arguments, **more)  # type: ignore[arg-type]
         report_action(at="committed")
 
-    Journal.commit = announced_commit  # type: ignore[method-assign,assignment]
+    WorkFolder.commit = announced_commit  # type: ignore[method-assign,assignment]
 
     def announced_replace(source: str, target: str) -> None:
         report_action(at="replace")

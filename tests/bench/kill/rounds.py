@@ -19,20 +19,22 @@ from ilf._runtime.installation import asset_path
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
 from ilf.project.archive import Parts
-from ilf.project.decoding import load_state
-from ilf.project.encoding import frame_part
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.project import ProjectFrame
 from ilf.project.recovery import RecoverableWork, find_recoverable_work
+from ilf.project.state_codec import frame_part, load_state
 from ilf.sources.reading import load_frame
 from tests.e2e.conftest import write_frame
 
 from .digests import digest
 
-LATEST_S = 2.0
-_MOMENTS = "any", "any", "commit", "commit", "replace", "replaced"
+LATEST_S = 3.0
+MOMENTS = "any", "any", "commit", "commit", "replace", "replaced"
+ENDS = "save", "export", "close"
 _DELAYS_S = 0, 0.001, 0.003, 0.01, 0.03
-"""Delay from the announcement of such a moment to the kill [s]."""
+"""Delay from the announcement of a write to the kill [s]."""
+_LONGEST_END_S = 0.6
+"""The same for what takes longer."""
 _ROOT = Path(__file__).parents[3]
 
 
@@ -97,11 +99,13 @@ def frames_in(folder: Path) -> list[Path]:
     return [write_frame(folder / f"frame{number}", frame) for number, frame in enumerate(frames)]
 
 
-def one_round(number: int, frames: Sequence[Path], folder: Path, longest: float = 6.0) -> Found:
+def one_round(
+    number: int, frames: Sequence[Path], folder: Path, longest: float = 6.0, moments: Sequence[str] = MOMENTS
+) -> Found:
     """Let a child work for at most `seconds`, kill it, and check the recovery."""
     chance = random.Random(number)
     folder.mkdir()
-    moment = chance.choice(_MOMENTS)
+    moment = chance.choice(moments)
     told, killed = _killed(number, moment, chance.uniform(0.3, longest), frames, folder)
     found = Found(number, moment, len(told.states))
     try:
@@ -118,7 +122,7 @@ def one_round(number: int, frames: Sequence[Path], folder: Path, longest: float 
 def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folder: Path) -> tuple[_Reports, float]:
     with open(folder / "stderr", "w") as stderr:
         child = subprocess.Popen(
-            [sys.executable, "-m", "tests.bench.kill.child", str(number), folder, *frames],
+            [sys.executable, "-m", "tests.bench.kill.child", str(number), moment, folder, *frames],
             stdout=subprocess.PIPE,
             stderr=stderr,
             text=True,
@@ -128,8 +132,14 @@ def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folde
     assert child.stdout is not None
     told = _Reports()
     begun: float | None = None
+    chance = random.Random(number)
     for line in child.stdout:
         said = told.take(line)
+        if moment in ENDS:
+            if said.get("at") == moment:
+                time.sleep(chance.uniform(0, _LONGEST_END_S))
+                break
+            continue
         if begun is None and told.states:
             begun = time.monotonic()
         late = begun is not None and time.monotonic() - begun > wait

@@ -1,4 +1,4 @@
-"""The work is in the journal soon after every change, and in memory as long as the journal cannot be written."""
+"""The work is in the autosave soon after every change, and in memory as long as that cannot be written."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from gui.project.store import WorkStore
 from gui.state.session import Session
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
-from ilf.project.decoding import load_state
-from ilf.project.encoding import frame_part
 from ilf.project.recovery import find_recoverable_work
+from ilf.project.state_codec import encode, frame_part, load_state
 from ilf.segmentation.editing.patches import patch_between
 
 from ..recording import WAIT_MS, Recording, assert_holds
@@ -43,14 +42,15 @@ def test_all_changes_are_kept_and_nothing_else(context: Recording, qtbot: QtBot)
     context.workspace.frames.close(two)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
-    journal = context.journal()
-    assert_holds(journal, one)
-    states = {name for name in journal.names() if name.startswith("frames/")}
+    written = context.written()
+    assert_holds(written, one)
+    states = {name for name in written.names() if name.startswith("frames/")}
     assert states == {frame_part(one.id)}, "the other has been closed"
-    arrays = {name for name in journal.names() if name.startswith("arrays/")}
-    assert arrays == load_state(one.id, journal).names, "those of former states are gone"
-    assert journal.note.unsaved
-    journal.discard()
+    arrays = {name for name in written.names() if name.startswith("arrays/")}
+    state = load_state(one.id, written)
+    assert arrays == encode(state.state, state.known).names, "those of former states are gone"
+    assert written.header.unsaved
+    written.discard()
 
 
 def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: QtBot) -> None:
@@ -64,9 +64,9 @@ def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: Q
     context.workspace.blocks.drop_stroke()
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
-    journal = context.journal()
-    state = load_state(one.id, journal).state
-    journal.discard()
+    written = context.written()
+    state = load_state(one.id, written).state
+    written.discard()
     assert (state.note, np.array_equal(state.blocks.labels, before)) == ("look", True)
 
 
@@ -80,15 +80,10 @@ def test_what_is_put_away_is_read_as_it_was_left(context: Recording) -> None:
     assert np.array_equal(context.store.read(one.id).state.blocks.labels, left)
 
 
-@pytest.mark.parametrize("readable", [True, False])
-def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(
-    context: Recording, qtbot: QtBot, readable: bool
-) -> None:
+def test_where_nothing_can_be_written_all_is_in_memory_until_it_can(context: Recording, qtbot: QtBot) -> None:
     one, two = context.sessions
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(two, 1)
-    if not readable:  # as on a drive that is pulled out
-        context.store._journal._database.close()
     shutil.rmtree(context.folder)
     context.folder.write_text("in the way")
     with qtbot.waitSignal(context.recorder.failed, timeout=WAIT_MS) as failed:
@@ -98,15 +93,14 @@ def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(
     context.recorder.flush(settled.append)
     qtbot.waitUntil(lambda: bool(settled), timeout=WAIT_MS)
     assert settled == [None], "it can be saved to the project file"
-    for session in (one, two):
-        assert np.array_equal(load_state(session.id, context.store.parts).state.blocks.labels, session.labels)
+    assert np.array_equal(context.store.read(one.id).state.blocks.labels, one.labels)
     context.folder.unlink()
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(one, 4)
-    journal = context.journal()
-    assert_holds(journal, one)
-    assert_holds(journal, two)
-    journal.discard()
+    written = context.written()
+    assert_holds(written, one)
+    assert_holds(written, two)
+    written.discard()
 
 
 class _Project:
@@ -125,7 +119,7 @@ class _Project:
 
 
 @pytest.mark.parametrize("goes", [False, True])
-def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
+def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes(
     context: Recording, qtbot: QtBot, goes: bool
 ) -> None:
     one, _ = context.sessions
@@ -137,17 +131,17 @@ def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
         pass
     context.store.project = _Project(parts)
     state = context.store.read(one.id).state
-    assert context.store.lacks(frame_part(one.id))
+    assert frame_part(one.id) not in context.store.own_names()
     if goes:
         parts.clear()
     again = Session.of_state(state, None, "one")
     context.workspace.add_session(again, restored=True)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(again, 2)
-    journal = context.journal()
-    assert_holds(journal, again)
-    assert load_state(again.id, journal).state.blocks.drawn is not None
-    journal.discard()
+    written = context.written()
+    assert_holds(written, again)
+    assert load_state(again.id, written).state.blocks.drawn is not None
+    written.discard()
 
 
 def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_not(
@@ -180,7 +174,7 @@ def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context: Recor
     context.workspace.frames.unload(two)
     context.workspace.frames.set_note(entry, "Look again.")
     _stored(context, qtbot)
-    context.journal().close()
+    context.written().close()
     (left,) = find_recoverable_work(context.aside)
     left.release()
     assert {frame.id: frame.summary.note for frame in left.frames}[entry.id] == "Look again."
@@ -213,13 +207,13 @@ def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path: 
     assert store.part("arrays/1.png") == b"content"
 
 
-def test_what_is_discarded_is_soon_out_of_the_journal(context: Recording, qtbot: QtBot) -> None:
+def test_what_is_discarded_is_soon_out_of_the_autosave(context: Recording, qtbot: QtBot) -> None:
     _, two = context.sessions
     context.erase(two, 3)
     _stored(context, qtbot)
     context.recorder.revert([two.id], lambda: context.workspace.frames.unload(two))
     qtbot.waitUntil(lambda: two not in context.workspace.frames.sessions, timeout=WAIT_MS)
     qtbot.waitUntil(lambda: context.store.is_written, timeout=WAIT_MS)
-    journal = context.journal()
-    assert frame_part(two.id) not in journal.names()
-    journal.discard()
+    written = context.written()
+    assert frame_part(two.id) not in written.names()
+    written.discard()

@@ -1,5 +1,5 @@
-"""Full, read-only and removed drives, for the journal and for the project file: nothing on them gets worse, it is said,
-and it works again by itself."""
+"""Full, read-only and removed drives, for the autosave and for the project file: nothing on them gets worse, it is
+said, and it works again by itself."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from pytestqt.qtbot import QtBot
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.errors import ExportError
-from ilf.project.decoding import load_state
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
+from ilf.project.state_codec import load_state
 
 from ..recording import WAIT_MS, Recording, assert_holds
 
@@ -88,7 +88,7 @@ def record(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: n
         context.end()
 
 
-def test_a_full_drive_leaves_the_journal_whole_and_all_is_kept_when_there_is_room_again(
+def test_a_full_drive_leaves_the_autosave_whole_and_all_is_kept_when_there_is_room_again(
     drive: _Drive, record: Record, qtbot: QtBot
 ) -> None:
     context = record(drive.folder / "autosave")
@@ -108,18 +108,18 @@ def test_a_full_drive_leaves_the_journal_whole_and_all_is_kept_when_there_is_roo
             break
         had.append(one.labels.copy())
     assert "the disk is full" in str(ended[0])
-    journal = context.journal()
-    assert_holds(journal, two)
+    written = context.written()
+    assert_holds(written, two)
     if len(had) > 1:
-        assert np.array_equal(load_state(one.id, journal).state.blocks.labels, had[-1])
-    journal.discard()
+        assert np.array_equal(load_state(one.id, written).state.blocks.labels, had[-1])
+    written.discard()
     drive.empty()
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(one, 45)
-    journal = context.journal()
-    assert_holds(journal, one)
-    assert_holds(journal, two)
-    journal.discard()
+    written = context.written()
+    assert_holds(written, one)
+    assert_holds(written, two)
+    written.discard()
 
 
 def test_a_drive_that_is_read_only_or_taken_away_costs_nothing(drive: _Drive, record: Record, qtbot: QtBot) -> None:
@@ -132,16 +132,16 @@ def test_a_drive_that_is_read_only_or_taken_away_costs_nothing(drive: _Drive, re
     drive.lock(False)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(one, 1)
-    journal = context.journal()
-    assert_holds(journal, two)
-    journal.discard()
+    written = context.written()
+    assert_holds(written, two)
+    written.discard()
     drive.pull_out()
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(one, 2)
-    journal = context.journal()
-    assert_holds(journal, one)
-    assert_holds(journal, two)
-    journal.discard()
+    written = context.written()
+    assert_holds(written, one)
+    assert_holds(written, two)
+    written.discard()
 
 
 @pytest.mark.parametrize("full", [True, False])

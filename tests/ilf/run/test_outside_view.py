@@ -14,14 +14,13 @@ from ilf.data.results import Status
 from ilf.errors import InputError
 from ilf.evaluation.evaluation import evaluate_completion
 from ilf.evaluation.hold_out import frame_without
-from ilf.project.decoding import load_state
-from ilf.project.encoding import Encoder
 from ilf.project.frame_state import FrameState
+from ilf.project.state_codec import encode, load_state
 from ilf.run.options import ExportOptions
 from ilf.run.record import make_record, to_json
 from ilf.run.record_file import read_record
 
-from ..project.test_encoding import Held
+from ..project.test_codec import Held
 
 SHAPE = H, W = 24, 40
 OUTSIDE = np.zeros(SHAPE, bool)
@@ -156,15 +155,12 @@ def test_a_completed_folder_is_a_frame_with_it(opened_again, tmp_path):
 
 def test_a_project_keeps_it_and_the_pose_of_a_frame_with_files(opened_again):
     completed, pose = opened_again
-    encoder = Encoder()
-    encoded = encoder.encode(FrameState("a" * 32, completed, Blocks(BLOCKS)))
+    encoded = encode(FrameState("a" * 32, completed, Blocks(BLOCKS)))
     found = load_state("a" * 32, Held().take(encoded, "a" * 32))
     assert found.problems == ()
     np.testing.assert_array_equal(found.state.frame.outside_view, OUTSIDE)
     np.testing.assert_array_equal(found.state.frame.pose, pose)
-    again = Encoder()
-    again.learn(found.origins, found.names)
-    assert not again.encode(found.state).arrays
+    assert not encode(found.state, found.known).made
 
 
 def test_a_cloud_has_no_point_of_it(frame):
@@ -175,12 +171,9 @@ def test_a_cloud_has_no_point_of_it(frame):
 
 
 def test_a_project_keeps_it(frame):
-    encoder = Encoder()
-    encoded = encoder.encode(FrameState("a" * 32, frame, Blocks(BLOCKS)))
+    encoded = encode(FrameState("a" * 32, frame, Blocks(BLOCKS)))
     parts = Held().take(encoded, "a" * 32)
     found = load_state("a" * 32, parts)
     assert found.problems == ()
     np.testing.assert_array_equal(found.state.frame.outside_view, OUTSIDE)
-    again = Encoder()
-    again.learn(found.origins, found.names)
-    assert not again.encode(found.state).arrays
+    assert not encode(found.state, found.known).made

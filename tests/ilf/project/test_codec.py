@@ -1,0 +1,155 @@
+"""Frames' states as parts and back, whatever fields they have."""
+
+import dataclasses
+import json
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from ilf.data.blocks import Blocks
+from ilf.errors import FormatError
+from ilf.project.codec import pack, unpack
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Project
+from ilf.project.project_json import decode_project, encode_project
+from ilf.project.sources import Places
+from ilf.project.state_codec import UnreadableFrame, encode, frame_part, load_state
+
+from ..project_states import assert_same, made_frame, rich_state, small_frame
+
+
+class Held:
+    """Parts in memory."""
+
+    def __init__(self, parts=()):
+        self.parts = dict(parts)
+
+    def names(self):
+        return self.parts.keys()
+
+    def read(self, name):
+        return self.parts[name]
+
+    def take(self, encoded, frame_id):
+        self.parts |= {frame_part(frame_id): encoded.content, **encoded.made}
+        return self
+
+
+@pytest.fixture(scope="module")
+def state(tmp_path_factory):
+    return rich_state(small_frame(tmp_path_factory.mktemp("frame")))
+
+
+@pytest.mark.parametrize("origin", ["files", "program"])
+def test_a_state_comes_back_as_it_was(origin, state):
+    wanted = state if origin == "files" else rich_state(made_frame())
+    encoded = encode(wanted)
+    assert encoded.made.keys() == encoded.names
+    found = load_state(wanted.id, Held().take(encoded, wanted.id))
+    assert found.problems == ()
+    assert_same(wanted, found.state)
+    assert found.state.runs[1].run.frame is found.state.frame, "what runs share, they share again"
+    assert found.state.runs[1].run.blocks is found.state.blocks.labels
+    assert found.state.runs[1].results[1] is found.state.results[1]
+
+
+def test_only_what_is_another_object_is_written_again(state):
+    held = Held().take(encode(state), state.id)
+    read = load_state(state.id, held)
+    first = encode(read.state, read.known)
+    assert not encode(read.state, first.known).made
+    labels = read.state.blocks.labels.copy()
+    labels[0, 0] += 1
+    edited = replace(read.state, note="new", blocks=replace(read.state.blocks, labels=labels))
+    assert len(encode(edited, first.known).made) == 1
+    assert_same(edited, load_state(state.id, held.take(encode(edited, first.known), state.id)).state)
+
+
+@dataclass(frozen=True, eq=False)
+class _MoreBlocks(Blocks):
+    heights: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True)
+class _Opinion:
+    by: str
+    marks: dict[int, float]
+
+
+@dataclass(frozen=True, eq=False)
+class _MoreState(FrameState):
+    blocks: _MoreBlocks = field(kw_only=True)
+    seen: NDArray[np.bool_] | None = None
+    opinions: tuple[_Opinion, ...] = ()
+
+
+def test_a_field_that_is_new_needs_no_line_in_the_codec(state):
+    shape = state.frame.shape
+    labels, heights = np.ones(shape, np.int32), np.linspace(0, 1, 100).reshape(10, 10)
+    wanted = _MoreState(
+        "a1",
+        state.frame,
+        blocks=_MoreBlocks(labels, heights=heights),
+        seen=np.eye(*shape, dtype=bool),
+        opinions=(_Opinion("me", {3: 0.5, 4: float("inf")}),),
+    )
+    found = load_state("a1", Held().take(encode(wanted), "a1"), kind=_MoreState).state
+    assert_same(wanted, found)
+    with pytest.raises(UnreadableFrame, match="opinions, seen"):
+        load_state("a1", Held().take(encode(wanted), "a1"))
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.array([0.5, np.nan, -np.inf], np.float32),
+        np.full((200, 3), np.nan, np.float32),
+        np.full((2160, 1), 70_000, np.int32),
+        np.arange(300, dtype=np.int64) - 5,
+        np.zeros((0, 4), bool),
+    ],
+)
+def test_an_array_comes_back_with_its_type_and_all_bits(array):
+    kind = NDArray[array.dtype.type]
+    assert_same(array, unpack(*pack(array), kind))
+
+
+def test_a_part_that_unpacks_to_gigabytes_is_refused(monkeypatch):
+    monkeypatch.setattr("ilf.project.codec.MAX_UNPACKED", 10**6)
+    with pytest.raises(FormatError, match="too large"):
+        unpack(*pack(np.zeros(10**6)), NDArray[np.float64])
+
+
+def test_the_state_that_is_tried_has_something_in_every_place(state):
+    """Who adds a field to what a project holds has to think of how it is kept."""
+    kept = state.runs
+    tried = [
+        (state,),
+        (state.blocks,),
+        (state.looked,),
+        tuple(state.blocks.infos.values()),
+        kept,
+        tuple(run.run for run in kept),
+        tuple(state.results.values()),
+    ]
+    for things in tried:
+        for one in dataclasses.fields(things[0]):
+            default = one.default
+            if one.default_factory is not dataclasses.MISSING:
+                default = one.default_factory()
+            if not one.metadata.get("stored", True) or one.name.startswith("_") or default is dataclasses.MISSING:
+                continue
+            values = [getattr(thing, one.name) for thing in things]
+            assert any(value is not default and not np.array_equal(value, default) for value in values), one.name
+
+
+def test_the_json_can_be_read_by_any_program(state):
+    json.loads(encode(state).content, parse_constant=lambda name: pytest.fail(name))
+
+
+def test_where_the_user_says_that_files_are_is_told_with_the_list(tmp_path):
+    given = {"/gone/rgb.png": tmp_path / "rgb.png", "ab12": tmp_path / "depth.png"}
+    held = Held({"project.json": encode_project(Project(), Places(given=given))})
+    assert decode_project(held).places.given == given
