@@ -26,7 +26,7 @@ from ..state.workspace import Workspace
 from ..views.contents import EARLIER, RUNS
 from ..views.layouts import COMPARE
 from ..views.linked_views import LinkedViews
-from ..views.painter import ShownRun, Spectrum
+from ..views.material import ShownRun, Spectrum
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 from .views import ViewsFeature, ViewsPresenter, colour_table
@@ -74,7 +74,7 @@ class Comparison(QObject):
         kept = None if session is None else _stored_run(session, side)
         if on and session is not None and kept is not None and not np.array_equal(kept.run.blocks, session.labels):
             self._has_other_blocks = True
-            self._presenter.show_other(kept.run.blocks, kept.completion.depth)
+            self._presenter.show_other_blocks(kept.run.blocks)
         self._views.sides.show_a_as_result(on)
         if not on and self._has_other_blocks:
             self._has_other_blocks = False

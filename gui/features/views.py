@@ -21,7 +21,7 @@ from ..state.results import ErrorEstimate
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.linked_views import LinkedViews
-from ..views.painter import Before
+from ..views.material import Before
 from ..views.view_menus import ViewBar
 from ..work.frame_runs import RunState
 from ..work.latest_request import LatestRequest
@@ -173,10 +173,14 @@ class ViewsPresenter(QObject):
     def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
         """Show other blocks of the current frame, int32 (H, W), and other completed depth [m], None for none,
         until `show_present`."""
+        self.show_other_blocks(labels)
+        self._views.set_result(depth)
+
+    def show_other_blocks(self, labels: NDArray[np.int32]) -> None:
+        """Show other blocks of the current frame, int32 (H, W), until `show_present`."""
         self._shows_other = True
         table = colour_table(self._workspace.session, int(labels.max()))
         self._views.set_blocks(labels, table)
-        self._views.set_result(depth)
         self._table = None
 
     def show_present(self) -> None:

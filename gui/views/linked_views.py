@@ -16,26 +16,26 @@ from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base import theme
 from ..widgets.basics import Themed
-from .analysis_painters import StageModel
-from .cells import Cell, PainterFactory, Sheet
+from .cells import Cell, Sheet
 from .colour_ranges import ColourRanges
 from .colours import FIXED
 from .image_view import ImageView, ViewTransform
 from .interaction import PointerHandler, Preview
 from .layouts import CELLS
+from .material import Before, Material, ShownDepth, ShownRun, Spectrum
 from .navigation import Navigation
-from .painter import Before, Layer, Material, ShownRun, Spectrum
 from .pixel_items import BlockOverlay
 from .scene_items import missing_brush
 from .screen_layers import ScreenLayers
 from .side_comparison import SideComparison
+from .stages import StageModel
 
 _ALL = (
     *("frame", "invalid_mask", "result", "moment", "expected-error", "ground_truth", "guide", "runs"),
     "from_neighbours",
     *("before", "interpolated", "edges", "stage", "spectrum", "levels"),
 )
-"""All parts of the material (names for `uses` of painters)."""
+"""All parts of the material (names for `Content.uses`)."""
 
 
 class LinkedViews(Themed, QWidget):
@@ -84,13 +84,14 @@ class LinkedViews(Themed, QWidget):
         super().__init__(parent)
         self._transform = ViewTransform()
         self._navigation = Navigation(self._transform, self)
-        self.material = Material()
+        self.extraction = StageModel(self)
+        self.material = Material(self.extraction)
         self._names: Mapping[int, str] | None = None
         self._shows_missing = False
         self._overlay = BlockOverlay(1)
-        self.extraction = StageModel(self)
-        studio = PainterFactory(self.material, self._overlay, self.extraction)
-        self.cells = {name: Cell(content, self._handle, studio) for name, (_, content) in CELLS.items()}
+        self.cells = {
+            name: Cell(content, self._handle, self.material, self._overlay) for name, (_, content) in CELLS.items()
+        }
         self._views = [cell.view for cell in self.cells.values()]
         self._layers = ScreenLayers()
         self._active = next(iter(self.cells))
@@ -209,7 +210,7 @@ class LinkedViews(Themed, QWidget):
             If there is no frame or the shape is not its shape.
         """
         self._check(depth_out, "a result")
-        self.material.result = None if depth_out is None else Layer(depth_out, extrapolated, stale)
+        self.material.result = None if depth_out is None else ShownDepth(depth_out, extrapolated, stale)
         self.ranges.update_for_result()
         self._changed("result")
 
@@ -244,7 +245,7 @@ class LinkedViews(Themed, QWidget):
                 self.set_place(*place)
             material.played = True
         material.rgb, material.measured, material.depth_in = rgb, depth_in, depth_in
-        material.result = None if depth_out is None else Layer(depth_out)
+        material.result = None if depth_out is None else ShownDepth(depth_out)
         material.moment, material.before = text, before
         self._changed("frame", "invalid_mask", "result", "moment", "before")
         self._show_marks()
@@ -420,7 +421,7 @@ class LinkedViews(Themed, QWidget):
             self.shownChanged.emit()
 
     def _parts_in_use(self) -> set[str]:
-        return set().union(*(cell.painter.uses for cell in self._sheet.shown))
+        return set().union(*(cell.uses for cell in self._sheet.shown))
 
     # contents
 
@@ -453,7 +454,7 @@ class LinkedViews(Themed, QWidget):
 
     def shows(self, part: str) -> bool:
         """Whether a visible cell uses a part of the material, such as "edges"."""
-        return any(cell.isVisible() and part in cell.painter.uses for cell in self.cells.values())
+        return any(cell.isVisible() and part in cell.uses for cell in self.cells.values())
 
     @property
     def shows_expected_error(self) -> bool:
@@ -479,7 +480,7 @@ class LinkedViews(Themed, QWidget):
     @property
     def ranged(self) -> Cell:
         """The cell whose colour range is edited: the active one if it has a range, else the first that has."""
-        return next((cell for cell in (self.active, *self._sheet.shown) if cell.painter.range_kind), self.active)
+        return next((cell for cell in (self.active, *self._sheet.shown) if cell.range_kind), self.active)
 
     def take_focus(self) -> None:
         """Give the keyboard focus to the active view."""

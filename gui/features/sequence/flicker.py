@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
-from ...views.painter import Before
+from ...views.material import Before
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature

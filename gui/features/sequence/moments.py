@@ -16,7 +16,7 @@ from ilf.sources.frame_source import FrameSource
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
-from ...views.painter import Before, Depth
+from ...views.material import Before, Depth
 from ..batch.feature import BatchResult
 
 

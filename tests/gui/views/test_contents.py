@@ -11,9 +11,10 @@ from PySide6.QtTest import QTest
 
 from gui.views.colours import FULL, ROBUST
 from gui.views.contents import checked
+from gui.views.layers import missing_reason
 from gui.views.layouts import CELLS
 from gui.views.linked_views import LinkedViews
-from gui.views.painter import ShownRun
+from gui.views.material import ShownRun
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.segmentation.edges.frame_edges import find_edges
@@ -103,11 +104,11 @@ def test_creases_are_shown_where_the_detector_tells_of_them(views):
     cell = views.cells["depth-in"]
     views.set_content("depth-in", "creases")
     views.set_edges(edges)
-    assert cell.painter.value_at(3, 4) is None
+    assert cell.picture.value_at(3, 4) is None
     views.set_edges(dataclasses.replace(edges, crease=flat(0.25)))
-    assert cell.painter.value_at(3, 4) == 0.25
+    assert cell.picture.value_at(3, 4) == 0.25
     views.set_content("depth-in", "strength")
-    assert cell.painter.value_at(3, 4) == 0
+    assert cell.picture.value_at(3, 4) == 0
 
 
 def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
@@ -130,14 +131,14 @@ def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
     assert views.shows("interpolated")
     assert cell.view.image.image is None
     views.set_interpolated(flat(2.0))
-    assert cell.painter.value_at(30, 30) == pytest.approx(100, abs=0.01)
+    assert cell.picture.value_at(30, 30) == pytest.approx(100, abs=0.01)
     views.set_ground_truth(flat(2.2))
-    assert cell.painter.value_at(30, 30) == pytest.approx(-100, abs=0.01)
+    assert cell.picture.value_at(30, 30) == pytest.approx(-100, abs=0.01)
     assert not views.shows("interpolated")
     views.set_runs([], ShownRun("Before", flat(2.3)))
     assert "Before" in cell.strip.title
     views.set_runs([ShownRun("Mine", flat(2.4))], ShownRun("Before", flat(2.3)))
-    assert cell.painter.value_at(30, 30) == pytest.approx(-300, abs=0.01)
+    assert cell.picture.value_at(30, 30) == pytest.approx(-300, abs=0.01)
     assert cell.bar.levels == (-500, 500)
     assert "Mine" in cell.strip.title
 
@@ -166,8 +167,8 @@ def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
     ground_truth = flat(2.05)
     ground_truth[:, 32:] = np.nan
     views.set_ground_truth(ground_truth)
-    assert cell.painter.value_at(5, 5) == pytest.approx(-50, abs=0.01)
-    assert cell.painter.value_at(40, 5) is None
+    assert cell.picture.value_at(5, 5) == pytest.approx(-50, abs=0.01)
+    assert cell.picture.value_at(40, 5) is None
     views.set_ground_truth(None)
     assert cell.strip.title == "Expected error"
     with pytest.raises(ValueError, match="does not belong"):
@@ -190,7 +191,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert colour_at(cell, 45.5, 30.5) == run_1
     assert colour_at(cell, 60.5, 40.5) == run_2
     assert not {"PRESS", "MOVE", "RELEASE"} & set(heard)
-    assert cell.painter.value_at(45, 30) == pytest.approx(1.1)
+    assert cell.picture.value_at(45, 30) == pytest.approx(1.1)
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
     assert views.sides.swipe.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
@@ -235,10 +236,10 @@ def test_sides_that_are_not_there_yet_say_why(views):
         views.sides.choose(depth)
         cell = next(cell for cell in views.cells.values() if cell.content == "a")
         assert cell.concrete == depth
-        assert cell.painter._reason().startswith(why)
+        assert missing_reason(cell.concrete, views.material).startswith(why)
     views.set_frame(views.material.rgb, flat(1.1))
     views.set_layout("compare")
-    cell.painter.draw()
+    cell.draw_again()
     assert cell.view._message.startswith("Interpolating")
 
 
@@ -248,13 +249,13 @@ def test_side_a_stands_in_for_the_result_for_a_while(views):
     views.set_runs([ShownRun("Run 1", flat(2.5))])
     cell, difference = views.cells["depth-out"], views.cells["difference"]
     views.sides.show_a_as_result(True)
-    assert cell.painter.value_at(5, 5) == 2.5
+    assert cell.picture.value_at(5, 5) == 2.5
     assert cell.strip.title == "Run 1"
-    assert difference.painter.value_at(5, 5) == -500, "their difference stays to be seen"
+    assert difference.picture.value_at(5, 5) == -500, "their difference stays to be seen"
     views.set_result(flat(2.1))
-    assert cell.painter.value_at(5, 5) == 2.5
+    assert cell.picture.value_at(5, 5) == 2.5
     views.sides.show_a_as_result(False)
-    assert cell.painter.value_at(5, 5) == pytest.approx(2.1)
+    assert cell.picture.value_at(5, 5) == pytest.approx(2.1)
     assert cell.strip.title == "Depth out"
 
 
