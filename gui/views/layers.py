@@ -406,7 +406,7 @@ CONTENTS = {
     "colour": Content(colour, frozenset({"frame", "swipe", "runs"}), stripes="missing"),
     "expected-error": Content(
         expected,
-        frozenset({"invalid_mask", "expected-error", "levels", "moment", "result"}),
+        frozenset({"invalid_mask", "expected", "levels", "moment", "result"}),
         "expected",
         "mm",
         stripes="unsupported",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,8 @@ Blocks = tuple[NDArray[np.int32], NDArray[np.uint8]]
 """A label map (H, W), and RGBA by label (N + 1, 4)."""
 
 
-class ShownRun(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class ShownRun:
     """A stored run as the views need it: name, depth [m] with the mask of extrapolated pixels, colour (R, G, B),
     blocks if they differ from the current ones, and its number, 0 for none."""
 
@@ -42,6 +44,17 @@ class ShownRun(NamedTuple):
     colour: tuple[int, int, int] | None = None
     blocks: Blocks | None = None
     number: int = 0
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both have the identical depth under the same name; the blocks of a run never change."""
+        return (
+            isinstance(other, ShownRun)
+            and self.depth is other.depth
+            and (self.name, self.colour, self.number) == (other.name, other.colour, other.number)
+            and (self.blocks is None) == (other.blocks is None)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 class ShownDepth(NamedTuple):
@@ -146,6 +159,16 @@ class Material:
         self.unsupported: Mask | None = None
         self.error_is_outdated = False
         self.shows_a_as_result = False
+
+    def set_invalid_mask(self, mask: Mask | None) -> None:
+        """Set the invalid mask: measured depth there is wrong and counts as missing; None for none."""
+        measured = self.measured
+        # only measured pixels can be invalid
+        wrong = None if mask is None or measured is None else mask & np.isfinite(measured)
+        self.invalid_mask = wrong
+        self.depth_in = measured
+        if wrong is not None and measured is not None:
+            self.depth_in = np.where(wrong, np.float32(np.nan), measured)
 
     @property
     def no_result(self) -> str:
