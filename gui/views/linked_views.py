@@ -92,6 +92,8 @@ class LinkedViews(Themed, QWidget):
         self.material = Material(self.extraction)
         self._given: dict[str, Any] = {}
         """Data of the frame as they were given."""
+        self._used_with_sides: frozenset[str] = frozenset()
+        """Parts that the shown cells used when the sides were last drawn."""
         self._names: Mapping[int, str] | None = None
         self._shows_missing = False
         self._overlay = BlockOverlay(1)
@@ -328,13 +330,11 @@ class LinkedViews(Themed, QWidget):
 
     def _follow_sides(self, part: str) -> None:
         """Draw the changed sides; they may need data that no view has used before."""
-        before = self._parts_in_use()
         self._changed(part)
-        if self._parts_in_use() != before:
+        used = frozenset().union(*(cell.uses for cell in self._sheet.shown))
+        if used != self._used_with_sides:
+            self._used_with_sides = used
             self.shownChanged.emit()
-
-    def _parts_in_use(self) -> set[str]:
-        return set().union(*(cell.uses for cell in self._sheet.shown))
 
     # contents
 
