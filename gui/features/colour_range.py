@@ -354,7 +354,7 @@ class ColourRangeFeature(Feature):
     def show(self) -> None:
         """Show the range of the active view if the panel is visible; always show whether it is locked."""
         views = self.context.views
-        cell, kind = views.ranged, views.ranged.painter.range_kind
+        cell, kind = views.ranged, views.ranged.range_kind
         there = self.context.workspace.has_session and bool(kind) and cell.bar.levels is not None
         with QSignalBlocker(self._lock):
             self._lock.setChecked(there and views.ranges.of(kind).locked)
@@ -365,7 +365,7 @@ class ColourRangeFeature(Feature):
             return
         self.panel.show_map(views.ranges.depth_map)
         if there and cell.bar.levels is not None:
-            values = cell.painter.values()
+            values = cell.picture.values()
             self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, views.ranges.of(kind))
         else:
             self.panel.show_placeholder(cell.strip.title, "Click a view of depth, a difference or an error")
@@ -373,11 +373,11 @@ class ColourRangeFeature(Feature):
     def fit(self) -> None:
         """Set the range of the active view to the values of the selected blocks, or of its visible part."""
         cell, session = self.context.views.ranged, self.context.workspace.session
-        kind, box = cell.painter.range_kind, cell.view.visible_box()
-        of_blocks = cell.painter.values(np.isin(session.labels, session.selected))
+        kind, box = cell.range_kind, cell.view.visible_box()
+        of_blocks = cell.picture.values(np.isin(session.labels, session.selected))
         found = None if of_blocks is None else range_of(of_blocks, kind)
         where = "the view" if found is None else "the selected blocks"
-        seen = cell.painter.values(box) if found is None else None
+        seen = cell.picture.values(box) if found is None else None
         levels = range_of(seen, kind) if seen is not None else found
         if levels is None:
             self.context.notes.show_message(f"{cell.strip.title} has no different values in the view.")
@@ -387,13 +387,13 @@ class ColourRangeFeature(Feature):
 
     def _set_mode(self, mode: str) -> None:
         cell = self.context.views.ranged
-        kind, levels = cell.painter.range_kind, cell.bar.levels
+        kind, levels = cell.range_kind, cell.bar.levels
         self.context.views.ranges.set(kind, mode, levels if mode == FIXED else None)
 
     def _set_levels(self, low: float, high: float) -> None:
         views = self.context.views
         if low < high:
-            views.ranges.set(views.ranged.painter.range_kind, FIXED, (low, high))
+            views.ranges.set(views.ranged.range_kind, FIXED, (low, high))
         else:
             self.context.notes.show_message("The lower limit of the colour range must be below the upper one.")
             self.context.refresh.mark("range")
@@ -401,6 +401,6 @@ class ColourRangeFeature(Feature):
     def _set_lock(self, on: bool) -> None:
         """Fix the current range, or compute it again."""
         views = self.context.views
-        kind, levels = views.ranged.painter.range_kind, views.ranged.bar.levels
+        kind, levels = views.ranged.range_kind, views.ranged.bar.levels
         if kind:
             views.ranges.set(kind, views.ranges.of(kind).mode, levels if on else None, locked=on)

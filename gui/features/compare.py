@@ -26,7 +26,7 @@ from ..state.workspace import Workspace
 from ..views.contents import EARLIER, RUNS
 from ..views.layouts import COMPARE
 from ..views.linked_views import LinkedViews
-from ..views.painter import ShownRun, Spectrum
+from ..views.material import ShownRun, Spectrum
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
 from .views import ViewsFeature, ViewsPresenter, colour_table
@@ -43,30 +43,23 @@ class Comparison(QObject):
         self._views = views
         self._presenter = presenter
         self._session: Session | None = None
-        self._runs: tuple[ShownRun | None, ...] = ()
-        self._ground_truth: object = None
         self._earlier: Completion | None = None
         self._has_other_blocks = False
 
     def show(self) -> None:
-        """Pass ground truth and runs of the current frame to the views, unless they have them."""
-        session = self._workspace.session if self._workspace.has_session else None
-        if session is not self._session:
-            self._session, self._ground_truth, self._runs = session, None, ()  # discarded with the previous frame
+        """Show ground truth and runs of the current frame."""
+        self._session = session = self._workspace.session if self._workspace.has_session else None
         if session is None:
             self._earlier = None
             return
-        if session.frame.ground_truth is not self._ground_truth:
-            self._ground_truth = session.frame.ground_truth
-            self._views.set_ground_truth(session.frame.ground_truth)
         earlier = earlier_run(session)
         self._earlier = None if earlier is None else earlier.completion  # keeps it from being composed again every time
-        runs = [_shown(kept, session) for kept in session.compared]
-        before = None if earlier is None else _shown(earlier, session)
-        number = _number_of_result(session)
-        if not _same_runs((*runs, before), self._runs) or number != self._views.material.result_number:
-            self._runs = (*runs, before)
-            self._views.set_runs(runs, before, number)
+        self._views.show_data(
+            ground_truth=session.frame.ground_truth,
+            runs=tuple(_shown(kept, session) for kept in session.compared),
+            earlier=None if earlier is None else _shown(earlier, session),
+            result_number=_number_of_result(session),
+        )
 
     def show_a_as_result(self, on: bool) -> None:
         """Show side A with the blocks of its run instead of the result, or go back."""
@@ -74,7 +67,7 @@ class Comparison(QObject):
         kept = None if session is None else _stored_run(session, side)
         if on and session is not None and kept is not None and not np.array_equal(kept.run.blocks, session.labels):
             self._has_other_blocks = True
-            self._presenter.show_other(kept.run.blocks, kept.completion.depth)
+            self._presenter.show_other_blocks(kept.run.blocks)
         self._views.sides.show_a_as_result(on)
         if not on and self._has_other_blocks:
             self._has_other_blocks = False
@@ -110,19 +103,6 @@ def _shown(kept: StoredRun, session: Session) -> ShownRun:
     extrapolated = completion.extrapolated if completion.extrapolated.any() else None
     others = None if np.array_equal(labels, session.labels) else (labels, colour_table(session, int(labels.max())))
     return ShownRun(kept.name, completion.depth, extrapolated, kept.colour, others, kept.number)
-
-
-def _same_runs(some: tuple[ShownRun | None, ...], others: tuple[ShownRun | None, ...]) -> bool:
-    """Whether both have the identical depth arrays under the same names."""
-    return len(some) == len(others) and all(
-        one is other or (one is not None and other is not None and _is_same(one, other))
-        for one, other in zip(some, others, strict=True)
-    )
-
-
-def _is_same(one: ShownRun, other: ShownRun) -> bool:
-    same_blocks = (one.blocks is None) == (other.blocks is None)  # the blocks of a run never change
-    return one.depth is other.depth and (one.name, one.colour) == (other.name, other.colour) and same_blocks
 
 
 # Data derived from the current frame for visible views: edges, interpolated holes, guide, spectrum.
@@ -164,10 +144,10 @@ class _Derived(QObject):
 
     failed = Signal(object)
 
-    def __init__(self, part: str, show: Callable[[Any], None], nothing: Any, parent: QObject) -> None:
-        super().__init__(parent)
-        self.part = part
-        self._show = show
+    def __init__(self, part: str, nothing: Any, views: LinkedViews) -> None:
+        super().__init__(views)
+        self._part = part
+        self._views = views
         self._nothing = nothing
         self._requested: _Request | None = None
         self._questions = LatestRequest[_Request, Any](lambda question: question.find(), self)
@@ -183,7 +163,7 @@ class _Derived(QObject):
         """Request the result unless it is there or pending; None shows `otherwise` at once."""
         if question is None:
             self.forget()
-            self._show(self._nothing if otherwise is None else otherwise)
+            self._views.show_data(**{self._part: self._nothing if otherwise is None else otherwise})
         elif question != self._requested:
             self._requested = question
             self._questions.ask(question)
@@ -199,7 +179,7 @@ class _Derived(QObject):
 
     def _take(self, question: _Request, answer: Any) -> None:
         if self._requested is not None and question == self._requested:
-            self._show(answer)
+            self._views.show_data(**{self._part: answer})
 
     def _fail(self, question: _Request, error: Exception) -> None:
         if self._requested is not None and question == self._requested:
@@ -222,10 +202,10 @@ class DerivedPresenter(QObject):
         self._workspace = workspace
         self._views = views
         self._session: Session | None = None
-        self._edges = _Derived("edges", views.set_edges, None, self)
-        self._interpolated = _Derived("interpolated", views.set_interpolated, None, self)
-        self._guide = _Derived("guide", views.set_guide, None, self)
-        self._spectrum = _Derived("spectrum", views.set_spectrum, "", self)
+        self._edges = _Derived("edges", None, views)
+        self._interpolated = _Derived("interpolated", None, views)
+        self._guide = _Derived("guide", None, views)
+        self._spectrum = _Derived("spectrum", "", views)
         self._all = self._edges, self._interpolated, self._guide, self._spectrum
         for one in self._all:
             one.failed.connect(self.failed)

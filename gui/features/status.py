@@ -14,7 +14,7 @@ from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.cloud.canvas import HINT, MOVES
 from ..views.contents import FLICKERS
-from ..views.painter import Material
+from ..views.material import Material
 from ..widgets.basics import PlainLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
@@ -238,7 +238,7 @@ class ReadoutPresenter(QObject):
 
     def _played(self, x: int, y: int) -> list[str]:
         """Return the values of a frame that is played; none if the pixel is outside."""
-        depths = [(name, self._material.layer(depth)) for name, depth in (("in", "depth-in"), ("out", "result"))]
+        depths = [(name, self._material.depth(depth)) for name, depth in (("in", "depth-in"), ("out", "result"))]
         height, width = (0, 0) if depths[0][1] is None else depths[0][1].depth.shape
         if x >= width or y >= height:
             return []
@@ -249,7 +249,7 @@ class ReadoutPresenter(QObject):
         """Return the change of depth in and depth out against the frame before, as far as it is known."""
         parts = []
         for name, depths in (("in", FLICKERS["flicker-in"]), ("out", FLICKERS["flicker"])):
-            now, before = (self._material.layer(depth) for depth in depths)
+            now, before = (self._material.depth(depth) for depth in depths)
             if now is not None and before is not None and np.isfinite(change := now.depth[y, x] - before.depth[y, x]):
                 parts.append(f"flicker {name} {1000 * change:+.1f} mm")
         return parts

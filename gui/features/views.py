@@ -11,7 +11,6 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf.completion.confidence.expected_error import expected_error, unsupported
 from ilf.completion.suspects import suspect_islands
-from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import Box
 from ilf.data.results import Completion
@@ -21,7 +20,7 @@ from ..state.results import ErrorEstimate
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.linked_views import LinkedViews
-from ..views.painter import Before
+from ..views.material import Before
 from ..views.view_menus import ViewBar
 from ..work.frame_runs import RunState
 from ..work.latest_request import LatestRequest
@@ -44,9 +43,6 @@ class ViewsPresenter(QObject):
         self._workspace = workspace
         self._views = views
         self._shown: Session | None = None
-        self._invalid_mask: NDArray[np.bool_] | None = None
-        self._suspect: NDArray[np.bool_] | None = None
-        self._by_hand: tuple[DepthByHand | None, RGBDFrame | None] = (None, None)
         self._table: NDArray[np.uint8] | None = None
         self._boxes: list[Box] = []
         self._colours_valid = False
@@ -74,22 +70,19 @@ class ViewsPresenter(QObject):
             return
         self._shows_played = False
         if session is not self._shown:
-            self._shown, self._table, self._invalid_mask, self._by_hand = session, None, None, (None, None)
-            self._shows_other, self._suspect = False, None
+            self._shown, self._table, self._shows_other = session, None, False
             if session is None:
                 self._views.clear()
             else:
                 frame = session.frame
                 self._views.set_frame(frame.rgb, frame.measured, frame.outside_view)
-        if session is not None and session.frame.invalid_mask is not self._invalid_mask:
-            self._invalid_mask = session.frame.invalid_mask
-            self._views.set_invalid_mask(self._invalid_mask)
-        if session is not None and session.frame.from_neighbours is not self._views.material.from_neighbours:
-            self._views.set_from_neighbours(session.frame.from_neighbours)
-        if session is not None and (session.blocks.by_hand, session.frame) != self._by_hand:
-            self._by_hand = session.blocks.by_hand, session.frame
-            mask = None if session.blocks.by_hand is None else session.blocks.by_hand.pixels & session.frame.missing
-            self._views.set_by_hand(mask if mask is not None and mask.any() else None)
+        if session is not None:
+            frame, by_hand = session.frame, session.blocks.by_hand
+            self._views.show_data(
+                invalid_mask=frame.invalid_mask,
+                from_neighbours=frame.from_neighbours,
+                by_hand=None if by_hand is None else _any(by_hand.pixels & frame.missing),
+            )
 
     def show_played(self, frame: RGBDFrame, depth: NDArray[np.float32] | None, text: str, before: Before) -> None:
         """Show a frame that is not open, its completed depth [m] with a text on how it was completed, and the depth of
@@ -155,28 +148,30 @@ class ViewsPresenter(QObject):
         being viewed."""
         if self._workspace.has_session and not self._shows_other:
             session, viewed_iteration = self._workspace.session, self._workspace.runs.viewed_iteration
-            self._views.set_moment("" if viewed_iteration is None else viewed_iteration.text)
+            self._views.show_data(moment="" if viewed_iteration is None else viewed_iteration.text)
             if viewed_iteration is not None:
                 self._views.set_result(viewed_iteration.depth)
                 return
             completion = session.completion()
-            extrapolated = completion.extrapolated if completion is not None and completion.extrapolated.any() else None
+            extrapolated = None if completion is None else _any(completion.extrapolated)
             depth = session.current_depth()
             if session.proposal is not None:
                 depth = session.with_proposal(session.frame.depth if depth is None else depth)
             self._views.set_result(depth, extrapolated, None if depth is None else session.stale)
             suspect = suspect_islands(completion.frame) if completion is not None and completion.suspect else None
-            if suspect is not self._suspect:
-                self._suspect = suspect
-                self._views.set_suspect(suspect)
+            self._views.show_data(suspect=suspect)
 
     def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
         """Show other blocks of the current frame, int32 (H, W), and other completed depth [m], None for none,
         until `show_present`."""
+        self.show_other_blocks(labels)
+        self._views.set_result(depth)
+
+    def show_other_blocks(self, labels: NDArray[np.int32]) -> None:
+        """Show other blocks of the current frame, int32 (H, W), until `show_present`."""
         self._shows_other = True
         table = colour_table(self._workspace.session, int(labels.max()))
         self._views.set_blocks(labels, table)
-        self._views.set_result(depth)
         self._table = None
 
     def show_present(self) -> None:
@@ -194,6 +189,11 @@ class ViewsPresenter(QObject):
             self._views.zoom_to(
                 slice(int(rows.min()), int(rows.max()) + 1), slice(int(columns.min()), int(columns.max()) + 1)
             )
+
+
+def _any(mask: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
+    """Return the mask, or None if it has no pixels."""
+    return mask if mask.any() else None
 
 
 def colour_table(session: Session, min_label: int) -> NDArray[np.uint8]:
@@ -312,8 +312,6 @@ class ErrorFeature(Feature):
         self._workspace = workspace = context.workspace
         self._runs = context.runs
         self._views = views = context.views
-        self._session: Session | None = None
-        self._shown: NDArray[np.float32] | None = None
         self._failed_completion: Completion | None = None
         self._watchers: list[Callable[[], bool]] = []
         self._questions = LatestRequest[_Question, ErrorEstimate](_find, self)
@@ -340,19 +338,15 @@ class ErrorFeature(Feature):
     def show(self) -> None:
         """Show the expected error of the current results; compute it if it is visible and no run is changing them."""
         if not self._workspace.has_session:
-            self._session = self._shown = None
             return
         session = self._workspace.session
-        if session is not self._session:
-            self._session, self._shown = session, None
         completion, error = session.completion(), session.expected_error()
         # the last error stays until a newer one is available, as the depth does
         hopeless = completion is not None and completion is self._failed_completion
         outdated = error is None and session.current_depth() is not None and not hopeless
-        if error is not self._shown and not outdated:
-            self._shown = error
-            self._views.set_expected_error(error, session.unsupported())
-        self._views.mark_error_outdated(outdated)
+        if not outdated:
+            self._views.show_data(expected=error, unsupported=session.unsupported())
+        self._views.show_data(error_is_outdated=outdated)
         if (
             completion is not None
             and error is None

@@ -9,10 +9,7 @@ from PySide6.QtGui import QAction, QBrush, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QMenu, QWidget
 
 from ..base.theme import Colours
-from .analysis_painters import SpectrumPainter, StageModel, StagePainter
-from .colour_painters import ColourPainter, MaskPainter, StrengthPainter
 from .contents import (
-    COMPARABLE,
     DIFFERENCE,
     FLICKERS,
     RUNS,
@@ -24,47 +21,14 @@ from .contents import (
     operands_of,
     short_title,
 )
-from .depth_painters import DepthPainter, DifferencePainter, ExpectedErrorPainter
+from .layer_picture import LayerPicture
+from .layers import Layer, Look, content_of, title_of, uses
 from .layouts import CORRECT, CORRECT_VIEWS, GRIDS, LASTING, LAYOUTS, correct_places, grid_places
-from .painter import Material, Painter
+from .material import Material
 from .pixel_items import BlockOverlay
+from .spectrum_picture import SpectrumPicture
+from .stages import StagePicker
 from .view_cell import EventHandler, ViewCell
-
-# The painter of each content.
-
-
-class PainterFactory:
-    """Factory of painters that share one material, one block overlay and one stage board."""
-
-    def __init__(self, material: Material, overlay: BlockOverlay, board: StageModel) -> None:
-        self.material = material
-        self._overlay = overlay
-        self._board = board
-
-    def painter(self, content: str, cell: ViewCell) -> Painter:
-        """Create the painter of a concrete content for a cell."""
-        material = self.material
-        if content == "colour":
-            return ColourPainter(content, cell, material, self._overlay)
-        if content == "extraction":
-            return StagePainter(content, cell, material, self._board)
-        if content in COMPARABLE:
-            return DepthPainter(content, cell, material)
-        if operands_of(content):
-            return DifferencePainter(content, cell, material)
-        return _PAINTERS[content](content, cell, material)
-
-
-_PAINTERS: dict[str, type[Painter]] = {
-    "expected-error": ExpectedErrorPainter,
-    "strength": StrengthPainter,
-    "creases": StrengthPainter,
-    "extrapolated": MaskPainter,
-    "invalid_mask": MaskPainter,
-    "from_neighbours": MaskPainter,
-    "spectrum": SpectrumPainter,
-}
-
 
 # The menu of a cell's title: all contents, with the current one checked.
 
@@ -146,14 +110,18 @@ class Cell(ViewCell):
 
     chosen = Signal(str)
 
-    def __init__(self, content: str, on_event: EventHandler, studio: PainterFactory) -> None:
+    def __init__(self, content: str, on_event: EventHandler, material: Material, overlay: BlockOverlay) -> None:
         super().__init__(on_event)
         self.content = content
         """Name of the content; `concrete` is the content that it currently resolves to."""
         self.concrete = ""
-        self._studio = studio
-        self._painter: Painter | None = None
-        self._theme: tuple[Colours, QBrush] | None = None
+        self.picture = LayerPicture(self.view, self.bar)
+        self._material = material
+        self._overlay = overlay
+        # fills of the blocks, and of those of the two sides, if divided and different from the current ones
+        self._fills = [self.view.place(overlay.new_item()), self.view.add_layer(1), self.view.add_layer(1)]
+        self._widget: SpectrumPicture | StagePicker | None = None
+        self._look: Look | None = None
         self._needs_draw = False
         self._pixel: tuple[int, int] | None = None
         self._menu = content_menu(self)
@@ -163,10 +131,14 @@ class Cell(ViewCell):
         self.follow()
 
     @property
-    def painter(self) -> Painter:
-        """Painter of the content."""
-        assert self._painter is not None
-        return self._painter
+    def uses(self) -> frozenset[str]:
+        """Parts of the material that the content depends on."""
+        return uses(self.concrete, self._material)
+
+    @property
+    def range_kind(self) -> str:
+        """Kind of the content's colour range; "" for none."""
+        return content_of(self.concrete).range_kind
 
     def set_content(self, content: str) -> None:
         """Show another content.
@@ -180,27 +152,44 @@ class Cell(ViewCell):
         self.follow()
 
     def follow(self) -> None:
-        """Replace the painter if the content resolves to another concrete content."""
-        concrete = self._studio.material.concrete(self.content)
+        """Change to another layer if the content resolves to another concrete content."""
+        concrete = self._material.concrete(self.content)
         if concrete == self.concrete:
             return
-        if self._painter is not None:
-            self._painter.leave()
-            self.bar.set_levels(None)
-            self.set_legend([])
-            self.view.set_message("")
-            self.view.set_picture(None)
-            self.strip.set_text("")
         self.concrete = concrete
-        self._painter = self._studio.painter(concrete, self)
-        if self._theme is not None:
-            self._painter.set_colours(*self._theme)
-            self._draw_if_visible()
+        self._replace_widget()
+        content = content_of(concrete)
+        self.picture.draw(Layer())
+        self.set_legend([])
+        self.strip.set_text("")
+        self.strip.set_title(title_of(concrete, self._material))
+        self.bar.set_unit(content.unit)
+        self.view.shows_missing = content.stripes == "missing"
+        self.view.shows_unsupported = content.stripes == "unsupported"
+        self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
+        for item in self._fills:
+            item.setVisible(concrete == "colour")
+        self.draw_again()
+
+    def _replace_widget(self) -> None:
+        self.strip.set_title_widget(None)
+        if isinstance(self._widget, SpectrumPicture):
+            self._widget.hide()
+            self._widget.setParent(None)
+            self._widget.deleteLater()
+        self._widget = None
+        if self.concrete == "spectrum":
+            self._widget = SpectrumPicture(self.view)
+        elif self.concrete == "extraction":
+            self._widget = StagePicker(self.strip)
+            self._widget.chosen.connect(self._material.stage.set_stage)
+            self._widget.setFont(self.strip.font())
+            self.strip.set_title_widget(self._widget)
 
     def redraw(self, parts: Set[str]) -> None:
-        """Redraw if the painter uses any of these changed parts of the material."""
-        if not self.painter.uses.isdisjoint(parts):
-            self._draw_if_visible()
+        """Redraw if the content depends on any of these changed parts of the material."""
+        if not self.uses.isdisjoint(parts):
+            self.draw_again()
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y) and mark its value on the colour bar; None hides both."""
@@ -210,33 +199,60 @@ class Cell(ViewCell):
 
     def _show_value(self) -> None:
         pixel = None if self._needs_draw or self.bar.isHidden() else self._pixel
-        self.bar.set_value(None if pixel is None else self.painter.value_at(*pixel))
+        self.bar.set_value(None if pixel is None else self.picture.value_at(*pixel))
 
     def open_menu(self, place: QPoint | None = None) -> None:
         """Open the content menu."""
-        self._menu.offer(self._studio.material, self.content)
+        self._menu.offer(self._material, self.content)
         self._menu.popup(self.strip.menu_position() if place is None else place)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Apply the theme's colours; `draw_again` draws the picture with them."""
         super().set_colours(colours, hatch)
-        self._theme = colours, hatch
-        self.painter.set_colours(colours, hatch)
+        self._look = Look(colours, hatch)
 
     def draw_again(self) -> None:
-        """Draw the picture, at once or when it becomes visible."""
-        self._draw_if_visible()
-
-    def _draw_if_visible(self) -> None:
+        """Draw what has changed, at once or when the cell becomes visible."""
         self._needs_draw = not self.isVisible()
-        if not self._needs_draw:
-            self.painter.draw()
+        if not self._needs_draw and self._look is not None:
+            self._draw(self._look)
             self._show_value()
+
+    def _draw(self, look: Look) -> None:
+        material, run = self._material, self._material.run(self.concrete)
+        layer = content_of(self.concrete).find(material, self.concrete, look)
+        self.strip.set_title(title_of(self.concrete, material), None if run is None else run.colour)
+        self.strip.set_text(layer.text)
+        self.set_legend(layer.legend)
+        self.picture.draw(layer)
+        if self.concrete == "colour":
+            self._draw_sides()
+        if isinstance(self._widget, StagePicker):
+            self._widget.show_stage(material.stage.stage)
+            self._widget.set_hints(material.stage.hints)
+        elif self._widget is not None:
+            self._widget.set_colours(look.colours)
+            self._widget.show_spectrum(material.spectrum)
+
+    def _draw_sides(self) -> None:
+        """Draw the blocks of the two sides in their columns, and the current blocks in the others."""
+        column, blocks = self._material.swipe_column, self._material.side_blocks
+        width = 0 if self._material.rgb is None else self._material.rgb.shape[1]
+        spans = [(0, width), (width, width)] if column is None else [(0, column), (column, width)]
+        own = [0, width]
+        for index, (item, given, span) in enumerate(zip(self._fills[1:], blocks, spans, strict=True)):
+            if column is None or given is None:
+                item.clear()
+                continue
+            item.set_pixels(self._overlay.fills_of(*given))
+            item.set_span(span)
+            own[index] = column
+        self._fills[0].set_span((own[0], own[1]) if own != [0, width] else None)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         if self._needs_draw:
-            self._draw_if_visible()
+            self.draw_again()
 
 
 # The area of the linked views: which cells are visible, how large and where.

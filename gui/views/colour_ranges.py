@@ -7,8 +7,8 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf.drawing.colours import robust_depth_levels
 
-from .colours import FIXED, FULL, KINDS, Levels, Range, depth_table
-from .painter import Material, full_levels
+from .colours import FIXED, FULL, KINDS, Levels, Range, depth_table, full_levels
+from .material import Material
 
 
 class ColourRanges(QObject):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
+from PySide6.QtGui import QColor
 
 DEPTH_MAPS = {
     "turbo": "turbo",
@@ -50,6 +51,14 @@ def strength_table() -> NDArray[np.uint8]:
     return _table(_STRENGTH_MAP)
 
 
+def mark_table(*colours: QColor) -> NDArray[np.uint8]:
+    """Table that maps 1, 2, ... to these colours, and 0 to transparent."""
+    table = np.zeros((256, 4), np.uint8)
+    for index, colour in enumerate(colours, 1):
+        table[index] = colour.red(), colour.green(), colour.blue(), colour.alpha()
+    return table
+
+
 def _table(name: str) -> NDArray[np.uint8]:
     table = np.zeros((256, 4), np.uint8)
     table[1:, :3] = pg.colormap.get(name).getLookupTable(nPts=255)[:, :3]
@@ -66,6 +75,15 @@ KINDS = {"depth": "m", "signed": "mm", "expected": "mm"}
 ROBUST, FULL, FIXED = "robust", "full", "fixed"
 MODES = {ROBUST: "Robust", FULL: "Full", FIXED: "Fixed"}
 """Modes of a range: contains nearly all values; contains all values; two fixed numbers."""
+
+
+def full_levels(values: NDArray[np.floating]) -> Levels:
+    """Minimum and maximum of the finite values, at least slightly apart; (0, 1) if there are none."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return 0.0, 1.0
+    low, high = float(known.min()), float(known.max())
+    return (low, high) if high - low > 1e-3 else (low - 0.05, high + 0.05)
 
 
 @dataclass

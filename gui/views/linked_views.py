@@ -16,26 +16,30 @@ from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base import theme
 from ..widgets.basics import Themed
-from .analysis_painters import StageModel
-from .cells import Cell, PainterFactory, Sheet
+from .cells import Cell, Sheet
 from .colour_ranges import ColourRanges
 from .colours import FIXED
 from .image_view import ImageView, ViewTransform
 from .interaction import PointerHandler, Preview
 from .layouts import CELLS
+from .material import Before, Material, ShownDepth, ShownRun, Spectrum
 from .navigation import Navigation
-from .painter import Before, Layer, Material, ShownRun, Spectrum
 from .pixel_items import BlockOverlay
 from .scene_items import missing_brush
 from .screen_layers import ScreenLayers
 from .side_comparison import SideComparison
+from .stages import StageModel
 
 _ALL = (
-    *("frame", "invalid_mask", "result", "moment", "expected-error", "ground_truth", "guide", "runs"),
+    *("frame", "invalid_mask", "result", "moment", "expected", "ground_truth", "guide", "runs"),
     "from_neighbours",
     *("before", "interpolated", "edges", "stage", "spectrum", "levels"),
 )
-"""All parts of the material (names for `uses` of painters)."""
+"""All parts of the material (names for `Content.uses`)."""
+_PARTS = {"earlier": "runs", "result_number": "runs", "error_is_outdated": "expected"}
+"""Parts that some data belong to; the others are parts of their own."""
+_MARKS = {"invalid_mask", "by_hand", "suspect", "unsupported"}
+"""Data that are striped."""
 
 
 class LinkedViews(Themed, QWidget):
@@ -84,13 +88,18 @@ class LinkedViews(Themed, QWidget):
         super().__init__(parent)
         self._transform = ViewTransform()
         self._navigation = Navigation(self._transform, self)
-        self.material = Material()
+        self.extraction = StageModel(self)
+        self.material = Material(self.extraction)
+        self._given: dict[str, Any] = {}
+        """Data of the frame as they were given."""
+        self._used_with_sides: frozenset[str] = frozenset()
+        """Parts that the shown cells used when the sides were last drawn."""
         self._names: Mapping[int, str] | None = None
         self._shows_missing = False
         self._overlay = BlockOverlay(1)
-        self.extraction = StageModel(self)
-        studio = PainterFactory(self.material, self._overlay, self.extraction)
-        self.cells = {name: Cell(content, self._handle, studio) for name, (_, content) in CELLS.items()}
+        self.cells = {
+            name: Cell(content, self._handle, self.material, self._overlay) for name, (_, content) in CELLS.items()
+        }
         self._views = [cell.view for cell in self.cells.values()]
         self._layers = ScreenLayers()
         self._active = next(iter(self.cells))
@@ -147,7 +156,7 @@ class LinkedViews(Themed, QWidget):
         rgb : ndarray
             Colour, uint8 (H, W, 3).
         measured : ndarray
-            Depth [m], float32 (H, W), NaN = missing; `set_invalid_mask` sets the invalid mask.
+            Depth [m], float32 (H, W), NaN = missing; the invalid mask is shown by `show_data`.
         outside_view : ndarray, optional
             Pixels that the depth camera could not see, bool (H, W).
 
@@ -183,6 +192,7 @@ class LinkedViews(Themed, QWidget):
 
     def _forget(self) -> None:
         self.material.forget()
+        self._given.clear()
         self._overlay.clear()
         self._layers.set_blocks(None)
         self.set_selected(())
@@ -209,7 +219,7 @@ class LinkedViews(Themed, QWidget):
             If there is no frame or the shape is not its shape.
         """
         self._check(depth_out, "a result")
-        self.material.result = None if depth_out is None else Layer(depth_out, extrapolated, stale)
+        self.material.result = None if depth_out is None else ShownDepth(depth_out, extrapolated, stale)
         self.ranges.update_for_result()
         self._changed("result")
 
@@ -244,74 +254,33 @@ class LinkedViews(Themed, QWidget):
                 self.set_place(*place)
             material.played = True
         material.rgb, material.measured, material.depth_in = rgb, depth_in, depth_in
-        material.result = None if depth_out is None else Layer(depth_out)
-        material.moment, material.before = text, before
-        self._changed("frame", "invalid_mask", "result", "moment", "before")
+        material.result = None if depth_out is None else ShownDepth(depth_out)
+        self.show_data(moment=text, before=before)
+        self._changed("frame", "invalid_mask", "result", "moment")
         self._show_marks()
 
-    def set_before(self, before: Before) -> None:
-        """Set the depth of the frame before, for flicker.
+    def show_data(self, **data: Any) -> None:
+        """Show data of the frame by their names in `Material`; what has not changed is not drawn again.
 
         Raises
         ------
         ValueError
-            If the shape is not that of the frame.
+            If there is no frame or a shape is not its shape.
         """
-        for depth in (before.depth_in, before.depth_out):
-            self._check(depth, "the frame before")
-        self.material.before = before
-        self._changed("before")
-
-    def set_moment(self, text: str) -> None:
-        """Set which earlier iteration the result is from, "" for the current one; call `set_result` next."""
-        if text != self.material.moment:
-            self.material.moment = text
-            self._changed("moment")
-
-    def set_invalid_mask(self, mask: NDArray[np.bool_] | None) -> None:
-        """Set the invalid mask, bool (H, W): measured depth there is wrong and counts as missing; None for none.
-
-        Raises
-        ------
-        ValueError
-            If there is no frame or the shape is not its shape.
-        """
-        self._check(mask, "a mask")
         material = self.material
-        measured = material.measured
-        # only measured pixels can be invalid
-        wrong = None if mask is None or measured is None else mask & np.isfinite(measured)
-        if wrong is None or measured is None:
-            material.depth_in = measured
-        else:
-            material.depth_in = np.where(wrong, np.float32(np.nan), measured)
-        material.invalid_mask = wrong
-        self._changed("invalid_mask")
-        self._show_marks()
-
-    def set_from_neighbours(self, mask: NDArray[np.bool_] | None) -> None:
-        """Set the pixels whose depth only neighbours have measured, bool (H, W); None for none."""
-        self._check(mask, "a mask")
-        self.material.from_neighbours = mask
-        self._changed("from_neighbours")
-
-    def set_by_hand(self, mask: NDArray[np.bool_] | None) -> None:
-        """Set the pixels with depth by hand, bool (H, W), which are striped; None for none.
-
-        Raises
-        ------
-        ValueError
-            If there is no frame or the shape is not its shape.
-        """
-        self._check(mask, "a mask")
-        self.material.by_hand = mask
-        self._show_marks()
-
-    def set_suspect(self, mask: NDArray[np.bool_] | None) -> None:
-        """Set the pixels with suspect depth, bool (H, W), which the fill has left out; None for none."""
-        self._check(mask, "a mask")
-        self.material.suspect = mask
-        self._show_marks()
+        changed = {name: value for name, value in data.items() if not _are_same(self._given.get(name), value)}
+        for name, value in changed.items():
+            self._check(value, name.replace("_", " "))
+        for name, value in changed.items():
+            self._given[name] = value
+            if name == "invalid_mask":
+                material.set_invalid_mask(value)
+            else:
+                setattr(material, name, value)
+        if changed:
+            self._changed(*(_PARTS.get(name, name) for name in changed))
+        if not _MARKS.isdisjoint(changed):
+            self._show_marks()
 
     def set_missing_shown(self, on: bool) -> None:
         """Set whether missing depth is striped over the colour image."""
@@ -319,12 +288,12 @@ class LinkedViews(Themed, QWidget):
         self._show_marks()
 
     def _show_marks(self) -> None:
-        material, measured = self.material, self.material.measured
+        material, measured, unsupported = self.material, self.material.measured, self.material.unsupported
         self._layers.set_masks(
             {
                 "missing": ~np.isfinite(measured) if self._shows_missing and measured is not None else None,
                 "outside view": material.outside_view,
-                "unsupported": material.unsupported,
+                "unsupported": unsupported if unsupported is not None and unsupported.any() else None,
                 "suspect": material.suspect,
                 "invalid": material.invalid_mask,
                 "by hand": material.by_hand,
@@ -333,72 +302,19 @@ class LinkedViews(Themed, QWidget):
         for cell in self.cells.values():
             cell.set_stripe_legend(self._layers.striped_in(cell.view))
 
-    def set_expected_error(
-        self, error: NDArray[np.float32] | None, unsupported: NDArray[np.bool_] | None = None
-    ) -> None:
-        """Show the expected error [m] of filled pixels, float32 (H, W), NaN elsewhere; None for none.
-
-        Pixels in `unsupported`, bool (H, W), are unsupported by measurements and striped.
-
-        Raises
-        ------
-        ValueError
-            If there is no frame or the shape is not its shape.
-        """
-        self._check(error, "an expected error")
-        self.material.expected = error
-        self.material.unsupported = unsupported if unsupported is not None and unsupported.any() else None
-        self._changed("expected-error")
-        self._show_marks()
-
-    def mark_error_outdated(self, outdated: bool) -> None:
-        """Set whether the expected error shown, if any, belongs to an earlier result."""
-        if outdated != self.material.error_is_outdated:
-            self.material.error_is_outdated = outdated
-            self._changed("expected-error")
-
-    def set_ground_truth(self, ground_truth: NDArray[np.float32] | None) -> None:
-        """Set the ground truth [m], float32 (H, W), NaN = unknown; None for none."""
-        self._check(ground_truth, "ground truth")
-        self.material.ground_truth = ground_truth
-        self._changed("ground_truth")
-
-    def set_guide(self, depth: NDArray[np.float32] | None) -> None:
-        """Set the frame's fitted guide [m], float32 (H, W), NaN = missing; None for none."""
-        self._check(depth, "a guide")
-        self.material.guide = depth
-        self._changed("guide")
-
-    def set_runs(self, runs: Iterable[ShownRun], earlier: ShownRun | None = None, result_number: int = 0) -> None:
-        """Set the runs to compare with, at most four, the run before the current result, and the number of the run
-        that the result is of, 0 for none."""
-        self.material.runs, self.material.earlier = tuple(runs), earlier
-        self.material.result_number = result_number
-        for run in (*self.material.runs, *([earlier] if earlier else [])):
-            self._check(run.depth, "a run")
-        self._changed("runs")
-
-    def set_interpolated(self, depth: NDArray[np.float32] | None) -> None:
-        """Set depth in with interpolated holes [m], float32 (H, W); None while unknown."""
-        self._check(depth, "a depth")
-        self.material.interpolated = depth
-        self._changed("interpolated")
-
-    def set_edges(self, edges: FrameEdges | None) -> None:
-        """Set the frame's edges; None while unknown."""
-        self._check(None if edges is None else edges.strength, "an edge strength")
-        self.material.edges = edges
-        self._changed("edges")
-
-    def set_spectrum(self, spectrum: Spectrum | str) -> None:
-        """Set the spectrum of the selected block, or the reason why there is none."""
-        self.material.spectrum = spectrum
-        self._changed("spectrum")
-
-    def _check(self, pixels: NDArray[Any] | None, what: str) -> None:
-        measured = self.material.measured
-        if pixels is not None and (measured is None or pixels.shape != measured.shape):
-            raise ValueError(f"{what} of shape {pixels.shape} does not belong to the frame shown")
+    def _check(self, data: Any, what: str) -> None:
+        """Raise ValueError if data, or the arrays in them, are not of the frame's shape."""
+        if isinstance(data, Spectrum):  # has no pixels of the frame
+            return
+        if isinstance(data, tuple):
+            for one in data:
+                self._check(one, what)
+        elif isinstance(data, (ShownRun, FrameEdges)):
+            self._check(data.depth if isinstance(data, ShownRun) else data.strength, what)
+        elif isinstance(data, np.ndarray):
+            measured = self.material.measured
+            if measured is None or data.shape != measured.shape:
+                raise ValueError(f"{what} of shape {data.shape} does not belong to the frame shown")
 
     def _changed(self, *parts: str) -> None:
         """Redraw the cells that use any of these parts."""
@@ -414,13 +330,11 @@ class LinkedViews(Themed, QWidget):
 
     def _follow_sides(self, part: str) -> None:
         """Draw the changed sides; they may need data that no view has used before."""
-        before = self._parts_in_use()
         self._changed(part)
-        if self._parts_in_use() != before:
+        used = frozenset().union(*(cell.uses for cell in self._sheet.shown))
+        if used != self._used_with_sides:
+            self._used_with_sides = used
             self.shownChanged.emit()
-
-    def _parts_in_use(self) -> set[str]:
-        return set().union(*(cell.painter.uses for cell in self._sheet.shown))
 
     # contents
 
@@ -453,12 +367,12 @@ class LinkedViews(Themed, QWidget):
 
     def shows(self, part: str) -> bool:
         """Whether a visible cell uses a part of the material, such as "edges"."""
-        return any(cell.isVisible() and part in cell.painter.uses for cell in self.cells.values())
+        return any(cell.isVisible() and part in cell.uses for cell in self.cells.values())
 
     @property
     def shows_expected_error(self) -> bool:
         """Whether a view of the expected error is visible."""
-        return self.shows("expected-error")
+        return self.shows("expected")
 
     @property
     def shows_extraction(self) -> bool:
@@ -479,7 +393,7 @@ class LinkedViews(Themed, QWidget):
     @property
     def ranged(self) -> Cell:
         """The cell whose colour range is edited: the active one if it has a range, else the first that has."""
-        return next((cell for cell in (self.active, *self._sheet.shown) if cell.painter.range_kind), self.active)
+        return next((cell for cell in (self.active, *self._sheet.shown) if cell.range_kind), self.active)
 
     def take_focus(self) -> None:
         """Give the keyboard focus to the active view."""
@@ -721,3 +635,8 @@ class LinkedViews(Themed, QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self.shownChanged.emit()
+
+
+def _are_same(one: Any, other: Any) -> bool:
+    """Whether two data are the same; arrays are compared by identity."""
+    return one is other or (type(one) in (str, int, bool, tuple, ShownRun) and one == other)

@@ -211,10 +211,6 @@ class BlockOverlay:
         self._show(item)
         return item
 
-    def remove_item(self, item: PixelItem) -> None:
-        """Stop showing the fills in an item."""
-        self._items.remove(item)
-
     def fills_of(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> Pixels:
         """Fills of other blocks with the same opacity, uint32 (H, W)."""
         return self._find_fills(colour_table)[labels]

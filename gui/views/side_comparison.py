@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from .contents import COMPARABLE, capital, short_title
 from .image_view import ImageView
-from .painter import Material
+from .material import Material
 from .scene_items import ViewItem
 
 # A line over the result that divides two depths: side A is left of it, side B right of it.
@@ -283,7 +283,7 @@ class SideComparison(QObject):
 
     def _is_swiped(self, view: ImageView) -> bool:
         """Whether a view is divided: the result, and the blocks if the sides have others; none if a side is missing."""
-        if any(self._material.layer(side) is None for side in self.names):
+        if any(self._material.depth(side) is None for side in self.names):
             return False
         shown = {"result", "colour"} if any(self._material.side_blocks) else {"result"}
         return self._content_of(view) in shown

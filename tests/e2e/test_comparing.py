@@ -62,17 +62,17 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     window.refresh.now()
     assert cell.concrete == "difference:result:run-1"
     out = window.views.cells["depth-out"]
-    row, column = np.argwhere(out.painter._depth != kept.completion.depth)[0]
-    now = out.painter.value_at(column, row)
+    row, column = np.argwhere(out.picture.drawn[0] != kept.completion.depth)[0]
+    now = out.picture.value_at(column, row)
     out.view.setFocus()
     qtbot.keyPress(out.view, Qt.Key.Key_V)
-    assert out.painter.value_at(column, row) == kept.completion.depth[row, column] != now
+    assert out.picture.value_at(column, row) == kept.completion.depth[row, column] != now
     assert out.strip.title == "Best"
     qtbot.keyRelease(out.view, Qt.Key.Key_V)
-    assert out.painter.value_at(column, row) == now
+    assert out.picture.value_at(column, row) == now
     window.actions_["swipe"].trigger()
     window.views.sides.swipe.move_to(window.workspace.session.frame.shape[1])
-    assert out.painter.value_at(column, row) == kept.completion.depth[row, column]
+    assert out.picture.value_at(column, row) == kept.completion.depth[row, column]
     window.feature(StatusFeature).readout.point_at((int(column), int(row)))
     assert "Best" in window.feature(StatusFeature).bar.readout.text()
     session = window.workspace.session
@@ -205,7 +205,7 @@ def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened:
     opened.refresh.now()
     cell = opened.views.cells["evaluation"]
     depth = opened.workspace.session.current_depth()
-    assert cell.painter.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
+    assert cell.picture.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
     opened.feature(StatusFeature).readout.point_at((4, 5))
     assert "truth 2.000 m" in opened.feature(StatusFeature).bar.readout.text()
     assert "error" in opened.feature(StatusFeature).bar.readout.text()

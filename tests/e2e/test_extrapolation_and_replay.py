@@ -74,10 +74,10 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     completion = margin.workspace.session.completion()
     assert completion.extrapolated[:3].all()
     np.testing.assert_array_equal(completion.depth[~completion.extrapolated], before.depth[~completion.extrapolated])
-    assert cell.painter._stripes.isVisible()
-    assert not margin.views.cells["depth-in"].painter._stripes.isVisible()
+    assert cell.picture.stripes.isVisible()
+    assert not margin.views.cells["depth-in"].picture.stripes.isVisible()
     assert (cell.view.image.image[completion.extrapolated] == 0).all()
-    assert (cell.painter._extrapolations.image[completion.extrapolated] > 0).all()
+    assert (cell.picture.below.image[completion.extrapolated] > 0).all()
     assert "(extrapolated)" in margin.feature(StatusFeature).bar.readout.text()
     margin.feature(StatusFeature).readout.point_at((30, 10))
     assert "extrapolated" not in margin.feature(StatusFeature).bar.readout.text()
@@ -91,7 +91,7 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     margin.centre.show_images()
     margin.actions_["clear_results"].trigger()
     margin.refresh.now()
-    assert not cell.painter._stripes.isVisible()
+    assert not cell.picture.stripes.isVisible()
     assert cell.view.image.image is None
 
 

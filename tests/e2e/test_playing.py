@@ -197,19 +197,19 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed: MainW
             with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
                 window.actions_["next_frame"].trigger()
         window.refresh.now()
-        assert cell.painter.value_at(40, 5) is None
+        assert cell.picture.value_at(40, 5) is None
         workspace.blocks.replace(np.ones(workspace.session.frame.shape, np.int32), "One block")
         run_all(window)
-    qtbot.waitUntil(lambda: not flicker.busy and cell.painter.value_at(40, 5) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not flicker.busy and cell.picture.value_at(40, 5) is not None, timeout=WAIT_MS)
     assert cell.strip.title == "Flicker of depth out"
-    assert abs(cell.painter.value_at(40, 5)) < 5
+    assert abs(cell.picture.value_at(40, 5)) < 5
     low, high = cell.bar.levels
     assert -high == low
     assert high < 50
     views.point_at((40, 5))
     window.refresh.now()
     assert "flicker out" in window.feature(StatusFeature).bar.readout.text()
-    assert cell.bar.value == cell.painter.value_at(40, 5)
+    assert cell.bar.value == cell.picture.value_at(40, 5)
     window.actions_["previous_frame"].trigger()
     window.refresh.now()
     assert views.material.before.text == "The list has no frame before this one"

@@ -21,7 +21,7 @@ from .conftest import WAIT_MS
 
 def _shown(window: MainWindow) -> np.ndarray:
     window.refresh.now()
-    return window.views.cells["depth-out"].painter._depth
+    return window.views.cells["depth-out"].picture.drawn[0]
 
 
 def test_the_views_look_back_and_return(

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
-from ...views.painter import Before
+from ...views.material import Before
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature
@@ -28,7 +28,7 @@ class FlickerFeature(Feature):
         self._frames = context.feature(FramesFeature)
         self._questions = LatestRequest[_Question, Before](_find, self)
         self._questions.answered.connect(self._take)
-        self._questions.failed.connect(lambda _, error: context.views.set_before(Before(text=str(error))))
+        self._questions.failed.connect(lambda _, error: context.views.show_data(before=Before(text=str(error))))
         workspace = context.workspace
         turned, results = workspace.frames.session_changed, workspace.runs.results_changed
         listed = workspace.frames.entries.added, workspace.frames.entries.removed
@@ -54,13 +54,13 @@ class FlickerFeature(Feature):
         row = shown.index(entry) if entry in shown else 0
         now = None if entry is None else Moment.of_open(entry)
         if now is None or row == 0:
-            views.set_before(Before(text="The list has no frame before this one"))
+            views.show_data(before=Before(text="The list has no frame before this one"))
             return
         before = shown[row - 1]
         self._questions.ask(_Question(now, Moment.of_open(before) or before, self.context.recorder.store))
 
     def _take(self, _: _Question, before: Before) -> None:
-        self.context.views.set_before(before)
+        self.context.views.show_data(before=before)
 
 
 def _find(question: _Question) -> Before:

@@ -21,7 +21,7 @@ from ilf.sources.reading import read_frame
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
-from ...views.painter import Before, Depth
+from ...views.material import Before, Depth
 
 
 class BatchResult(NamedTuple):

@@ -23,7 +23,7 @@ from ilf.stream.stream import Stream
 from ...base.commands import Actions, Command
 from ...state.entries import Entry
 from ...state.session import Session
-from ...views.painter import Before
+from ...views.material import Before
 from ...work.jobs import Worker
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature

@@ -24,8 +24,7 @@ from ilf.drawing.colours import (
 )
 
 from ...base.theme import Colours
-from ..colours import Levels, Range, difference_table, error_table
-from ..painter import full_levels
+from ..colours import Levels, Range, difference_table, error_table, full_levels
 from .scene import Colouring, Points, Rgb, Scale, Scene
 
 Depth = NDArray[np.float32]

@@ -11,9 +11,10 @@ from PySide6.QtTest import QTest
 
 from gui.views.colours import FULL, ROBUST
 from gui.views.contents import checked
+from gui.views.layers import missing_reason
 from gui.views.layouts import CELLS
 from gui.views.linked_views import LinkedViews
-from gui.views.painter import ShownRun
+from gui.views.material import ShownRun
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.segmentation.edges.frame_edges import find_edges
@@ -55,8 +56,8 @@ def drag(view, start, stop):
 
 def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(views):
     views.set_result(flat(2.1))
-    views.set_ground_truth(flat(2.2))
-    views.set_runs([ShownRun("Run 1", flat(2.3))])
+    views.show_data(ground_truth=flat(2.2))
+    views.show_data(runs=(ShownRun("Run 1", flat(2.3)),))
     start = views.contents()
     assert start == {name: content for name, (_, content) in CELLS.items()}
     cell = views.cells["depth-in"]
@@ -102,12 +103,12 @@ def test_creases_are_shown_where_the_detector_tells_of_them(views):
     )
     cell = views.cells["depth-in"]
     views.set_content("depth-in", "creases")
-    views.set_edges(edges)
-    assert cell.painter.value_at(3, 4) is None
-    views.set_edges(dataclasses.replace(edges, crease=flat(0.25)))
-    assert cell.painter.value_at(3, 4) == 0.25
+    views.show_data(edges=edges)
+    assert cell.picture.value_at(3, 4) is None
+    views.show_data(edges=dataclasses.replace(edges, crease=flat(0.25)))
+    assert cell.picture.value_at(3, 4) == 0.25
     views.set_content("depth-in", "strength")
-    assert cell.painter.value_at(3, 4) == 0
+    assert cell.picture.value_at(3, 4) == 0
 
 
 def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
@@ -129,15 +130,15 @@ def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
     assert cell.concrete == "difference:result:interpolated"
     assert views.shows("interpolated")
     assert cell.view.image.image is None
-    views.set_interpolated(flat(2.0))
-    assert cell.painter.value_at(30, 30) == pytest.approx(100, abs=0.01)
-    views.set_ground_truth(flat(2.2))
-    assert cell.painter.value_at(30, 30) == pytest.approx(-100, abs=0.01)
+    views.show_data(interpolated=flat(2.0))
+    assert cell.picture.value_at(30, 30) == pytest.approx(100, abs=0.01)
+    views.show_data(ground_truth=flat(2.2))
+    assert cell.picture.value_at(30, 30) == pytest.approx(-100, abs=0.01)
     assert not views.shows("interpolated")
-    views.set_runs([], ShownRun("Before", flat(2.3)))
+    views.show_data(runs=(), earlier=ShownRun("Before", flat(2.3)))
     assert "Before" in cell.strip.title
-    views.set_runs([ShownRun("Mine", flat(2.4))], ShownRun("Before", flat(2.3)))
-    assert cell.painter.value_at(30, 30) == pytest.approx(-300, abs=0.01)
+    views.show_data(runs=(ShownRun("Mine", flat(2.4)),), earlier=ShownRun("Before", flat(2.3)))
+    assert cell.picture.value_at(30, 30) == pytest.approx(-300, abs=0.01)
     assert cell.bar.levels == (-500, 500)
     assert "Mine" in cell.strip.title
 
@@ -146,7 +147,7 @@ def test_equal_depths_are_said_to_be_equal(views):
     views.set_layout("grid-difference")
     cell = views.cells["difference"]
     views.set_result(flat(2.0))
-    views.set_runs([ShownRun("Same", flat(2.0))])
+    views.show_data(runs=(ShownRun("Same", flat(2.0)),))
     assert cell.view.image.image is None
     assert cell.view._message == "No difference"
     views.set_content("difference", "difference:result:depth-in")
@@ -161,17 +162,17 @@ def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
     views.set_layout("compare")
     cell = views.cells["evaluation"]
     views.set_result(flat(2.0))
-    views.set_expected_error(flat(0.01))
+    views.show_data(expected=flat(0.01))
     assert cell.strip.title == "Expected error"
     ground_truth = flat(2.05)
     ground_truth[:, 32:] = np.nan
-    views.set_ground_truth(ground_truth)
-    assert cell.painter.value_at(5, 5) == pytest.approx(-50, abs=0.01)
-    assert cell.painter.value_at(40, 5) is None
-    views.set_ground_truth(None)
+    views.show_data(ground_truth=ground_truth)
+    assert cell.picture.value_at(5, 5) == pytest.approx(-50, abs=0.01)
+    assert cell.picture.value_at(40, 5) is None
+    views.show_data(ground_truth=None)
     assert cell.strip.title == "Expected error"
     with pytest.raises(ValueError, match="does not belong"):
-        views.set_ground_truth(ground_truth[1:])
+        views.show_data(ground_truth=ground_truth[1:])
 
 
 def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
@@ -179,7 +180,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     views.set_pointer_handler(lambda event: heard.append(event.kind.name))
     views.set_levels(1.0, 3.0)
     views.set_result(flat(2.9))
-    views.set_runs([ShownRun("Run 1", flat(1.1), colour=(1, 2, 3))])
+    views.show_data(runs=(ShownRun("Run 1", flat(1.1), colour=(1, 2, 3)),))
     cell = views.cells["depth-out"]
     run_2 = colour_at(cell, 10.5, 30.5)
     views.sides.set_swiping(True)
@@ -190,14 +191,14 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert colour_at(cell, 45.5, 30.5) == run_1
     assert colour_at(cell, 60.5, 40.5) == run_2
     assert not {"PRESS", "MOVE", "RELEASE"} & set(heard)
-    assert cell.painter.value_at(45, 30) == pytest.approx(1.1)
+    assert cell.picture.value_at(45, 30) == pytest.approx(1.1)
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
     assert views.sides.swipe.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
-    views.set_ground_truth(flat(2.9))
+    views.show_data(ground_truth=flat(2.9))
     views.sides.choose("ground_truth", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
-    views.set_ground_truth(flat(1.1))
+    views.show_data(ground_truth=flat(1.1))
     assert colour_at(cell, 45.5, 40.5) == run_1, "a side that changes is drawn anew"
     views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
@@ -216,7 +217,7 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     views.set_blocks(ones, table)
     views.set_result(flat(2.9))
     cell = views.cells["colour"]
-    views.set_runs([ShownRun("Run 1", flat(1.1), blocks=(2 * ones, table))])
+    views.show_data(runs=(ShownRun("Run 1", flat(1.1), blocks=(2 * ones, table)),))
     views.sides.set_swiping(True)
     assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
     beside = 6 / cell.view.transform().m11()
@@ -235,26 +236,26 @@ def test_sides_that_are_not_there_yet_say_why(views):
         views.sides.choose(depth)
         cell = next(cell for cell in views.cells.values() if cell.content == "a")
         assert cell.concrete == depth
-        assert cell.painter._reason().startswith(why)
+        assert missing_reason(cell.concrete, views.material).startswith(why)
     views.set_frame(views.material.rgb, flat(1.1))
     views.set_layout("compare")
-    cell.painter.draw()
+    cell.draw_again()
     assert cell.view._message.startswith("Interpolating")
 
 
 def test_side_a_stands_in_for_the_result_for_a_while(views):
     views.set_layout("grid-difference")
     views.set_result(flat(2.0))
-    views.set_runs([ShownRun("Run 1", flat(2.5))])
+    views.show_data(runs=(ShownRun("Run 1", flat(2.5)),))
     cell, difference = views.cells["depth-out"], views.cells["difference"]
     views.sides.show_a_as_result(True)
-    assert cell.painter.value_at(5, 5) == 2.5
+    assert cell.picture.value_at(5, 5) == 2.5
     assert cell.strip.title == "Run 1"
-    assert difference.painter.value_at(5, 5) == -500, "their difference stays to be seen"
+    assert difference.picture.value_at(5, 5) == -500, "their difference stays to be seen"
     views.set_result(flat(2.1))
-    assert cell.painter.value_at(5, 5) == 2.5
+    assert cell.picture.value_at(5, 5) == 2.5
     views.sides.show_a_as_result(False)
-    assert cell.painter.value_at(5, 5) == pytest.approx(2.1)
+    assert cell.picture.value_at(5, 5) == pytest.approx(2.1)
     assert cell.strip.title == "Depth out"
 
 
@@ -280,7 +281,7 @@ def test_ranges_are_robust_full_or_fixed_and_stay_when_they_are_locked(views):
 
 def test_values_under_the_pointer_are_marked_on_the_bars(views):
     views.set_result(flat(2.1))
-    views.set_expected_error(flat(0.02))
+    views.show_data(expected=flat(0.02))
     view = views.cells["colour"].view
     QTest.mouseMove(view.viewport(), view.viewportTransform().map(QPointF(30.5, 30.5)).toPoint())
     values = {name: views.cells[name].bar.value for name in ("colour", "depth-in", "depth-out", "expected-error")}
@@ -296,7 +297,7 @@ def test_values_under_the_pointer_are_marked_on_the_bars(views):
 
 def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     views.set_result(flat(2.1))
-    views.set_runs([ShownRun("Mine & yours", flat(2.2))])
+    views.show_data(runs=(ShownRun("Mine & yours", flat(2.2)),))
     cell = views.cells["depth-in"]
     QTest.mouseClick(cell.strip, LEFT, pos=QPoint(10, 5))
     assert cell._menu.isVisible()
@@ -330,7 +331,7 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
 def test_a_run_is_never_compared_with_itself(views, chosen, sides):
     views.set_result(flat(2.0))
     mine, other = ShownRun("Mine", flat(2.0), number=4), ShownRun("Other", flat(2.3), number=3)
-    views.set_runs([mine, other], other, result_number=4)
+    views.show_data(runs=(mine, other), earlier=other, result_number=4)
     views.sides.choose(*chosen)
     assert views.sides.names == sides
     views.set_layout("grid-difference")
@@ -339,5 +340,5 @@ def test_a_run_is_never_compared_with_itself(views, chosen, sides):
 
 def test_without_another_run_the_result_is_compared_with_depth_in(views):
     views.set_result(flat(2.0))
-    views.set_runs([ShownRun("Mine", flat(2.0), number=4)], result_number=4)
+    views.show_data(runs=(ShownRun("Mine", flat(2.0), number=4),), earlier=None, result_number=4)
     assert views.sides.names == ("depth-in", "result")

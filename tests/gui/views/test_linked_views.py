@@ -275,7 +275,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     error = np.full((HEIGHT, WIDTH), np.nan, np.float32)
     error[10:20, 10:15] = 0.01
     error[10:15, 15:20] = np.repeat(np.float32([[0.001], [0.01], [0.01], [0.1], [0.1]]), 5, axis=1)
-    views.set_expected_error(error)
+    views.show_data(expected=error)
     view, bar = view_of(views, "expected-error"), views.cells["expected-error"].bar
     assert (bar._levels, bar._logarithmic) == ((1.0, 100.0), True)
     small, middle, large = (colour_at(view, place(view, 17, y)) for y in (10.5, 12, 14))
@@ -285,8 +285,8 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     assert max(measured) - min(measured) < 16
     assert measured != missing
     with pytest.raises(ValueError, match="does not belong"):
-        views.set_expected_error(error[1:])
-    views.set_expected_error(None)
+        views.show_data(expected=error[1:])
+    views.show_data(expected=None)
     assert view.image.image is None
     assert bar._levels is None
 
@@ -294,7 +294,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
 def test_the_expected_error_is_drawn_over_the_mark_of_measured_depth(views):
     error = np.full((HEIGHT, WIDTH), np.nan, np.float32)
     error[:, :32] = 0.01  # of a run for which depth was invalid that is valid now
-    views.set_expected_error(error)
+    views.show_data(expected=error)
     view = view_of(views, "expected-error")
     filled, valid_now, measured = (colour_at(view, place(view, x, y)) for x, y in ((15, 15), (25, 40), (40, 40)))
     assert filled == valid_now != measured
@@ -304,14 +304,14 @@ def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_a
     error = np.full((HEIGHT, WIDTH), 0.01, np.float32)
     doubtful = np.zeros((HEIGHT, WIDTH), bool)
     doubtful[10:40, 10:40] = True
-    views.set_expected_error(error, doubtful)
+    views.show_data(expected=error, unsupported=doubtful)
     cells = views.cells
     marked = {name for name, cell in cells.items() if "unsupported" in [text for _, text in cell._stripe_legend]}
     assert marked == {"expected-error", "evaluation"}, "without a truth, that view has it too"
     stripes, depth = view_of(views, "expected-error").stripes, view_of(views, "depth-in").stripes
     assert stripes.pixels.any()
     assert not depth.pixels.any()
-    views.set_expected_error(error, np.zeros_like(doubtful))
+    views.show_data(expected=error, unsupported=np.zeros_like(doubtful))
     assert not stripes.pixels.any()
     assert not cells["expected-error"]._stripe_legend
 
@@ -496,7 +496,7 @@ def test_missing_and_distrusted_depth_are_striped(views):
     mask = np.zeros((HEIGHT, WIDTH), bool)
     mask[30:40, 30:50] = mask[12:14, 12:14] = True
     views.set_result(np.full((HEIGHT, WIDTH), 2.0, np.float32))
-    views.set_invalid_mask(mask)
+    views.show_data(invalid_mask=mask)
     for name in ("colour", "depth-in", "depth-out"):
         assert (255, 144, 32) in colours(name, 40, 35)
     assert (255, 144, 32) not in colours("depth-in", 12, 13), "where nothing was measured there is nothing to distrust"
@@ -504,10 +504,10 @@ def test_missing_and_distrusted_depth_are_striped(views):
     views.set_layout("difference")
     view = view_of(views, "difference")
     assert view.image.image[35, 40] == 0, "distrusted depth is not compared with"
-    views.set_invalid_mask(None)
+    views.show_data(invalid_mask=None)
     assert view.image.image[35, 40] > 0
     with pytest.raises(ValueError, match="does not belong"):
-        views.set_invalid_mask(mask[1:])
+        views.show_data(invalid_mask=mask[1:])
 
 
 def test_what_lies_outside_the_view_has_stripes_and_a_name_of_its_own(views):

@@ -44,7 +44,7 @@ def views(qtbot: QtBot) -> LinkedViews:
     depth = (1 + columns / WIDTH + rows / HEIGHT).astype(np.float32)
     views.set_frame(rgb, depth)
     views.set_result(depth + np.float32(0.02))
-    views.set_expected_error(np.float32(0.01) * depth)
+    views.show_data(expected=np.float32(0.01) * depth)
     labels = (1 + columns // (WIDTH // 4)).astype(np.int32)
     views.set_blocks(labels, np.array([[0, 0, 0, 0]] + [[90, 120, 150, 255]] * 4, np.uint8))
     views.show()
@@ -139,7 +139,7 @@ def test_nothing_stays_where_it_was(
 def half_empty(views: LinkedViews) -> LinkedViews:
     """The same views before there is a result."""
     views.set_result(None)
-    views.set_expected_error(None)
+    views.show_data(expected=None)
     return views
 
 

@@ -13,10 +13,10 @@ from PySide6.QtWidgets import QComboBox, QToolButton
 
 from gui.base import theme
 from gui.features.extraction.panel import ExtractionPreview, StageRequest
-from gui.views.analysis_painters import StageModel
-from gui.views.cells import Cell, PainterFactory
-from gui.views.painter import Material
+from gui.views.cells import Cell
+from gui.views.material import Material
 from gui.views.pixel_items import BlockOverlay
+from gui.views.stages import StageModel
 from gui.work.found_blocks import find
 from ilf import BlockParameters
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
@@ -69,7 +69,7 @@ def board():
 
 @pytest.fixture
 def cell(qtbot, board):
-    widget = Cell("extraction", lambda view, event: False, PainterFactory(Material(), BlockOverlay(1), board))
+    widget = Cell("extraction", lambda view, event: False, Material(board), BlockOverlay(1))
     qtbot.addWidget(widget)
     widget.set_colours(theme.colours(widget.palette()), QBrush())
     board.changed.connect(lambda: widget.redraw({"stage"}))

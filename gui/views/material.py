@@ -1,19 +1,16 @@
-"""Base class of the painters, which draw one content into a cell, and the data they share."""
+"""The data of the linked views, which all layers are made from."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtGui import QBrush, QColor
 
-from ilf.data.label_map import Box
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
-from ..base.theme import Colours
-from .colours import KINDS, Levels, Range, depth_table
+from .colours import KINDS, Range, depth_table
 from .contents import (
     BEFORE_IN,
     BEFORE_OUT,
@@ -24,12 +21,9 @@ from .contents import (
     INTERPOLATED,
     RUNS,
     SIDES,
-    TITLES,
     difference_of,
 )
-from .view_cell import ViewCell
-
-# The data of the linked views, shared by all cells. No Qt.
+from .stages import StageModel
 
 Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -39,7 +33,8 @@ Blocks = tuple[NDArray[np.int32], NDArray[np.uint8]]
 """A label map (H, W), and RGBA by label (N + 1, 4)."""
 
 
-class ShownRun(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class ShownRun:
     """A stored run as the views need it: name, depth [m] with the mask of extrapolated pixels, colour (R, G, B),
     blocks if they differ from the current ones, and its number, 0 for none."""
 
@@ -50,8 +45,19 @@ class ShownRun(NamedTuple):
     blocks: Blocks | None = None
     number: int = 0
 
+    def __eq__(self, other: object) -> bool:
+        """Whether both have the identical depth under the same name; the blocks of a run never change."""
+        return (
+            isinstance(other, ShownRun)
+            and self.depth is other.depth
+            and (self.name, self.colour, self.number) == (other.name, other.colour, other.number)
+            and (self.blocks is None) == (other.blocks is None)
+        )
 
-class Layer(NamedTuple):
+    __hash__ = None  # type: ignore[assignment]
+
+
+class ShownDepth(NamedTuple):
     """One depth [m], NaN = missing, with masks of extrapolated pixels and of pixels from an older state of a block."""
 
     depth: Depth
@@ -90,7 +96,7 @@ class Material:
         Pixels whose depth only neighbours have measured.
     suspect, by_hand : ndarray of bool, shape (H, W), or None
         Pixels whose depth the fill has left out, and those with depth by hand.
-    result : Layer or None
+    result : ShownDepth or None
     moment : str
         Which earlier iteration the result is from; "" for the current one.
     runs : tuple of ShownRun
@@ -105,13 +111,16 @@ class Material:
         Whether side A is shown in place of the result.
     swipe_column : int or None
         Column of the frame that divides side A from side B in the result; None while it is not divided.
+    stage : StageModel
+        The stage of the extraction.
     ranges : dict
         Kind of `KINDS` -> Range.
     played : bool
         Whether the frames of a sequence are being played: colour ranges stay as they are.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, stage: StageModel) -> None:
+        self.stage = stage
         self.ranges = {kind: Range() for kind in KINDS}
         self.depth_map = "turbo"
         self.depth_table = depth_table(self.depth_map)
@@ -144,22 +153,36 @@ class Material:
 
     def clear_result(self) -> None:
         """Drop the result and its errors."""
-        self.result: Layer | None = None
+        self.result: ShownDepth | None = None
         self.moment = ""
         self.expected: Depth | None = None
         self.unsupported: Mask | None = None
         self.error_is_outdated = False
         self.shows_a_as_result = False
 
+    def set_invalid_mask(self, mask: Mask | None) -> None:
+        """Set the invalid mask: measured depth there is wrong and counts as missing; None for none."""
+        measured = self.measured
+        # only measured pixels can be invalid
+        wrong = None if mask is None or measured is None else mask & np.isfinite(measured)
+        self.invalid_mask = wrong
+        self.depth_in = measured
+        if wrong is not None and measured is not None:
+            self.depth_in = np.where(wrong, np.float32(np.nan), measured)
+
     @property
     def no_result(self) -> str:
         """What to do where there is no result."""
         return NOT_PLAYED if self.played else NO_RESULT
 
-    def layer(self, depth: str) -> Layer | None:
+    def depth(self, depth: str) -> ShownDepth | None:
+        """Depth by its name, with side A in place of the result if it is shown there; None if it is not available."""
+        return self.own_depth(self.sides[0] if depth == "result" and self.shows_a_as_result else depth)
+
+    def own_depth(self, depth: str) -> ShownDepth | None:
         """Depth by its name; None if it is not available."""
         if depth == "result":
-            return self.layer(self.sides[0]) if self.shows_a_as_result and self.sides[0] != "result" else self.result
+            return self.result
         if depth == "depth-in":
             return _plain(self.depth_in)
         if depth == "ground_truth":
@@ -173,11 +196,11 @@ class Material:
         if depth == BEFORE_OUT:
             return _plain(self.before.depth_out)
         run = self.run(depth)
-        return None if run is None else Layer(run.depth, run.extrapolated)
+        return None if run is None else ShownDepth(run.depth, run.extrapolated)
 
-    def swiped(self, column: int) -> Layer | None:
+    def swiped(self, column: int) -> ShownDepth | None:
         """Depth of side A left of a column and of side B from there on; None if one of them is missing."""
-        first, second = (self.layer(side) for side in self.sides)
+        first, second = (self.depth(side) for side in self.sides)
         if first is None or second is None:
             return None
         depth = second.depth.copy()
@@ -189,7 +212,7 @@ class Material:
                 both = np.zeros(depth.shape, bool) if right is None else right.copy()
                 both[:, :column] = False if left is None else left[:, :column]
             marks.append(both)
-        return Layer(depth, *marks)
+        return ShownDepth(depth, *marks)
 
     @property
     def side_blocks(self) -> tuple[Blocks | None, Blocks | None]:
@@ -242,114 +265,17 @@ class Material:
     def comparable(self) -> list[str]:
         """Depths available for comparison, including the result."""
         there = {"depth-in", "result", INTERPOLATED}
-        return [depth for depth in COMPARABLE if depth in there or self.layer(depth) is not None]
+        return [depth for depth in COMPARABLE if depth in there or self.depth(depth) is not None]
 
     def _other(self, depths: tuple[str, ...], otherwise: str, than: str) -> str:
         """The first available one of some depths that is another one than `than`."""
-        there = (depth for depth in depths if self.layer(depth) is not None and not self.is_same(depth, than))
+        there = (depth for depth in depths if self.depth(depth) is not None and not self.is_same(depth, than))
         return next(there, otherwise)
 
 
-def _plain(depth: Depth | None) -> Layer | None:
-    return None if depth is None else Layer(depth)
+def _plain(depth: Depth | None) -> ShownDepth | None:
+    return None if depth is None else ShownDepth(depth)
 
 
-EVERYWHERE: Box = slice(None), slice(None)
 NO_RESULT = "No result yet: run the blocks (F5)"
 NOT_PLAYED = "No result is stored for this frame"
-NO_GUIDE = "This frame has no guide"
-
-
-class Painter:
-    """Draws one content into a cell, and removes its items from the cell on `leave`.
-
-    Attributes
-    ----------
-    uses : frozenset of str
-        Parts of the material that it depends on.
-    range_kind : str
-        Kind of its colour range; "" for none.
-    unit : str
-        Unit of the colour bar.
-    """
-
-    uses: frozenset[str] = frozenset()
-    range_kind = ""
-    unit = ""
-
-    def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
-        self.content = content
-        self.cell = cell
-        self.material = material
-        cell.bar.set_unit(self.unit)
-        cell.strip.set_title(self.title)
-
-    @property
-    def title(self) -> str:
-        """Title in the cell's title strip."""
-        return TITLES[self.content]
-
-    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        """Apply the theme's colours; `draw` is called next."""
-
-    def draw(self) -> None:
-        """Draw the content, as far as it is not drawn already."""
-        raise NotImplementedError
-
-    def value_at(self, x: int, y: int) -> float | None:
-        """Value at a pixel, in the unit of the colour bar; None if there is none."""
-        return None
-
-    def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
-        """Values shown in a box or a mask (H, W), or a sample of them, in the unit of the colour bar, NaN = missing.
-
-        None if there are none.
-        """
-        return None
-
-    def leave(self) -> None:
-        """Remove this content's own items from the cell."""
-
-    def show_placeholder(self, message: str) -> None:
-        """Show a message in place of the picture."""
-        self.cell.view.set_message(message)
-        self.cell.view.set_picture(None)
-        self.cell.bar.set_levels(None)
-
-
-def number_at(values: NDArray[Any] | None, x: int, y: int, factor: float = 1.0) -> float | None:
-    """Value of an array (H, W) or None at a pixel; None where it is NaN or outside."""
-    if values is None or not (0 <= y < values.shape[0] and 0 <= x < values.shape[1]):
-        return None
-    value = factor * float(values[y, x])
-    return value if np.isfinite(value) else None
-
-
-def levels_of(
-    material: Material,
-    kind: str,
-    robust: Callable[[], Levels],
-    values: Callable[[], NDArray[np.floating]],
-) -> Levels:
-    """Colour range of a kind for some values, in its unit, with this robust range; the former one during playing."""
-    former = material.ranges[kind].levels
-    if material.played and former is not None:
-        return former
-    return material.ranges[kind].find(robust, lambda: full_levels(values()))
-
-
-def full_levels(values: NDArray[np.floating]) -> Levels:
-    """Minimum and maximum of the finite values, at least slightly apart; (0, 1) if there are none."""
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return 0.0, 1.0
-    low, high = float(known.min()), float(known.max())
-    return (low, high) if high - low > 1e-3 else (low - 0.05, high + 0.05)
-
-
-def mark_table(*colours: QColor) -> NDArray[np.uint8]:
-    """Table that maps 1, 2, ... to these colours, and 0 to transparent."""
-    table = np.zeros((256, 4), np.uint8)
-    for index, colour in enumerate(colours, 1):
-        table[index] = colour.red(), colour.green(), colour.blue(), colour.alpha()
-    return table

@@ -1,0 +1,422 @@
+"""Layers: what each content of a view shows, as a function of the data. A new content is one function and one line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtGui import QBrush, QColor
+
+from ilf.drawing.blocks import marked_picture
+from ilf.drawing.colours import robust_difference_level, robust_error_levels, sample
+
+from ..base.theme import Colours
+from .colours import Levels, difference_table, error_table, full_levels, mark_table, strength_table
+from .contents import (
+    BEFORE_IN,
+    BEFORE_OUT,
+    COMPARABLE,
+    EARLIER,
+    FLICKERS,
+    INTERPOLATED,
+    RUNS,
+    TITLES,
+    capital,
+    operands_of,
+    short_title,
+)
+from .material import Depth, Mask, Material, ShownDepth
+from .scene_items import blend, hatch_brush
+
+Legend = list[tuple[QBrush, str]]
+
+
+class Look(NamedTuple):
+    """The theme's colours, and the hatch of missing depth."""
+
+    colours: Colours
+    hatch: QBrush
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """What a content shows: arrays of the frame, how they become values with a unit, and the colours of the values.
+
+    Attributes
+    ----------
+    parts : tuple of ndarray, shape (H, W)
+        What is shown; it may be changed in place later. Empty if there is only `message`.
+    measure : callable
+        From the parts, or the same piece of each, to values in the unit of the colour bar, NaN = missing.
+    levels : (float, float)
+        Values at the ends of the colours.
+    logarithmic : bool
+        Whether colours are spaced logarithmically.
+    table : ndarray of uint8, shape (256, 4)
+        Colours of the values; index 0 is missing.
+    stale, extrapolated : ndarray of bool, shape (H, W), or None
+        Pixels that are shown in grey, and under stripes.
+    marks : callable or None
+        From the parts to indices into `mark_table`, drawn below the picture, where that is missing.
+    has_dots : bool
+        Whether single pixels of a sparse picture are drawn as dots.
+    picture : callable or None
+        Finds a colour picture, uint8 (H, W, 3), which is shown instead of values until the parts are other arrays.
+    message, text : str
+        Shown in place of a picture, and beside the title.
+    legend : list of (QBrush, str)
+    """
+
+    parts: tuple[NDArray[Any], ...] = ()
+    measure: Callable[..., NDArray[np.floating]] = lambda values: values
+    levels: Levels = (0.0, 1.0)
+    logarithmic: bool = False
+    table: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((256, 4), np.uint8))
+    stale: Mask | None = None
+    extrapolated: Mask | None = None
+    marks: Callable[..., NDArray[np.uint8]] | None = None
+    mark_table: NDArray[np.uint8] | None = None
+    has_dots: bool = False
+    picture: Callable[[], NDArray[np.uint8]] | None = None
+    message: str = ""
+    text: str = ""
+    legend: Legend = field(default_factory=list)
+
+
+class Content(NamedTuple):
+    """Function that finds the layer of a content, parts of the material that it uses, kind of its colour range ("" for
+    none), unit of its colour bar, and what is striped over it besides what is striped everywhere."""
+
+    find: Callable[[Material, str, Look], Layer]
+    uses: frozenset[str] = frozenset()
+    range_kind: str = ""
+    unit: str = ""
+    stripes: str = ""
+
+
+def content_of(name: str) -> Content:
+    """How a concrete content is drawn."""
+    if operands_of(name):
+        return _DIFFERENCE
+    return _DEPTH if name in COMPARABLE else CONTENTS[name]
+
+
+def uses(name: str, material: Material) -> frozenset[str]:
+    """Parts of the material that a concrete content uses now."""
+    depths = operands_of(name) or ((name,) if name in COMPARABLE else ())
+    if name == "depth-in":  # the invalid mask does not change it
+        return content_of(name).uses | {"frame"}
+    more = {"swipe", "runs"} if name == "result" else set()
+    if name == "result" and (material.swipe_column is not None or material.shows_a_as_result):
+        depths += material.sides
+    return content_of(name).uses | {_PARTS.get(depth, "runs") for depth in depths} | more
+
+
+_PARTS = {
+    "depth-in": "invalid_mask",
+    "result": "result",
+    "ground_truth": "ground_truth",
+    "guide": "guide",
+    INTERPOLATED: INTERPOLATED,
+    BEFORE_IN: "before",
+    BEFORE_OUT: "before",
+}
+"""Part of the material of each depth; the others are runs."""
+
+
+def title_of(name: str, material: Material) -> str:
+    """Title of a concrete content."""
+    if name == "result" and material.shows_a_as_result:
+        name = material.sides[0]
+    names = material.names
+    if name == "result" and material.swipe_column is not None:
+        first, second = (short_title(side, names) for side in material.sides)
+        return f"A: {first} | B: {second}"
+    if name in TITLES:
+        return TITLES[name]
+    pair = operands_of(name)
+    if pair is None:
+        return capital(short_title(name, names))
+    return f"Difference: {short_title(pair[0], names)} \N{MINUS SIGN} {short_title(pair[1], names)}"
+
+
+def levels_of(
+    material: Material, kind: str, robust: Callable[[], Levels], values: Callable[[], NDArray[np.floating]]
+) -> Levels:
+    """Colour range of a kind for some values, in its unit, with this robust range; the former one during playing."""
+    former = material.ranges[kind].levels
+    if material.played and former is not None:
+        return former
+    return material.ranges[kind].find(robust, lambda: full_levels(values()))
+
+
+def missing_reason(depth: str, material: Material) -> str:
+    """Why a depth is not there."""
+    reasons = {
+        "result": material.no_result,
+        EARLIER: "No run before this one",
+        INTERPOLATED: "Interpolating\N{HORIZONTAL ELLIPSIS}",
+        "ground_truth": "This frame has no ground truth",
+        "guide": "This frame has no guide",
+        BEFORE_IN: material.before.text,
+        BEFORE_OUT: material.before.text if material.before.depth_in is None else "The frame before has no result",
+    }
+    if depth in RUNS:
+        return f"No run {RUNS.index(depth) + 1} is ticked for comparison"
+    return reasons.get(depth, "")
+
+
+# Colour, masks over the dimmed colour image, and edges.
+
+
+def colour(material: Material, name: str, look: Look) -> Layer:
+    """The colour image, which the view's fills of blocks lie over."""
+    rgb = material.rgb
+    return Layer() if rgb is None else Layer((rgb,), picture=lambda: rgb)
+
+
+_MASK_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32), "from_neighbours": (120, 220, 110)}
+
+
+def mask(material: Material, name: str, look: Look) -> Layer:
+    """Extrapolated pixels, invalid ones, or those from neighbours, with their share of the frame."""
+    result, rgb, colour = material.depth("result"), material.rgb, _MASK_COLOURS[name]
+    masks = {"invalid_mask": material.invalid_mask, "from_neighbours": material.from_neighbours}
+    shown = masks.get(name, None if result is None else result.extrapolated)
+    if shown is None or rgb is None:
+        reasons = {"invalid_mask": "No invalid depth", "from_neighbours": "No depth of neighbours is used"}
+        otherwise = material.no_result if material.result is None else "Nothing is extrapolated"
+        return Layer(message=reasons.get(name, otherwise))
+    return Layer(
+        (shown, rgb),
+        picture=lambda: marked_picture(rgb, shown, colour),
+        text=f"{np.count_nonzero(shown) / shown.size:.1%} of the frame",
+        # invalid depth has stripes, which have a legend already
+        legend=[] if name == "invalid_mask" else [(QBrush(QColor(*colour)), name.replace("_", " "))],
+    )
+
+
+def edges(material: Material, name: str, look: Look) -> Layer:
+    """Edge strength, from which blocks are extracted, or crease strength, if the detector finds them, 0-1."""
+    found = material.edges
+    strength = None if found is None else found.crease if name == "creases" else found.strength
+    if strength is not None:
+        return Layer((strength,), table=strength_table())
+    if found is not None:
+        return Layer(message="Only the detector rgbd finds creases")
+    return Layer(message="" if material.rgb is None else "Finding edges\N{HORIZONTAL ELLIPSIS}")
+
+
+# A stage of the extraction, and the spectrum of a block, each with a widget in the cell.
+
+
+def stage(material: Material, name: str, look: Look) -> Layer:
+    """The selected stage of the extraction."""
+    board = material.stage
+    legend = [(QBrush(QColor(*colour)), text) for colour, text in board.legend]
+    picture = board.picture
+    if picture is None:
+        return Layer(message=board.message, text=board.text, legend=legend)
+    if picture.ndim == 3:
+        return Layer((picture,), picture=lambda: picture, text=board.text, legend=legend)
+    return Layer((picture,), _strength, table=strength_table(), text=board.text, legend=legend)
+
+
+def _strength(indices: NDArray[np.uint8]) -> NDArray[np.float32]:
+    return np.where(indices > 0, (indices - np.float32(1)) / 254, np.float32(np.nan))
+
+
+BAND = QColor(90, 230, 255)
+
+
+def spectrum(material: Material, name: str, look: Look) -> Layer:
+    """What is said about the spectrum, which has no pixels of the frame."""
+    shown = material.spectrum
+    return Layer() if isinstance(shown, str) else Layer(text=shown.text, legend=[(QBrush(BAND), "pass band")])
+
+
+# Depth.
+
+STRIPE = QColor(255, 255, 255, 190)
+_STALE = QColor(140, 146, 140)
+
+
+def depth(material: Material, name: str, look: Look) -> Layer:
+    """One depth [m]; missing depth is hatched, extrapolated depth striped, stale depth grey."""
+    shown = _depth_shown(material, name)
+    text = material.moment if name == "result" and not material.shows_a_as_result else ""
+    missing = [(look.hatch, "missing")]
+    if shown is None:
+        return Layer(message=missing_reason(name, material), text=text, legend=missing)
+    striped = [] if shown.extrapolated is None else [(hatch_brush(look.colours.muted, STRIPE), "extrapolated")]
+    stale = _stale_pixels(shown)
+    return Layer(
+        (shown.depth,),
+        levels=material.ranges["depth"].levels or (0.0, 1.0),
+        table=material.depth_table,
+        stale=stale,
+        extrapolated=shown.extrapolated,
+        has_dots=True,
+        text=text,
+        legend=[*striped, *_stale_legend(stale), *missing],
+    )
+
+
+def _depth_shown(material: Material, name: str) -> ShownDepth | None:
+    """The depth to draw; depth in includes invalid depth, under its stripes."""
+    if name == "depth-in":
+        return None if material.measured is None else ShownDepth(material.measured)
+    column = material.swipe_column
+    swiped = material.swiped(column) if name == "result" and column is not None else None
+    return material.depth(name) if swiped is None else swiped
+
+
+def _stale_pixels(shown: ShownDepth) -> Mask:
+    return np.zeros(shown.depth.shape, bool) if shown.stale is None else shown.stale
+
+
+def _stale_legend(stale: Mask) -> Legend:
+    return [(QBrush(_STALE), "stale")] if stale.any() else []
+
+
+# The difference of two depths in millimetres, centred at 0, such as the error against ground truth.
+
+_MM = np.float32(1000)
+_FLICKER_PERCENT = 90
+"""Share of the pixels in the colour range of flicker: beside outlines, a moving camera changes depth by far more."""
+
+
+def difference(material: Material, name: str, look: Look) -> Layer:
+    """The first depth minus the second; pixels with only one of them are marked.
+
+    It stays to be seen while side A is shown in place of the result.
+    """
+    pair = operands_of(name) or ("result", "depth-in")
+    one, other = (material.own_depth(operand) for operand in pair)
+    if one is None or other is None:
+        missing = pair[0] if one is None else pair[1]
+        return Layer(message=missing_reason(missing, material), text=_note(material, name))
+    first, second = one.depth, other.depth
+    sampled = _difference(sample(first), sample(second))
+    note = ""
+    if not np.nanmax(np.abs(sampled), initial=0.0) > 0:
+        note = _equality(first, second)
+        if note == _NO_DIFFERENCE:
+            return Layer(message=note, text=_note(material, name))
+
+    def robust() -> Levels:
+        level = robust_difference_level(sampled[sampled != 0], _FLICKER_PERCENT if name in FLICKERS else 99)
+        return -level, level
+
+    # equal pixels, such as most measured ones, are ignored
+    low, high = levels_of(material, "signed", robust, lambda: _difference(first, second))
+    level = max(abs(low), abs(high))
+    colours = [blend(look.colours.background, only, 0.55) for only in (look.colours.good, look.colours.warning)]
+    return Layer(
+        (first, second),
+        _difference,
+        (-level, level),
+        table=difference_table(look.colours.is_dark),
+        marks=_one_only,
+        mark_table=mark_table(*colours),
+        text=_note(material, name, note),
+        legend=[*_one_only_legend(material, name, pair, colours), (look.hatch, "missing")],
+    )
+
+
+def _difference(first: Depth, second: Depth) -> NDArray[np.float32]:
+    return (first - second) * _MM
+
+
+def _one_only(first: Depth, second: Depth) -> NDArray[np.uint8]:
+    """1 where only the first is known, 2 where only the second is."""
+    known, other = np.isfinite(first), np.isfinite(second)
+    return (known & ~other).view(np.uint8) + 2 * (other & ~known).view(np.uint8)
+
+
+_NO_DIFFERENCE = "No difference"
+
+
+def _equality(first: Depth, second: Depth) -> str:
+    """What to say if two depths are equal: no difference, also in which pixels they have, or only where both are."""
+    both = np.isfinite(first) & np.isfinite(second)
+    if (first[both] != second[both]).any():
+        return ""
+    if np.array_equal(np.isfinite(first), np.isfinite(second)):
+        return _NO_DIFFERENCE
+    return "no difference" if both.any() else "no pixel has both"
+
+
+def _note(material: Material, name: str, text: str = "") -> str:
+    """A text about the difference, and the iteration of the result, or which frame is the one before."""
+    if name in FLICKERS:
+        about = "" if material.before.depth_in is None else material.before.text
+    else:
+        about = material.moment if "result" in (operands_of(name) or ()) else ""
+    return ", ".join(part for part in (text, about) if part)
+
+
+def _one_only_legend(material: Material, name: str, pair: tuple[str, str], colours: list[QColor]) -> Legend:
+    if pair[1] == "depth-in" or name in FLICKERS:
+        return [(QBrush(colours[0]), "filled" if pair[1] == "depth-in" else "not seen before")]
+    names = material.names
+    return [(QBrush(colour), f"only {short_title(depth, names)}") for colour, depth in zip(colours, pair, strict=True)]
+
+
+# The expected error of filled pixels, in logarithmic colours; measured pixels are marked.
+
+_MIN_MM = 0.01
+
+
+def expected(material: Material, name: str, look: Look) -> Layer:
+    """The expected error, grey where depth is stale; the view stripes unsupported pixels."""
+    depth_in, error = material.depth_in, material.expected
+    measured = blend(look.colours.background, look.colours.text, 0.2 if look.colours.is_dark else 0.14)
+    legend = [(QBrush(measured), "measured"), (look.hatch, "missing")]
+    if depth_in is None or error is None:
+        waiting = "Estimating\N{HORIZONTAL ELLIPSIS}" if material.error_is_outdated else material.no_result
+        return Layer(message=waiting, legend=legend)
+    sampled = sample(error) * _MM
+    low, high = levels_of(material, "expected", lambda: robust_error_levels(sampled), lambda: error * _MM)
+    stale = _stale_pixels(material.result or ShownDepth(error))
+    current = "of the current result" if material.moment else ""
+    return Layer(
+        (error, depth_in),
+        lambda error, depth_in: error * _MM,
+        (max(low, _MIN_MM), max(high, 2 * max(low, _MIN_MM))),
+        logarithmic=True,
+        table=error_table(),
+        stale=stale,
+        marks=lambda error, depth_in: np.isfinite(depth_in).view(np.uint8),
+        mark_table=mark_table(measured),
+        text="of the previous result" if material.error_is_outdated else current,
+        legend=[*_stale_legend(stale), *legend],
+    )
+
+
+# The table.
+
+_DEPTH = Content(depth, frozenset({"levels"}), "depth", "m")
+_DIFFERENCE = Content(difference, frozenset({"levels", "runs"}), "signed", "mm")
+
+CONTENTS = {
+    "colour": Content(colour, frozenset({"frame", "swipe", "runs"}), stripes="missing"),
+    "expected-error": Content(
+        expected,
+        frozenset({"invalid_mask", "expected", "levels", "moment", "result"}),
+        "expected",
+        "mm",
+        stripes="unsupported",
+    ),
+    "strength": Content(edges, frozenset({"edges"})),
+    "creases": Content(edges, frozenset({"edges"})),
+    "extraction": Content(stage, frozenset({"stage"})),
+    "extrapolated": Content(mask, frozenset({"frame", "result"})),
+    "invalid_mask": Content(mask, frozenset({"frame", "invalid_mask"})),
+    "from_neighbours": Content(mask, frozenset({"frame", "from_neighbours"})),
+    "spectrum": Content(spectrum, frozenset({"spectrum"})),
+}
+"""Content -> how it is drawn, beside depths and differences, of which there are many."""
