@@ -2,6 +2,7 @@ from ._runtime.installation import __version__ as __version__
 from .completion.completion import iterate as iterate
 from .completion.confidence.expected_error import expected_error as expected_error
 from .completion.confidence.expected_error import unsupported as unsupported
+from .data.blocks import Blocks as Blocks
 from .data.camera import Camera as Camera
 from .data.frame import RGBDFrame as RGBDFrame
 from .data.parameters import PRESETS as PRESETS
@@ -25,7 +26,6 @@ from .io.frame_additions import load_guide as load_guide
 from .io.meshes import write_mesh as write_mesh
 from .project.file import open_project as open_project
 from .run.replaying import replay as replay
-from .run.run import CompletedRun as CompletedRun
 from .run.run import Run as Run
 from .run.run import complete as complete
 from .run.run import extrapolate as extrapolate

@@ -32,6 +32,7 @@ from gui.features.views import ErrorFeature
 from ilf._runtime.installation import asset_path
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.evaluation.hold_out import evaluate_hold_out
+from ilf.run.run import Run
 
 HERE = Path(__file__).parent
 IMAGES = HERE / "images"
@@ -247,7 +248,7 @@ def run_tour(tour: Tour) -> None:
     tour.save(PICTURES / "6-hold-out.jpg")
     outcome = accuracy.hidden.outcome
     assert outcome is not None
-    everywhere = replace(session.run(session.common), own={}, parameters=session.common.replace(edge_scale=taken))
+    everywhere = Run(session.frame, replace(session.blocks(), own={}), session.common.replace(edge_scale=taken))
     completion = evaluate_completion(session.frame, everywhere.complete())
     assert completion is not None
     tour.figures |= {

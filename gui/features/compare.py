@@ -65,9 +65,11 @@ class Comparison(QObject):
         """Show side A with the blocks of its run instead of the result, or go back."""
         session, side = self._session, self._views.sides.names[0]
         kept = None if session is None else _stored_run(session, side)
-        if on and session is not None and kept is not None and not np.array_equal(kept.run.blocks, session.labels):
-            self._has_other_blocks = True
-            self._presenter.show_other_blocks(kept.run.blocks)
+        if on and session is not None and kept is not None:
+            labels = kept.run.blocks.labels
+            if not np.array_equal(labels, session.labels):
+                self._has_other_blocks = True
+                self._presenter.show_other_blocks(labels)
         self._views.sides.show_a_as_result(on)
         if not on and self._has_other_blocks:
             self._has_other_blocks = False
@@ -99,7 +101,7 @@ def _stored_run(session: Session, side: str) -> StoredRun | None:
 
 
 def _shown(kept: StoredRun, session: Session) -> ShownRun:
-    completion, labels = kept.completion, kept.run.blocks
+    completion, labels = kept.completion, kept.run.blocks.labels
     extrapolated = completion.extrapolated if completion.extrapolated.any() else None
     others = None if np.array_equal(labels, session.labels) else (labels, colour_table(session, int(labels.max())))
     return ShownRun(kept.name, completion.depth, extrapolated, kept.colour, others, kept.number)

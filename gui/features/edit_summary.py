@@ -362,8 +362,9 @@ def _title(change: Change) -> str:
 def _find(question: _Request) -> EditSummary:
     """Compute the summary; called in a worker thread."""
     run, patch = question.run, question.patch
-    labels = _labels_before(patch, question.forward, run.blocks)
-    before = replace(run, blocks=labels, drawn=_drawn_before(question.drawn, question.forward, run))
+    labels = _labels_before(patch, question.forward, run.blocks.labels)
+    drawn = _drawn_before(question.drawn, question.forward, run)
+    before = replace(run, blocks=replace(run.blocks, labels=labels, drawn=drawn))
     there = set(np.unique(labels[patch.box]).tolist()) - {0}
     known = question.before is not None and there <= question.before.results.keys()
     completed = question.before if known else None  # blocks edited earlier and not run since have no result to compare
@@ -380,6 +381,6 @@ def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) 
 def _drawn_before(change: DrawnChange, forward: bool, run: Run) -> NDArray[np.bool_]:
     """Return the mask of drawn borders before a change."""
     box, before, after = change
-    former = np.zeros(run.blocks.shape, bool) if run.drawn is None else run.drawn.copy()
+    former = np.zeros(run.frame.shape, bool) if run.blocks.drawn is None else run.blocks.drawn.copy()
     former[box] = before if forward else after
     return former

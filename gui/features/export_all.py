@@ -10,6 +10,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QDialog, QWidget
 
 from ilf._runtime.formatting import counted
+from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import Completion
 from ilf.errors import InputError
@@ -21,8 +22,9 @@ from ilf.project.exporting import (
     folder_names,
     run_and_completion,
 )
+from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
-from ilf.run.run import Run, RunConfiguration
+from ilf.run.run import Run
 from ilf.sources.reading import read_frame
 
 from ..project.store import WorkStore
@@ -46,12 +48,13 @@ _CHOICES: dict[str, tuple[str, Callable[[Entry], bool]]] = {
 """Choice -> its text, and whether it includes a frame."""
 
 Read = Callable[[], tuple[Run, Completion | None]]
+MakeRun = Callable[[RGBDFrame], Run]
 
 # Frames of the window as frames to export.
 
 
 def frames_to_export(
-    entries: Sequence[Entry], store: WorkStore, configuration: RunConfiguration, for_all: Parameters | None
+    entries: Sequence[Entry], store: WorkStore, make_run: MakeRun, for_all: Parameters | None
 ) -> list[FrameToExport]:
     """Snapshot of frames, open or not; closed frames are read when they are reached, in any thread.
 
@@ -60,25 +63,25 @@ def frames_to_export(
     entries : sequence of Entry
     store : WorkStore
         Of the states of closed frames.
-    configuration : RunConfiguration
-        For frames without blocks.
+    make_run : callable
+        Makes the run of a frame without blocks.
     for_all : Parameters or None
         The parameters that all frames share, if any.
     """
     folders = folder_names([(entry.name, entry.id) for entry in entries])
     return [
-        FrameToExport(entry.name, folder, _reader(entry, store, configuration, for_all))
+        FrameToExport(entry.name, folder, _reader(entry, store, make_run, for_all))
         for entry, folder in zip(entries, folders, strict=True)
     ]
 
 
-def _reader(entry: Entry, store: WorkStore, configuration: RunConfiguration, for_all: Parameters | None) -> Read:
+def _reader(entry: Entry, store: WorkStore, make_run: MakeRun, for_all: Parameters | None) -> Read:
     if entry.session is not None and entry.session.counts():
         present = _of_session(entry.session)
         return lambda: present
     if entry.session is None and entry.has_state and store.has(entry.id):
         return partial(_of_store, entry, store, for_all)
-    return partial(_of_files, entry, configuration)
+    return partial(_of_files, entry, make_run)
 
 
 def _of_session(session: Session) -> tuple[Run, Completion | None]:
@@ -93,10 +96,10 @@ def _of_store(entry: Entry, store: WorkStore, for_all: Parameters | None) -> tup
     return run_and_completion(state.with_current_settings(entry.note, for_all))
 
 
-def _of_files(entry: Entry, configuration: RunConfiguration) -> tuple[Run, Completion | None]:
+def _of_files(entry: Entry, make_run: MakeRun) -> tuple[Run, Completion | None]:
     if entry.source is None:
         raise InputError("It has not been read, and where from is not known. Open it first.")
-    return configuration.make_run(read_frame(entry.source)), None
+    return make_run(read_frame(entry.source)), None
 
 
 # The command, and the progress.
@@ -152,9 +155,12 @@ class ExportAllFeature(Feature):
         """Export a choice of frames in the background."""
         workspace = self.context.workspace
         shared = workspace.parameters.shared
-        configuration = RunConfiguration(workspace.parameters.current, workspace.parameters.extraction)
+        parameters, blocks = workspace.parameters.current, BlockChoice(workspace.parameters.extraction)
         self._frames = frames_to_export(
-            self._chosen(scope), self.context.recorder.store, configuration, shared.values if shared.on else None
+            self._chosen(scope),
+            self.context.recorder.store,
+            lambda frame: Run(frame, blocks.blocks_of(frame), parameters),
+            shared.values if shared.on else None,
         )
         self._folder, self._done = folder.absolute(), []
         remember_folder(EXPORTS, self._folder)

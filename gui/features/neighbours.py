@@ -223,7 +223,7 @@ class NeighboursDialog(QDialog):
     def _enable(self) -> None:
         idle = self._take is None and self._waiting is None
         self.use_button.setEnabled(self.found is not None)
-        self.test_button.setEnabled(idle and self.found is not None and bool(np.any(self._run.blocks)))
+        self.test_button.setEnabled(idle and self.found is not None and bool(np.any(self._run.blocks.labels)))
 
 
 def _test_steps(runs: Sequence[Run]) -> Generator[float, None, list[HoldOutResult]]:

@@ -105,8 +105,8 @@ class WorkspaceParameters(QObject):
             return
         own_parameters = self.shared.on and recorded.parameters != self.shared.values
         session.change(common=recorded.parameters, own_parameters=own_parameters)
-        if recorded.extraction is not None:
-            self.set_extraction(recorded.extraction)
+        if recorded.blocks.extraction is not None:
+            self.set_extraction(recorded.blocks.extraction)
         labels = session.counts() if recorded.only is None else recorded.only
         own = {label: own_values(recorded.parameters_of(label), recorded.parameters) for label in labels}
         session.change_blocks(own={**session.blocks.own, **{label: values for label, values in own.items() if values}})
@@ -269,7 +269,7 @@ class WorkspaceParameters(QObject):
         """Restore common and own parameters of a stored run in the current frame, as one undo step; False if they are
         the current ones."""
         session, run = self._frames.session, kept.run
-        there = set(session.counts()).intersection(np.unique(run.blocks).tolist())
+        there = set(session.counts()).intersection(np.unique(run.blocks.labels).tolist())
         own = {label: own_values(run.parameters_of(label), run.parameters) for label in there}
         changes = self._own_changes(own)
         names = names_in(changes).union(own_values(run.parameters, session.state.common))

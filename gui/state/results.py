@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf.completion.filter import edge_parameters
+from ilf.data.blocks import Blocks
 from ilf.data.by_hand import DepthByHand, by_hand_of
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
 from ilf.data.label_map import Block, Box, drawn_of, union
 from ilf.data.neighbours import NeighbourDepth
-from ilf.data.parameters import BlockParameters, Parameters
+from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
 
 Preview = tuple[Block, NDArray[np.float32]]
@@ -52,26 +53,23 @@ class StoredBlockResult(NamedTuple):
 
     def fits(
         self,
-        labels: NDArray[np.int32],
+        blocks: Blocks,
         pixels: int,
         frame: RGBDFrame,
-        drawn: NDArray[np.bool_] | None,
-        by_hand: DepthByHand | None,
-        extraction: BlockParameters | None,
     ) -> bool:
-        """Whether its block has the same pixels in a label map, `pixels` in number, and the same drawn borders, depth
-        by hand, extraction parameters, invalid mask, guide and depth of neighbours."""
+        """Whether its block has the same pixels among these blocks, `pixels` in number, and the same drawn borders,
+        depth by hand, extraction parameters, invalid mask, guide and depth of neighbours."""
         result = self.result
         block = result.block
         return (
             pixels == result.depth.size
-            and result.edges == edge_parameters(result.parameters, extraction)
-            and np.array_equal(labels[block.box] == block.label, block.mask)
+            and result.edges == edge_parameters(result.parameters, blocks.extraction)
+            and np.array_equal(blocks.labels[block.box] == block.label, block.mask)
             and same_mask(self.invalid_mask, frame.invalid_mask)
             and same_depth(self.guide, frame.guide)
             and same_depth(self.neighbours, frame.neighbours)
-            and same_mask(result.drawn, drawn_of(block, drawn))
-            and same_depth(result.by_hand, by_hand_of(block, by_hand, frame))
+            and same_mask(result.drawn, drawn_of(block, blocks.drawn))
+            and same_depth(result.by_hand, by_hand_of(block, blocks.by_hand, frame))
         )
 
 

@@ -46,12 +46,13 @@ COLOURS: tuple[Colour, ...] = (
 
 def with_shared_arrays(run: Run, kept: Iterable[StoredRun]) -> Run:
     """Return the run, sharing label map and drawn borders with a stored run where they are equal."""
-    checksum = crc32(run.blocks.data)
+    checksum = crc32(run.blocks.labels.data)
     for other in kept:
-        if other.checksum == checksum and np.array_equal(other.run.blocks, run.blocks):
-            drawn, theirs = run.drawn, other.run.drawn
-            same = drawn is not None and theirs is not None and np.array_equal(drawn, theirs)
-            return replace(run, blocks=other.run.blocks, drawn=theirs if same else drawn)
+        ours, theirs = run.blocks, other.run.blocks
+        if other.checksum == checksum and np.array_equal(theirs.labels, ours.labels):
+            same = ours.drawn is not None and theirs.drawn is not None and np.array_equal(ours.drawn, theirs.drawn)
+            drawn = theirs.drawn if same else ours.drawn
+            return replace(run, blocks=replace(ours, labels=theirs.labels, drawn=drawn))
     return run
 
 
@@ -60,8 +61,9 @@ def memory_of(kept: Iterable[StoredRun]) -> int:
     sizes: dict[int, int] = {}
     for one in kept:
         added = () if one.extrapolation is None else one.extrapolation[:2]
-        by_hand = None if one.run.by_hand is None else one.run.by_hand.depth
-        arrays = [one.run.blocks, one.run.drawn, by_hand, *added]
+        blocks = one.run.blocks
+        by_hand = None if blocks.by_hand is None else blocks.by_hand.depth
+        arrays = [blocks.labels, blocks.drawn, blocks.extracted, by_hand, *added]
         sizes |= {id(array): array.nbytes for array in arrays if array is not None}
         sizes |= {
             id(result): result.depth.nbytes + result.block.mask.nbytes + _RECORD * len(result.history)
@@ -80,7 +82,7 @@ def parameters_text(session: Session, run: Run, max_values: int | None = None) -
     """Return the nearest preset, the parameters that differ from it and own parameters of blocks; `max_values` of
     each."""
     texts = [_likeness_text(run.parameters, max_values)]
-    own = {label: _own_words(parameters, run.parameters, max_values) for label, parameters in run.own.items()}
+    own = {label: _own_words(run.parameters_of(label), run.parameters, max_values) for label in run.blocks.own}
     own = {label: words for label, words in own.items() if words}
     if max_values is not None and len(own) > 1:
         return f"{texts[0]}; {len(own)} blocks with own parameters"

@@ -102,15 +102,8 @@ class Session:
 
         `record_replay` is the record that the run was read from.
         """
-        blocks = Blocks(
-            run.blocks,
-            drawn=run.drawn,
-            by_hand=run.by_hand,
-            extraction=run.extraction,
-            network=run.network,
-            extracted=None if run.edited else run.blocks,
-        )
-        session = cls(FrameState(uuid.uuid4().hex, run.frame, blocks, extrapolate=run.extrapolate), origin, key)
+        state = FrameState(uuid.uuid4().hex, run.frame, replace(run.blocks, own={}), extrapolate=run.extrapolate)
+        session = cls(state, origin, key)
         session.record_replay = record_replay
         return session
 
@@ -214,20 +207,7 @@ class Session:
         extrapolate : bool
             Whether missing depth is extrapolated.
         """
-        blocks = self._lasting_blocks()
-        return Run(
-            self.frame,
-            blocks.labels,
-            common,
-            {label: blocks.parameters_of(label, common) for label in blocks.own if label in self.counts()},
-            only,
-            extrapolate=extrapolate,
-            extraction=blocks.extraction,
-            edited=blocks.edited,
-            network=blocks.network,
-            drawn=blocks.drawn,
-            by_hand=blocks.by_hand,
-        )
+        return Run(self.frame, self._lasting_blocks().without_absent(), common, only, extrapolate)
 
     def handmade(self) -> frozenset[int]:
         """Return the hand-made blocks, from before and after the last extraction."""
@@ -464,14 +444,12 @@ class Session:
     def results_of(self, run: Run) -> dict[int, BlockResult]:
         """Return the results that fit the blocks of a run; of several, the one with its parameters, else the latest.
         In ascending order of labels."""
-        sizes = np.bincount(run.blocks.ravel())
+        sizes = np.bincount(run.blocks.labels.ravel())
         found = {}
         for label in sorted(label for label in self.results.kept if label < sizes.size and sizes[label]):
             wanted, size = run.parameters_of(label), int(sizes[label])
             fitting = [
-                kept.result
-                for kept in reversed(self.results.kept[label])
-                if kept.fits(run.blocks, size, run.frame, run.drawn, run.by_hand, run.extraction)
+                kept.result for kept in reversed(self.results.kept[label]) if kept.fits(run.blocks, size, run.frame)
             ]
             if fitting:
                 same = (result for result in fitting if result.parameters.same_effect(wanted))
@@ -516,7 +494,7 @@ class Session:
             if known is not None and _same(known.results, results):
                 self._completion = known
                 return known
-        self._completion = compose(self.frame, results, self._completion) if results else None
+        self._completion = compose(self.run(self.state.common), results, self._completion) if results else None
         return self._completion
 
     def expected_error(self) -> NDArray[np.float32] | None:
@@ -560,10 +538,7 @@ class Session:
 
     def _fits(self, kept: StoredBlockResult) -> bool:
         count = self.counts().get(kept.result.block.label)
-        blocks = self.blocks
-        return count is not None and kept.fits(
-            self.labels, count.pixels, self.frame, blocks.drawn, blocks.by_hand, blocks.extraction
-        )
+        return count is not None and kept.fits(self.blocks, count.pixels, self.frame)
 
     def note_edit(self) -> None:
         """Note an edit that the undo stack does not report; undo steps call this through their signal."""

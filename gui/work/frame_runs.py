@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, NamedTuple
 
@@ -15,15 +15,15 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from ilf._runtime.cancellation import check_cancelled
 from ilf._runtime.formatting import counted
 from ilf.completion.extrapolation import extrapolation_steps
-from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Progress
-from ilf.run.run import EXTRAPOLATED, Run, RunSteps
+from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Step, notes_of
+from ilf.run.run import EXTRAPOLATED, Execution, Run
 
 from ..state.results import Preview
 from ..state.session import Session
 from ..state.workspace import Workspace
 from .jobs import Worker, spare_cores
 
-Step = tuple[Progress, list[Preview] | None]
+_WithPreviews = tuple[Step, list[Preview] | None]
 
 _PATIENCE_MS = 150
 """Time [ms] that a re-solve may still take after its parameters changed: during a drag, slightly outdated results are
@@ -124,7 +124,7 @@ class FrameRuns(QObject):
         self._worker.failed.connect(self._fail)
         self._worker.paused.connect(self.state_changed)
         self._run: Run | None = None
-        self._steps: RunSteps | None = None
+        self._steps: Execution | None = None
         self._extrapolating: Completion | None = None
         self._started = 0.0
         self._preview_time = 0.0
@@ -244,10 +244,10 @@ class FrameRuns(QObject):
         watch = self._workspace.runs.watch(self.session, run)
         self._start(lambda: run.steps(1, watch))
 
-    def _start(self, make: Callable[[], RunSteps], paused: bool = False) -> None:
+    def _start(self, make: Callable[[], Execution], paused: bool = False) -> None:
         self._started = time.perf_counter()
 
-        def job() -> Generator[Step, None, None]:
+        def job() -> Generator[_WithPreviews, None, None]:
             with make() as steps:
                 for progress in steps:
                     if progress.result is None:
@@ -268,20 +268,20 @@ class FrameRuns(QObject):
     def _begin_extrapolation(self, completion: Completion) -> None:
         self._extrapolating = completion
         self._started = time.perf_counter()
-        extraction, outside_view = self.session.blocks.extraction, self.session.state.common.outside_view
+        present = replace(completion, run=self.session.run(self.session.state.common))
 
-        def job() -> Generator[Step, None, Completion]:
-            steps = extrapolation_steps(completion, extraction, outside_view)
+        def job() -> Generator[_WithPreviews, None, Completion]:
+            steps = extrapolation_steps(present)
             while True:
                 try:
-                    yield Progress(EXTRAPOLATED, record=next(steps)), None
+                    yield Step(EXTRAPOLATED, record=next(steps)), None
                 except StopIteration as end:
                     return end.value
 
         self._worker.start(job)
         self.state_changed.emit()
 
-    def _due_previews(self, steps: RunSteps) -> list[Preview] | None:
+    def _due_previews(self, steps: Execution) -> list[Preview] | None:
         """Called in the background thread; the GUI's thread sets when the next preview is due."""
         if time.perf_counter() < self._preview_time:
             return None
@@ -330,7 +330,7 @@ class FrameRuns(QObject):
         self._patience.stop()
         return self._worker.shutdown()
 
-    def _take(self, batch: list[Step]) -> None:
+    def _take(self, batch: list[_WithPreviews]) -> None:
         run = self._run
         if self._abandoned or run is None:
             return
@@ -395,7 +395,7 @@ class FrameRuns(QObject):
             what = self.session.info(done[0]).name if len(done) == 1 else counted(len(done), "block")
             self.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * seconds:.0f} ms")
 
-    def _report_ended(self, steps: RunSteps, how: str, done: set[int], seconds: float) -> None:
+    def _report_ended(self, steps: Execution, how: str, done: set[int], seconds: float) -> None:
         session = self.session
         text = f"{session.name}: run {how}, {counted(len(done), 'block')} in {seconds:.1f} s."
         lost = len(done - set(session.valid_results()))
@@ -403,7 +403,7 @@ class FrameRuns(QObject):
             text += f" {counted(lost, 'block')} edited meanwhile: run again (F5)."
         if uncorrected := len(done & steps.uncorrected.keys()):
             text += f" {counted(uncorrected, 'block')} without the learned correction: run again (F5)."
-        self.ended.emit(" ".join((text, *steps.notes)))
+        self.ended.emit(" ".join((text, *notes_of(steps.results))))
         if how == "finished":
             self._go_on()
 

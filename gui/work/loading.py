@@ -15,6 +15,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.named_places import NotAllowed
 from ilf.completion.completion import prepare
+from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
@@ -281,7 +282,7 @@ class FrameLoader(QObject):
             self._extract_first(session)
         else:
             self._workspace.add_session(session, opened.run)
-            self._report_blocks(session, *opened.run.notes)
+            self._report_blocks(session, *opened.run.blocks.notes)
             self.replayed.emit(session)
 
     def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
@@ -428,7 +429,7 @@ def _list(how: FrameRef) -> tuple[Listing, list[Entry]]:
 def _open(source: FrameRef, parameters: BlockParameters) -> _Opened:
     frame = read_frame(source)
     no_blocks = np.zeros(frame.shape, np.int32)
-    return _Opened(Run(frame, no_blocks, extraction=parameters), source, source.key)
+    return _Opened(Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), source, source.key)
 
 
 def _open_run(path: Path) -> _Opened:

@@ -16,11 +16,15 @@ from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from .._runtime.schema import check_schema, converted
 from .._runtime.writing import write_bytes
+from ..data.frame import RGBDFrame
+from ..data.parameters import Parameters
+from ..data.presets import preset
 from ..errors import FormatError, InputError, cause
 from ..evaluation.hold_out import HoldOutTest
+from ..run.block_choice import BlockChoice
 from ..run.options import ExportOptions
 from ..run.record import PROGRAM, installed_sha256, requested_networks
-from ..run.run import RunConfiguration
+from ..run.run import Run
 
 SETTINGS_FILE = "batch.json"
 
@@ -36,7 +40,10 @@ class BatchSettings:
 
     Parameters
     ----------
-    configuration : RunConfiguration
+    parameters : Parameters
+    blocks : BlockChoice
+    extrapolate : bool
+        Whether depth that is still missing after the blocks is extrapolated.
     options : ExportOptions
         Files to write for each frame. Frames without intrinsics get no point cloud.
     hidden : HoldOutTest, optional
@@ -50,13 +57,19 @@ class BatchSettings:
         Number of frames before and after each whose depth is added, and their distance (`with_neighbours`). 0 for none.
     """
 
-    configuration: RunConfiguration = field(default_factory=RunConfiguration)
+    parameters: Parameters = field(default_factory=preset)
+    blocks: BlockChoice = field(default_factory=BlockChoice)
+    extrapolate: bool = False
     options: ExportOptions = field(default_factory=ExportOptions)
     hidden: HoldOutTest | None = None
     invalid_mask: str | None = None
     steady: int = 0
     neighbours: int = 0
     neighbour_step: int = 1
+
+    def run_of(self, frame: RGBDFrame) -> Run:
+        """Make the run of a frame; InputError if its blocks cannot be made."""
+        return Run(frame, self.blocks.blocks_of(frame), self.parameters, extrapolate=self.extrapolate)
 
     def facts(self) -> dict[str, Any]:
         """Return all settings as JSON values; files and networks are represented by SHA-256. Includes the version.
@@ -66,16 +79,16 @@ class BatchSettings:
         InputError
             If one of the files cannot be read.
         """
-        configuration = self.configuration
-        files = {"blocks": configuration.blocks, "drawn": configuration.drawn, "invalid_mask": self.invalid_mask}
+        blocks = self.blocks
+        files = {"blocks": blocks.file, "drawn": blocks.drawn, "invalid_mask": self.invalid_mask}
         return _plain(
             {
                 "version": __version__,
                 "networks": {name: installed_sha256(name) for name in self._networks()},
-                "parameters": configuration.parameters.to_dict(),
-                "extraction": configuration.extraction.to_dict(),
-                "extrapolate": configuration.extrapolate,
-                "fill_gaps": configuration.fill_gaps,
+                "parameters": self.parameters.to_dict(),
+                "extraction": blocks.extraction.to_dict(),
+                "extrapolate": self.extrapolate,
+                "fill_gaps": blocks.fill_gaps,
                 "files": {name: _content_sha256(path) for name, path in files.items() if path is not None},
                 "export": dataclasses.asdict(self.options),
                 "steady": self.steady,
@@ -85,10 +98,8 @@ class BatchSettings:
         )
 
     def _networks(self) -> list[str]:
-        extraction, parameters = self.configuration.extraction, self.configuration.parameters
-        asked = (
-            [*requested_networks(extraction.detector, extraction.model)] if self.configuration.blocks is None else []
-        )
+        extraction, parameters = self.blocks.extraction, self.parameters
+        asked = [*requested_networks(extraction.detector, extraction.model)] if self.blocks.file is None else []
         if parameters.filter == "edge-aware":
             asked += requested_networks(parameters.edges, parameters.model)
             asked += [CORRECTION, SPARSE_CORRECTION] if parameters.correction else []

@@ -176,12 +176,12 @@ def _completed(task: ShardTask, frame: BatchFrame, threads: int | None) -> tuple
         raise InputError(plausibility_warnings)
     if settings.invalid_mask is not None:
         loaded = with_more_invalid(loaded, settings.invalid_mask)
-    run = settings.configuration.make_run(loaded)
+    run = settings.run_of(loaded)
     completion = run.complete(threads=threads)
     error = expected_error(completion)
     files, notes = _files(task, run, completion, error)
     outcome = measured(settings, frame, run, completion, error, threads)
-    told = dict.fromkeys(filter(None, [*loaded.notes, *run.notes, outcome.message, *completion.notes, *notes]))
+    told = dict.fromkeys(filter(None, [*loaded.notes, *run.blocks.notes, outcome.message, *completion.notes, *notes]))
     outcome = replace(outcome, message=" ".join(told), plausibility_warnings=plausibility_warnings)
     figures, hashes = _figures(outcome), _input_hashes(loaded)
     facts = {"settings": task.sha256, **figures, **hashes, **_geometry(task, loaded)}
@@ -206,7 +206,7 @@ def _files(
         files[name], found = encode_expected_error(name, error, units)
         notes += found
     if "blocks" in task.keep:
-        files["blocks.png"] = encode_labels(run.blocks)
+        files["blocks.png"] = encode_labels(run.blocks.labels)
     if "unsupported" in task.keep:
         files["unsupported.png"] = encode_image(".png", 255 * unsupported(completion).astype(np.uint8))
     if "rgb" in task.keep:

@@ -311,9 +311,9 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     loaded, inputs = with_temporal_median(reading, task.folder_of(frame)) if settings.steady else (reading.frame, ())
     if settings.invalid_mask is not None:
         loaded = with_more_invalid(loaded, settings.invalid_mask)
-    run = settings.configuration.make_run(loaded)
+    run = settings.run_of(loaded)
     options, without = drop_impossible_cloud(settings.options, loaded)
-    notes = [*loaded.notes, *run.notes, *without]
+    notes = [*loaded.notes, *run.blocks.notes, *without]
     folder = task.folder_of(frame)
     check_write(folder, run, options)
     completion = run.complete(threads=threads)
@@ -367,7 +367,7 @@ def measured(
         time=frame.time,
         status=FrameStatus.COMPLETED,
         message="" if hidden is None else untrusted_note(run.frame),
-        blocks=len(np.unique(run.blocks[run.blocks > 0])),
+        blocks=len(np.unique(run.blocks.labels[run.blocks.labels > 0])),
         pixels=missing.size,
         missing_before=int(np.count_nonzero(missing)),
         missing_after=int(np.count_nonzero(missing & np.isnan(completion.depth))),

@@ -29,7 +29,7 @@ from ..errors import IlfError
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.depth_reading import unique_warnings
 from ..io.frame_additions import guide_network
-from ..run.run import RunConfiguration
+from ..run.block_choice import BlockChoice
 from ..sources.source import Source
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
 from .output import FramesBar, print_json, shows_progress, warn
@@ -229,10 +229,9 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
     if arguments.hold_out is None and arguments.seeds is not None:
         raise UsageError("--seeds applies to hold-out only: add --hold-out.")
     chosen = preset_from(arguments.preset)
-    configuration = RunConfiguration(
-        with_given(chosen.parameters, arguments),
+    parameters = with_given(chosen.parameters, arguments)
+    blocks = BlockChoice(
         check_given_blocks(arguments, "--blocks", chosen.extraction),
-        arguments.extrapolate,
         _absolute(arguments.blocks),
         arguments.fill_gaps,
         _absolute(arguments.borders),
@@ -242,7 +241,9 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
     if neighbours and arguments.static_camera:
         raise UsageError("--static-camera already fuses the depth of frames around each one: leave out --neighbours.")
     return BatchSettings(
-        configuration,
+        parameters,
+        blocks,
+        arguments.extrapolate,
         export_options(arguments),
         hidden,
         _absolute(arguments.invalid_mask),

@@ -10,10 +10,11 @@ from pathlib import Path
 from ..data.by_hand import USUAL_WEIGHT
 from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..data.results import Completion
+from ..run.block_choice import BlockChoice
 from ..run.exporters import Export
 from ..run.options import ExportOptions, output_folder_name
 from ..run.replaying import Replay, replay
-from ..run.run import Run, RunConfiguration
+from ..run.run import Run
 from ..run.writing import check_not_an_input, check_write, write
 from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
@@ -124,7 +125,7 @@ def run(arguments: argparse.Namespace) -> None:
     seconds = time.perf_counter() - started
     verdict = () if job.again is None else job.again.verdict(completion)
     written = write(folder, job.run, completion, job.options)
-    notes = [*job.notes, *job.run.notes, *completion.notes, *verdict, *written.notes, *written.remarks]
+    notes = [*job.notes, *job.run.blocks.notes, *completion.notes, *verdict, *written.notes, *written.remarks]
     warn(notes)
     for export in exports:
         export.write(completion)
@@ -149,10 +150,9 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
         raise UsageError("--by-hand-weight is the weight of --depth-by-hand: give that, too.")
     chosen = preset_from(arguments.preset)
     options = export_options(arguments)
-    configuration = RunConfiguration(
-        with_given(chosen.parameters, arguments),
+    parameters = with_given(chosen.parameters, arguments)
+    blocks = BlockChoice(
         check_given_blocks(arguments, "--blocks", chosen.extraction),
-        arguments.extrapolate,
         arguments.blocks,
         arguments.fill_gaps,
         arguments.borders,
@@ -160,7 +160,7 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
         USUAL_WEIGHT if arguments.by_hand_weight is None else arguments.by_hand_weight,
     )
     frame = frame_from(arguments)
-    run = configuration.make_run(frame)
+    run = Run(frame, blocks.blocks_of(frame), parameters, extrapolate=arguments.extrapolate)
     options, missing = feasible_options(options, frame, arguments, ": give --intrinsics for one")
     return _Job(run, options, tuple(missing))
 

@@ -13,16 +13,15 @@ from .._runtime.formatting import counted
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
-from ..errors import InputError, ParameterError
-from ..evaluation.evaluation import Evaluation, RunEvaluation, Step, run_to_end
+from ..errors import ParameterError
+from ..evaluation.evaluation import Evaluation, Progress, RunEvaluation, run_to_end
 from ..evaluation.ground_truth import ground_truth_steps
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, compared_steps, hold_out_steps, untrusted_note
 from ..evaluation.sweep import Sweep, sweep_steps
-from ..io.labels import read_mask
 from ..io.tables import write_csv
+from ..run.block_choice import BlockChoice
 from ..run.run import Run
-from ..segmentation.extraction import found_blocks
-from .options import add_given_blocks, check_given_blocks, filled, given_blocks
+from .options import add_given_blocks, check_given_blocks
 from .output import Column, ShareProgress, comparison_table, print_json, shows_progress, table, warn
 from .parsing import (
     add_block_parameters,
@@ -144,7 +143,7 @@ def run(arguments: argparse.Namespace) -> None:
         if swept:
             found = run_to_end(
                 sweep_steps(Sweep(runs[0], swept, test)),
-                lambda item: progress.show(item) if isinstance(item, Step) else None,
+                lambda item: progress.show(item) if isinstance(item, Progress) else None,
             )
             results, names = found.points, [_point_text(point.values) for point in found.points]
         else:
@@ -176,23 +175,14 @@ def _runs(
     extractions: Sequence[BlockParameters],
 ) -> tuple[list[Run], list[str]]:
     """Make a run per parameter set, and notes. Runs with equal extraction share their blocks."""
-    given = given_blocks(arguments, frame)
-    drawn = None if arguments.borders is None else read_mask(arguments.borders, frame.shape)
-    made: dict[BlockParameters, Run] = {}
-    for extraction in dict.fromkeys(extractions):
-        if arguments.blocks is None or arguments.fill_gaps:
-            found = found_blocks(frame, extraction)
-            blocks = filled(given, found, extraction)
-            run = Run(frame, blocks.labels, extraction=extraction, network=found.network, notes=blocks.notes)
-        else:
-            run = Run(frame, given.labels, notes=given.notes)
-        if not run.blocks.any():
-            raise InputError(
-                "There are no blocks, so there is nothing to evaluate. Give other blocks, or change the extraction."
-            )
-        made[extraction] = replace(run, drawn=drawn)
+    made = {
+        extraction: Run(
+            frame, BlockChoice(extraction, arguments.blocks, arguments.fill_gaps, arguments.borders).blocks_of(frame)
+        )
+        for extraction in dict.fromkeys(extractions)
+    }
     runs = [replace(made[extraction], parameters=own) for own, extraction in zip(parameters, extractions, strict=True)]
-    return runs, [note for run in made.values() for note in run.notes]
+    return runs, [note for run in made.values() for note in run.blocks.notes]
 
 
 def _parse_sweep(text: str) -> tuple[str, list[Value]]:
@@ -241,7 +231,7 @@ def _report(
     if test is None:
         lines += unscored_lines(frame)
     if by_block:
-        for _, group in groupby(zip(names, results, strict=True), lambda item: item[1].run.blocks.tobytes()):
+        for _, group in groupby(zip(names, results, strict=True), lambda item: item[1].run.blocks.labels.tobytes()):
             lines += ["", *_block_table(*zip(*group, strict=True))]
     return lines
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..data.blocks import Blocks
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters
 from ..io.block_files import read_blocks
@@ -20,7 +21,6 @@ from ..run.options import (
     ExportOptions,
     drop_impossible_cloud,
 )
-from ..segmentation.extraction import FoundBlocks
 from ..segmentation.reextraction import with_gaps_filled
 from .parsing import BLOCK_PREFIX, given_parameters, with_given
 from .usage import UsageError
@@ -148,7 +148,7 @@ def given_blocks(arguments: argparse.Namespace, frame: RGBDFrame) -> LoadedBlock
     return read_blocks(arguments.blocks, frame.shape, image=None if frame.inputs is None else frame.inputs.rgb.path)
 
 
-def filled(blocks: LoadedBlocks, extracted: FoundBlocks, parameters: BlockParameters) -> LoadedBlocks:
+def filled(blocks: LoadedBlocks, extracted: Blocks, parameters: BlockParameters) -> LoadedBlocks:
     """Return blocks with their gaps filled by extracted ones."""
-    labels = with_gaps_filled(blocks.labels, extracted.blocks, parameters)
+    labels = with_gaps_filled(blocks.labels, extracted.labels, parameters)
     return LoadedBlocks(labels, blocks.names, blocks.notes + extracted.notes)

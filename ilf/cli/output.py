@@ -15,7 +15,7 @@ from .._runtime.schema import plain
 from ..errors import one_line, without_credentials
 
 if TYPE_CHECKING:
-    from ..evaluation.evaluation import Step
+    from ..evaluation.evaluation import Progress
 
 
 def print_json(document: object) -> None:
@@ -133,7 +133,7 @@ class ShareProgress(Bar):
     def __init__(self, *, shown: bool) -> None:
         super().__init__(1.0, "{percentage:3.0f} %", shown, interval=0.1)
 
-    def show(self, step: Step) -> None:
+    def show(self, step: Progress) -> None:
         """Show a step."""
         self.set_postfix_str(step.text, refresh=False)
         self.update(max(min(step.share, 1.0) - self.n, 0.0))

@@ -24,7 +24,8 @@ from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
 from ..project.state_codec import UnreadableFrame
-from ..run.run import Run, RunConfiguration
+from ..run.block_choice import BlockChoice
+from ..run.run import Run
 from ..sources.frame_ref import FrameRef
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
@@ -266,8 +267,8 @@ def run_export(arguments: argparse.Namespace) -> None:
 def _run_of(opened: OpenedProject, frame: ProjectFrame, complete: bool) -> tuple[Run, Completion | None]:
     """A frame's run and its completion, None if it has to be completed first; otherwise its present results."""
     if not frame.has_state and frame.source is not None:
-        configuration = RunConfiguration(opened.project.common, opened.project.extraction)
-        return configuration.make_run(read_frame(frame.source)), None
+        loaded = read_frame(frame.source)
+        return Run(loaded, BlockChoice(opened.project.extraction).blocks_of(loaded), opened.project.common), None
     state = opened.state(frame.id).state
     return run_and_completion(state) if complete else (present_run(state), present_completion(state))
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.results import Completion
 from ..errors import IlfError, InputError
-from ..evaluation.evaluation import Step, run_to_end
+from ..evaluation.evaluation import Progress, run_to_end
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, completion_steps
 from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
@@ -44,7 +44,7 @@ from .usage import Parser, UsageError, add_progress
 
 # The frames that the arguments of `ilf report` name, read one after the other.
 
-OnStep = Callable[[Step], None]
+OnStep = Callable[[Progress], None]
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ def read_subjects(sources: Sequence[ReportSource], notes: list[str], on_step: On
     total = len(sources)
     for number, source in enumerate(sources):
 
-        def on_own_step(step: Step, number: int = number) -> None:
-            on_step(Step(number / total, step.text))
+        def on_own_step(step: Progress, number: int = number) -> None:
+            on_step(Progress(number / total, step.text))
 
         own: list[str] = []
         try:
@@ -112,13 +112,13 @@ def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str
     extraction = with_given(chosen.extraction or BlockParameters(), arguments)
     frame = frame_from(argparse.Namespace(**{**vars(arguments), "inputs": inputs}))
     made = Run.of(frame, preset=parameters, extraction=extraction)
-    if not made.blocks.any():
+    if not made.blocks.labels.any():
         raise InputError(
             f"No blocks were found in {frame.name}, so there is nothing to report on. Change the extraction "
             "(--blocks-* options)."
         )
     completion = _complete(made, on_step)
-    notes += [*made.notes, *completion.notes]
+    notes += [*made.blocks.notes, *completion.notes]
     return Subject(made, completion)
 
 
@@ -126,7 +126,7 @@ def _replayed(record: Path, notes: list[str], on_step: OnStep) -> Subject:
     """Replay a recorded run."""
     again = replay(record)
     completion = _complete(again.run, on_step)
-    notes += [*again.differences, *again.run.notes, *completion.notes, *again.verdict(completion)]
+    notes += [*again.differences, *again.run.blocks.notes, *completion.notes, *again.verdict(completion)]
     return Subject(again.run, completion, again=shlex.join(["ilf", "complete", "--replay", str(record.absolute())]))
 
 
@@ -162,7 +162,7 @@ def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
 
 def _complete(made: Run, on_step: OnStep) -> Completion:
     name = made.frame.name
-    return run_to_end(completion_steps(made, None), lambda step: on_step(Step(0.0, f"{name}: {step.text}")))
+    return run_to_end(completion_steps(made, None), lambda step: on_step(Progress(0.0, f"{name}: {step.text}")))
 
 
 _USAGE = """ilf report RGB DEPTH [options]

@@ -16,9 +16,9 @@ from ..completion.completion import guide_text
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..data.frame import RGBDFrame
 from ..data.parameters import nearest_preset
-from ..data.results import BlockOutcome, Completion, Progress, Status, blocks_by_message
+from ..data.results import BlockOutcome, Completion, Status, Step, blocks_by_message
 from ..evaluation.evaluation import Evaluation, evaluate_blocks, evaluate_completion
-from ..run.run import EXTRAPOLATED, Run, RunSteps
+from ..run.run import EXTRAPOLATED, Execution, Run
 from .output import Bar, table
 
 
@@ -27,15 +27,15 @@ class RunProgress(Bar):
 
     Parameters
     ----------
-    run : RunSteps
+    run : Execution
     shown : bool
         Whether to show the bar.
     """
 
-    def __init__(self, run: RunSteps, *, shown: bool) -> None:
+    def __init__(self, run: Execution, *, shown: bool) -> None:
         super().__init__(len(run.blocks), "{n_fmt}/{total_fmt} blocks", shown, interval=0.1)
 
-    def show(self, step: Progress) -> None:
+    def show(self, step: Step) -> None:
         """Show a step of the run."""
         record = step.record
         if record is None:
@@ -88,7 +88,7 @@ class FinishedRun:
     @cached_property
     def by_block(self) -> dict[int, Evaluation]:
         """Label -> errors of the block; empty without ground truth."""
-        return {} if self.whole is None else evaluate_blocks(self.run.frame, self.completion, self.run.blocks)
+        return {} if self.whole is None else evaluate_blocks(self.run.frame, self.completion, self.run.blocks.labels)
 
 
 def completion_report(finished: FinishedRun) -> str:
@@ -104,7 +104,7 @@ def completion_report(finished: FinishedRun) -> str:
             *_source_of_error(run, completion, largest),
         ]
     return "\n".join([
-        f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks) / run.blocks.size)}.",
+        f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks.labels) / run.blocks.labels.size)}.",
         _recovered_line(frame, completion, finished.seconds),
         *_suspect_line(completion),
         *([] if frame.guide is None else [f"Guide: {guide_text(frame)}."]),
@@ -252,7 +252,7 @@ def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float
     if largest is None:
         return []
     label, share = largest
-    doubtful = unsupported(completion)[completion.filled & (run.blocks == label)].mean()
+    doubtful = unsupported(completion)[completion.filled & (run.blocks.labels == label)].mean()
     why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements" if doubtful >= _MAJORITY else ""
     return [f"Block {label} has {share:.0%} of the squared error{why}."]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,15 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
 from .._runtime.threads import Steps, available_cores, run_in_parallel, run_sequentially
-from ..data.by_hand import DepthByHand
+from ..data.blocks import Blocks
+from ..data.by_hand import DepthByHand, by_hand_of
 from ..data.frame import RGBDFrame
-from ..data.label_map import Block, least_known_pixels
+from ..data.label_map import Block, drawn_of, least_known_pixels
 from ..data.parameters import BlockParameters, Parameters
-from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationRecord, Progress, Status
+from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationRecord, Status, Step
 from ..segmentation.edges.frame_edges import FrameEdges
-from .filter import edge_parameters, edges_for, guide_suffices, make_stepper, max_pixels
+from .edge_aware.iteration import EdgeAwareIteration
+from .filter import edge_parameters, edges_for, guide_suffices, max_pixels
+from .pass_band.iteration import PassBandIteration
 from .stepper import Stepper
-from .suspects import suspects_in
+from .suspects import frame_for, suspects_in
 
 _MAX_PIXELS, _MAX_FRAMES = 1 << 23, 1.2
 """Maximum number of pixels processed at a time: this many, or this multiple of the frame's pixels if that is more. Each
@@ -66,6 +70,12 @@ class BlockTask:
     found: FrameEdges | None = None
     carried: NDArray[np.float32] | None = None
 
+    @classmethod
+    def of(cls, frame: RGBDFrame, block: Block, parameters: Parameters, blocks: Blocks) -> Self:
+        """The task of one of a frame's blocks, with what is said about it."""
+        extraction, drawn = blocks.extraction or BlockParameters(), drawn_of(block, blocks.drawn)
+        return cls(frame, block, parameters, extraction, drawn, by_hand_of(block, blocks.by_hand, frame))
+
     @property
     def raw(self) -> NDArray[np.float32]:
         """Known depth [m] at the block's pixels, in the order of `block.mask`'s True values; NaN = missing."""
@@ -78,19 +88,26 @@ class BlockTask:
             return np.zeros(np.count_nonzero(self.block.mask), bool)
         return self.frame.outside_view[self.block.box][self.block.mask]
 
-    def steps(self, edges_of: EdgesOf, live: dict[int, Stepper], watch: Watch | None) -> Steps[Progress]:
+    def stepper(self, edges_of: EdgesOf = edges_for) -> Stepper:
+        """The stepper of the block: at least one pixel has known depth, unless a guide suffices or there is depth by
+        hand."""
+        frame, block, parameters = self.frame, self.block, self.parameters
+        edges = self.found or edges_of(frame, parameters, self.extraction)
+        if edges is None:
+            return PassBandIteration(frame, block, parameters, self.by_hand)
+        trusted = frame_for(frame, block, parameters)
+        return EdgeAwareIteration(trusted, block, parameters, edges, self.drawn, self.by_hand, self.carried)
+
+    def steps(self, edges_of: EdgesOf, live: dict[int, Stepper], watch: Watch | None) -> Steps[Step]:
         """All iterations, and the result at the end; meanwhile the stepper is in `live`."""
         block, parameters = self.block, self.parameters
         edges = edge_parameters(parameters, self.extraction)
         rejected = self._rejected_outcome()
         if rejected is not None:
             result = BlockResult(block, self.raw, rejected, (), parameters, edges=edges, drawn=self.drawn)
-            yield Progress(block.label, result=result)
+            yield Step(block.label, result=result)
             return
-        seen = self.found or edges_of(self.frame, parameters, self.extraction)
-        stepper = make_stepper(
-            self.frame, block, parameters, self.extraction, self.drawn, self.by_hand, seen, self.carried
-        )
+        stepper = self.stepper(edges_of)
         live[block.label] = stepper
         history: list[IterationRecord] = []
         ground_truth = self._hidden_truth()
@@ -100,7 +117,7 @@ class BlockTask:
             history.append(record)
             if watch is not None:
                 watch(block, record, stepper)
-            yield Progress(block.label, record=record)
+            yield Step(block.label, record=record)
         del live[block.label]
         depth = block_depth(self.frame, block, stepper.surface, parameters)
         result = BlockResult(
@@ -118,7 +135,7 @@ class BlockTask:
         )
         del stepper
         release_memory(block.mask.size)
-        yield Progress(block.label, result=result)
+        yield Step(block.label, result=result)
 
     def _rejected_outcome(self) -> BlockOutcome | None:
         """The outcome of a block that is not iterated on; None if it is."""
@@ -192,7 +209,7 @@ class BlockTask:
 
 def filter_steps(
     tasks: Sequence[BlockTask], threads: int | None, live: dict[int, Stepper], watch: Watch | None = None
-) -> Steps[Progress]:
+) -> Steps[Step]:
     """All iterations and results of some blocks of a frame, in any order if several threads run.
 
     Parameters

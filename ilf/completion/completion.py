@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import closing
 from dataclasses import replace
 
@@ -10,138 +10,34 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_cancelled
-from .._runtime.closing import Closeable
 from .._runtime.threads import Steps
-from ..data.by_hand import DepthByHand, as_by_hand, by_hand_of
+from ..data.blocks import Blocks, as_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import FrameCache, once_per_frame
 from ..data.guide import Guide
-from ..data.label_map import Block, checked_drawn, checked_labels, drawn_of, find_blocks
+from ..data.label_map import find_blocks
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import as_parameters
-from ..data.results import NO_BLOCK, BlockResult, Progress, notes_of
+from ..data.results import NO_BLOCK, BlockResult, Step
 from ..errors import InputError
 from ..segmentation.extraction import found_blocks
-from .block import BlockTask, Watch, block_depth, filter_steps
+from .block import BlockTask, Watch, filter_steps
 from .correction import BaseCompletion, Correction, find_base_completion, needs_correction
 from .edge_aware.fitted_guide import fit_guide
-from .filter import edges_for, is_guided, make_stepper
+from .filter import edges_for, is_guided
 from .guide_hold_out import GuideHoldOut, HeldOutErrors, decided, held_out_frames
 from .stepper import Stepper
-
-ParameterChoice = Parameters | str | Mapping[int, Parameters | str]
-"""Parameters of all blocks, or block label -> parameters; a text is the name of a preset."""
-
-
-class CompletionRun(Closeable, Iterator[Progress]):
-    """Completion of all blocks of a frame, one iteration per `next()`, several blocks at a time.
-
-    The caller controls pace, pause and cancellation: without calls of `next()`, only a few short slices of iterations
-    are computed ahead. `results` contains the finished blocks, in any order; it does not depend on the number of
-    threads. Corrected blocks come last, when all have been iterated on; steps in between belong to no block. A run that
-    is abandoned must be closed, by `close` or as a context manager.
-
-    Parameters
-    ----------
-    frame : RGBDFrame
-    labels : ndarray of int, shape (H, W)
-        Label map, 0 = no block.
-    parameters : Parameters, str or mapping of label to either
-        A text is the name of a preset.
-    only : collection of int, optional
-        Run only these blocks; in the order of a sequence if they run one after the other.
-    threads : int, optional
-        Number of blocks that run at the same time; the number of cores if left out. With 1 they run one after the other
-        in the caller's thread, and each `next()` is exactly one iteration.
-    extraction : BlockParameters, optional
-        Parameters of the blocks' extraction, if known: the filter uses the same ones for Canny and depth jumps. The
-        defaults if left out.
-    drawn : array_like of bool, shape (H, W), optional
-        Pixels of blocks whose border, to another block or to none, was drawn by hand; see `ilf.complete`.
-    by_hand : DepthByHand or array_like, shape (H, W), optional
-        Depth by hand; see `ilf.complete`.
-    watch : callable, optional
-        A `Watch` that receives the surface of every iteration. The run waits for it.
-
-    Raises
-    ------
-    InputError
-        If label map, drawn borders or depth by hand do not fit the frame, or a block has no parameters.
-    ParameterError
-        For an unknown preset or an object that is not parameters.
-    """
-
-    def __init__(
-        self,
-        frame: RGBDFrame,
-        labels: NDArray[np.integer],
-        parameters: ParameterChoice,
-        only: Collection[int] | None = None,
-        threads: int | None = None,
-        extraction: BlockParameters | None = None,
-        drawn: ArrayLike | None = None,
-        by_hand: ArrayLike | DepthByHand | None = None,
-        watch: Watch | None = None,
-    ) -> None:
-        borders, stated = checked_drawn(drawn, frame.shape), as_by_hand(by_hand, frame.shape)
-        self.blocks = find_blocks(checked_labels(labels, frame.shape), only)
-        self.results: dict[int, BlockResult] = {}
-        self.uncorrected: dict[int, BlockResult] = {}
-        """Blocks that have been iterated on and wait for the correction, with their uncorrected depth."""
-        choice = parameters if isinstance(parameters, Mapping) else as_parameters(parameters)
-        extracted = extraction or BlockParameters()
-        self._tasks = {
-            label: BlockTask(
-                frame,
-                block,
-                _parameters_for(choice, label),
-                extracted,
-                drawn_of(block, borders),
-                by_hand_of(block, stated, frame),
-            )
-            for label, block in self.blocks.items()
-        }
-        self._live: dict[int, Stepper] = {}
-        self._steps = _stages(self._tasks, self._live, self.uncorrected, threads, watch)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes for the user on the results so far, each sentence once."""
-        return notes_of(self.results)
-
-    def __next__(self) -> Progress:
-        check_cancelled()
-        progress = next(self._steps)
-        if progress.result is not None:
-            self.results[progress.label] = progress.result
-        return progress
-
-    def close(self) -> None:
-        """End the run and wait for its threads. Call it from the same thread as `next()`."""
-        self._steps.close()
-        self._live.clear()
-
-    def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
-        """The running blocks, including those that wait for the correction, with their current depth [m]. From any
-        thread."""
-        running = []
-        for label, stepper in list(self._live.items()):
-            task = self._tasks[label]
-            running.append((task.block, block_depth(task.frame, task.block, stepper.surface, task.parameters)))
-        return running + [(result.block, result.depth) for result in list(self.uncorrected.values())]
 
 
 def iterate(
     frame: RGBDFrame,
-    blocks: NDArray[np.integer],
+    blocks: Blocks | ArrayLike,
     label: int,
     preset: Parameters | str | None = None,
     *,
     extraction: BlockParameters | None = None,
-    drawn: ArrayLike | None = None,
     guide: ArrayLike | Guide | None = None,
-    by_hand: ArrayLike | DepthByHand | None = None,
     **changes: Value,
 ) -> Stepper:
     """Make the stepper of one block; iterating over it gives one record per iteration.
@@ -149,19 +45,15 @@ def iterate(
     Parameters
     ----------
     frame : RGBDFrame
-    blocks : ndarray of int, shape (H, W)
-        Label map, 0 = no block.
+    blocks : Blocks or array_like of int, shape (H, W)
+        Label map, 0 = no block; with `Blocks`, what they say about the block counts.
     label : int
         The block.
     preset : Parameters or str, optional
         Parameters or the name of a preset; "best" if left out.
     extraction : BlockParameters, optional
         As in `ilf.complete`.
-    drawn : array_like of bool, shape (H, W), optional
-        As in `ilf.complete`.
     guide : array_like or Guide, optional
-        As in `ilf.complete`.
-    by_hand : array_like or DepthByHand, optional
         As in `ilf.complete`.
     **changes
         Any of the `Parameters`, by name.
@@ -192,19 +84,18 @@ def iterate(
     (600,)
     """
     parameters = as_parameters(preset, **changes)
-    found = find_blocks(checked_labels(blocks, checked_frame(frame).shape))
+    given = as_blocks(blocks, checked_frame(frame).shape)
+    given = given if extraction is None else replace(given, extraction=extraction)
+    found = find_blocks(given.labels)
     if label not in found:
         raise InputError(f"There is no block {label}. Blocks: {', '.join(map(str, found)) or 'none'}.")
-    block = found[label]
-    stated = by_hand_of(block, as_by_hand(by_hand, frame.shape), frame)
-    if stated is None and not np.isfinite(frame.depth[block.box][block.mask]).any():
+    task = BlockTask.of(frame if guide is None else frame.with_guide(guide), found[label], parameters, given)
+    if task.by_hand is None and not np.isfinite(task.raw).any():
         raise InputError(f"Block {label} has no known depth to iterate on. Select another block.")
-    own = drawn_of(block, checked_drawn(drawn, frame.shape))
-    guided = frame if guide is None else frame.with_guide(guide)
-    if parameters.filter == "edge-aware" and is_guided(guided):
-        test = guide_hold_out(guided)
-        guided = guided if test is None or test.followed else _without_guide(guided)
-    return make_stepper(guided, block, parameters, extraction, own, stated)
+    if parameters.filter == "edge-aware" and is_guided(task.frame):
+        test = guide_hold_out(task.frame)
+        task = task if test is None or test.followed else replace(task, frame=_without_guide(task.frame))
+    return task.stepper()
 
 
 def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> None:
@@ -212,21 +103,21 @@ def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameter
     edges_for(frame, parameters, extraction)
 
 
-def _stages(
+def completed_blocks(
     tasks: Mapping[int, BlockTask],
     live: dict[int, Stepper],
     uncorrected: dict[int, BlockResult],
     threads: int | None,
     watch: Watch | None,
-) -> Steps[Progress]:
-    """The stages of a run: decide whether to follow the guide, filter the blocks, then correct."""
+) -> Steps[Step]:
+    """Complete blocks, in stages: decide whether to follow the guide, filter the blocks, then correct."""
     tasks = yield from _with_helpful_guide(tasks, threads)
     yield from _completed(tasks, live, uncorrected, threads, watch)
 
 
 def _with_helpful_guide(
     tasks: Mapping[int, BlockTask], threads: int | None
-) -> Generator[Progress, None, Mapping[int, BlockTask]]:
+) -> Generator[Step, None, Mapping[int, BlockTask]]:
     """The tasks with the guide if a hold-out test speaks for it, else without and with a note that says so."""
     guided = [task for task in tasks.values() if task.parameters.filter == "edge-aware" and is_guided(task.frame)]
     if not guided:
@@ -279,7 +170,7 @@ def guide_text(frame: RGBDFrame) -> str:
     return fitted.to_text() if test is None else test.to_text()
 
 
-def _hold_out_guide(frame: RGBDFrame, threads: int | None) -> Generator[Progress, None, GuideHoldOut | None]:
+def _hold_out_guide(frame: RGBDFrame, threads: int | None) -> Generator[Step, None, GuideHoldOut | None]:
     known = _guide_hold_outs.find(frame, None)
     if known is not None:
         return known[0]
@@ -294,10 +185,10 @@ def _hold_out_guide(frame: RGBDFrame, threads: int | None) -> Generator[Progress
     return _guide_hold_outs.keep(frame, None, (decided(errors),))[0]
 
 
-def _complete_as_extracted(frame: RGBDFrame, threads: int | None) -> Generator[Progress, None, NDArray[np.float32]]:
+def _complete_as_extracted(frame: RGBDFrame, threads: int | None) -> Generator[Step, None, NDArray[np.float32]]:
     """Depth [m] of a frame with its blocks as extracted, completed by the default preset; as steps of no block."""
     extraction = BlockParameters()
-    blocks = find_blocks(found_blocks(frame, extraction).blocks)
+    blocks = find_blocks(found_blocks(frame, extraction).labels)
     tasks = {label: BlockTask(frame, block, Parameters(), extraction) for label, block in blocks.items()}
     depth = frame.depth.copy()
     with closing(_completed(tasks, {}, {}, threads, None)) as steps:
@@ -314,7 +205,7 @@ def _completed(
     uncorrected: dict[int, BlockResult],
     threads: int | None,
     watch: Watch | None,
-) -> Steps[Progress]:
+) -> Steps[Step]:
     """Filter the blocks, including those that the correction starts from, then correct."""
     base = find_base_completion([*tasks.values()])
     done: dict[int, BlockResult] = {}
@@ -333,12 +224,12 @@ def _completed(
     for label in list(uncorrected):
         check_cancelled()  # every block has either been yielded or still waits
         del uncorrected[label]
-        yield Progress(label, result=_corrected(tasks[label], done[label], correction, notes))
+        yield Step(label, result=_corrected(tasks[label], done[label], correction, notes))
 
 
 def _compute_correction(
     base: BaseCompletion | Correction | None, done: Mapping[int, BlockResult], threads: int | None
-) -> Generator[Progress, None, tuple[Correction | None, tuple[str, ...]]]:
+) -> Generator[Step, None, tuple[Correction | None, tuple[str, ...]]]:
     """Complete the rest of a base and run the correction networks; the correction or None, and notes on why not."""
     if not isinstance(base, BaseCompletion):
         return base, ()

@@ -202,7 +202,7 @@ def find_base_completion(tasks: Sequence[BlockTask]) -> BaseCompletion | Correct
     assert edges is not None  # of the edge-aware filter
     alike = {_block_key(task.block): task.block.label for task in tasks if _matches_base(task)}
     own, rest = [], []
-    for block in find_blocks(found_blocks(frame, extraction).blocks).values():
+    for block in find_blocks(found_blocks(frame, extraction).labels).values():
         label = alike.get(_block_key(block))
         if label is None:
             rest.append(BlockTask(frame, block, UNCORRECTED, extraction))

@@ -8,38 +8,34 @@ from dataclasses import replace
 import numpy as np
 
 from ..data.frame import RGBDFrame
-from ..data.parameters import BlockParameters
 from ..data.presets import preset
 from ..data.results import Completion, IterationRecord
 from .completion import iterate
 from .suspects import suspect_islands
 
 
-def extrapolation_steps(
-    completion: Completion, extraction: BlockParameters | None = None, outside_view: bool = False
-) -> Generator[IterationRecord, None, Completion]:
+def extrapolation_steps(completion: Completion) -> Generator[IterationRecord, None, Completion]:
     """`ilf.extrapolate` step by step, for progress and cancellation: yields the record of every iteration and returns
     the completion.
 
     Parameters
     ----------
     completion : Completion
-    extraction : BlockParameters, optional
-        Parameters of the blocks' extraction, if known: the same edges are used.
-    outside_view : bool
-        Whether pixels outside the depth camera's view are extrapolated as well.
+        Its run's parameters tell whether pixels outside the depth camera's view are extrapolated as well, and its edges
+        are those of the blocks' extraction.
     """
-    frame = completion.frame
+    run, frame = completion.run, completion.frame
+    dense = replace(completion, run=replace(run, extrapolate=True))
     extrapolated = ~np.isfinite(completion.depth)
-    left = frame.unfilled_mask(outside_view)
+    left = frame.unfilled_mask(run.parameters.outside_view)
     if left is not None:
         extrapolated &= ~left
     if not extrapolated.any():
-        return completion
+        return dense
     trusted = np.where(suspect_islands(frame), np.float32(np.nan), completion.depth)
     completed = RGBDFrame(frame.rgb, trusted, guide=frame.guide)
     whole = np.ones(frame.shape, np.int32)
-    iteration = iterate(completed, whole, 1, preset("best", trend=False), extraction=extraction)
+    iteration = iterate(completed, whole, 1, preset("best", trend=False), extraction=run.blocks.extraction)
     yield from iteration
     surface = iteration.surface.reshape(frame.shape)
     nearest, farthest = np.nanmin(completion.depth), np.nanmax(completion.depth)
@@ -47,7 +43,7 @@ def extrapolation_steps(
     depth[extrapolated] = np.clip(surface[extrapolated], nearest, farthest)
     notes = tuple(dict.fromkeys((*completion.notes, *iteration.notes)))
     return replace(
-        completion,
+        dense,
         depth=depth,
         filled=completion.filled | extrapolated,
         extrapolated=extrapolated,

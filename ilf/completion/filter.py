@@ -4,60 +4,12 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.label_map import Block
 from ..data.parameters import BlockParameters, Parameters
 from ..segmentation.edges.frame_edges import FrameEdges, find_edges
 from .edge_aware.fitted_guide import fit_guide
-from .edge_aware.iteration import EdgeAwareIteration
 from .edge_aware.view import max_window
-from .pass_band.iteration import PassBandIteration
-from .stepper import Stepper
-from .suspects import frame_for
-
-
-def make_stepper(
-    frame: RGBDFrame,
-    block: Block,
-    parameters: Parameters,
-    extraction: BlockParameters | None = None,
-    drawn: NDArray[np.bool_] | None = None,
-    by_hand: DepthByHand | None = None,
-    edges: FrameEdges | None = None,
-    carried: NDArray[np.float32] | None = None,
-) -> Stepper:
-    """Make the stepper of a block.
-
-    Parameters
-    ----------
-    frame : RGBDFrame
-    block : Block
-        The pixels to iterate on, at least one of them with known depth, unless a guide suffices or there is depth by
-        hand.
-    parameters : Parameters
-    extraction : BlockParameters, optional
-        Parameters of the blocks' extraction, if known; see `edges_for`.
-    drawn : ndarray of bool, optional
-        The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: an edge of full
-        strength for the edge-aware filter, ignored by the pass band, which sees nothing beyond the block.
-    by_hand : DepthByHand, optional
-        Depth by hand at the same pixels, where they are missing: samples of its weight for the edge-aware filter, known
-        depth for the pass band.
-    edges : FrameEdges, optional
-        Result of `edges_for` with these parameters, if already computed.
-    carried : ndarray of float32, shape (H, W), optional
-        Depth [m] expected from the previous frame of a sequence, NaN = none: a start and a weak hint for the edge-aware
-        filter, ignored by the pass band.
-    """
-    edges = edges or edges_for(frame, parameters, extraction)
-    if edges is None:
-        return PassBandIteration(frame, block, parameters, by_hand)
-    trusted = frame_for(frame, block, parameters)
-    return EdgeAwareIteration(trusted, block, parameters, edges, drawn, by_hand, carried)
 
 
 def max_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:

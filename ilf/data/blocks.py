@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.arrays import plain_array
 from .by_hand import DepthByHand, as_by_hand
 from .declarations import Value
 from .frame import read_only
@@ -100,8 +101,8 @@ class Blocks:
 
     @property
     def edited(self) -> bool:
-        """Whether the blocks differ from the extracted ones."""
-        return bool(self.kept) or not self._as_extracted()
+        """Whether the blocks differ from the extracted ones, or were not extracted."""
+        return self.extraction is None or bool(self.kept) or not self._as_extracted()
 
     @property
     def propagated(self) -> bool:
@@ -117,6 +118,18 @@ class Blocks:
         """The parameters of a block: its own over the common ones."""
         own = self.own.get(label)
         return common.replace(**own) if own else common
+
+    def with_parameters(self, own: Mapping[int, Parameters], common: Parameters) -> Self:
+        """Return the blocks with these parameters of their own, as far as they differ from the common ones."""
+        values = {label: own_values(parameters, common) for label, parameters in own.items()}
+        return replace(self, own={label: differing for label, differing in values.items() if differing})
+
+    def without_absent(self) -> Self:
+        """Return the blocks without own parameters of labels that the map lacks, which are kept for undo only."""
+        if not self.own:
+            return self
+        present = np.bincount(self.labels.ravel(), minlength=max(self.own) + 1)
+        return replace(self, own={label: values for label, values in self.own.items() if present[label]})
 
     def _as_extracted(self) -> bool:
         labels, extracted = self.labels, self.extracted
@@ -134,10 +147,12 @@ def as_blocks(given: ArrayLike | Blocks, shape: tuple[int, int]) -> Blocks:
     InputError
         If the label map, the mask of drawn borders or depth by hand does not have this shape (H, W).
     """
-    blocks = given if isinstance(given, Blocks) else Blocks(np.asarray(given))
+    blocks = given if isinstance(given, Blocks) else Blocks(plain_array(given))
+    labels = read_only(checked_labels(blocks.labels, shape))
     return replace(
         blocks,
-        labels=read_only(checked_labels(blocks.labels, shape)),
+        labels=labels,
+        extracted=labels if blocks.extracted is blocks.labels else blocks.extracted,
         drawn=checked_drawn(blocks.drawn, shape),
         by_hand=as_by_hand(blocks.by_hand, shape),
     )

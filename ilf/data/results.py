@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from functools import lru_cache
-from typing import Any, Self, overload
+from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,12 @@ from .frame import RGBDFrame
 from .label_map import Block
 from .open3d_images import image_of
 from .parameters import BlockParameters, Parameters
-from .pictures import html_row, plot_curves, plot_row
+from .pictures import html_row, plot_curves, plot_error, plot_row
+
+if TYPE_CHECKING:
+    from ..run.options import ExportOptions
+    from ..run.run import Run
+    from ..run.writing import Written
 
 # Equality of records that may hold NaN.
 
@@ -236,8 +242,8 @@ class Completion:
 
     Attributes
     ----------
-    frame : RGBDFrame
-        The frame before completion.
+    run : Run
+        All inputs that the depth depends on.
     depth : ndarray of float32, shape (H, W)
         Depth [m], NaN where it could not be recovered.
     filled : ndarray of bool, shape (H, W)
@@ -258,12 +264,14 @@ class Completion:
     >>> depth[8:12, 10:20] = np.nan
     >>> completion = ilf.complete(ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth))
     >>> completion
-    <CompletedRun of 'frame': 30 x 20 pixels, 1 block, 40 pixels filled, 0 still missing>
+    <Completion of 'frame': 30 x 20 pixels, 1 block, 40 pixels filled, 0 still missing>
     >>> print(completion.outcomes[1].status, completion.outcomes[1].recovered)
     completed 40
+    >>> completion.run
+    <Run of 'frame': 30 x 20 pixels, 1 block, best>
     """
 
-    frame: RGBDFrame
+    run: Run
     depth: NDArray[np.float32]
     filled: NDArray[np.bool_]
     results: dict[int, BlockResult]
@@ -343,6 +351,89 @@ class Completion:
         """
         return image_of(self.frame.rgb, self.depth)
 
+    def plot_error(self) -> NDArray[Any]:
+        """Plot colour and the expected error of the filled pixels by matplotlib.
+
+        Returns
+        -------
+        ndarray of matplotlib.axes.Axes, shape (2,)
+
+        Raises
+        ------
+        InputError
+            If matplotlib is not installed (extra `plot`).
+        """
+        from ..completion.confidence.expected_error import expected_error
+
+        return plot_error(self.frame.rgb, expected_error(self))
+
+    def save(self, folder: str | os.PathLike[str], options: ExportOptions | None = None, **changes: Any) -> Written:
+        """Write the files that `ilf complete` writes: depth, expected error, blocks, curves, point cloud, run record.
+
+        Parameters
+        ----------
+        folder : path-like
+            Created if missing. Files of the same names in it are replaced, others are not changed.
+        options : ExportOptions, optional
+            The files and their formats; those of `ilf complete` if left out.
+        **changes
+            Any of the options, by name, such as `mesh="glb"`.
+
+        Returns
+        -------
+        Written
+            The files, and notes on information that they do not preserve.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown option or an invalid value.
+        InputError
+            If a cloud or a mesh is selected and the frame has no intrinsics. Nothing is written then.
+        ExportError
+            If a file would replace one of the frame's own, or cannot be written. The folder is unchanged then.
+
+        Examples
+        --------
+        >>> import ilf
+        >>> depth = np.full((20, 30), 2.0)
+        >>> depth[8:12, 10:20] = np.nan
+        >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+        >>> written = ilf.complete(frame).save("done", expected_error=False)
+        >>> [path.name for path in written.files], written.notes[0][:26]
+        (['depth.png', 'depth.npy', 'blocks.png', 'curves.csv', 'run.json'], 'No point cloud is written,')
+        """
+        from ..run.writing import save
+
+        return save(folder, self, options, **changes)
+
+    def export(self, path: str | os.PathLike[str]) -> None:
+        """Write a file of another program, in the format of its extension.
+
+        Parameters
+        ----------
+        path : path-like
+            .rrd for the viewer Rerun (package `rerun-sdk`), or an extension of a plugin. A file of that name is
+            replaced; the folder is created if missing.
+
+        Raises
+        ------
+        ParameterError
+            If no format has this extension.
+        InputError
+            If the format needs a package that is not installed, or its plugin fails.
+        ExportError
+            If the file is one of the frame's own, or cannot be written. An existing file is unchanged then.
+        """
+        from ..run.writing import export
+
+        export(path, self)
+
+    @property
+    def frame(self) -> RGBDFrame:
+        """The frame before completion."""
+        return self.run.frame
+
     @property
     def blocks(self) -> NDArray[np.int32]:
         """Label map of the blocks that were run, int32, shape (H, W), 0 = no block."""
@@ -389,7 +480,7 @@ class Completion:
 
 
 @dataclass(frozen=True, eq=False)
-class Progress:
+class Step:
     """One step of a run: the record of an iteration, the result of a finished block, or a step outside of blocks.
 
     Attributes
@@ -408,15 +499,16 @@ class Progress:
     result: BlockResult | None = None
 
 
-NO_BLOCK = Progress(0)
+NO_BLOCK = Step(0)
 """A step outside of blocks: it shows that the run has advanced, and allows leaving it."""
 
 
-def compose(frame: RGBDFrame, results: Mapping[int, BlockResult], base: Completion | None = None) -> Completion:
-    """Insert the blocks' results into the frame's depth; pixels outside of blocks keep their raw depth.
+def compose(run: Run, results: Mapping[int, BlockResult], base: Completion | None = None) -> Completion:
+    """Insert results of a run's blocks into its frame's depth; pixels outside of blocks keep their raw depth.
 
     With `base`, a completion of the same frame without extrapolation, only differing results are inserted.
     """
+    frame = run.frame
     former = {} if base is None else base.results
     depth = (frame.depth if base is None else base.depth).copy()
     for label, result in former.items():
@@ -428,7 +520,7 @@ def compose(frame: RGBDFrame, results: Mapping[int, BlockResult], base: Completi
             depth[result.block.box][result.block.mask] = result.depth
     filled = ~frame.own & np.isfinite(depth)
     in_order = dict(sorted(results.items()))
-    return Completion(frame, depth, filled, in_order, np.zeros_like(filled), notes_of(in_order))
+    return Completion(run, depth, filled, in_order, np.zeros_like(filled), notes_of(in_order))
 
 
 def notes_of(results: Mapping[int, BlockResult]) -> tuple[str, ...]:

@@ -83,10 +83,10 @@ def summarise_edit(
     -------
     EditSummary
     """
-    changed = np.zeros(after.blocks.shape, bool)
+    changed = np.zeros(after.frame.shape, bool)
     changed[patch.box] = patch.before != patch.after
     moved = int(np.count_nonzero(changed))
-    touched = {*np.unique(before.blocks[changed]).tolist(), *np.unique(after.blocks[changed]).tolist()} - {0}
+    touched = {*np.unique([run.blocks.labels[changed] for run in (before, after)]).tolist()} - {0}
     filled, expected = None, None
     if completed[0] is not None and completed[1] is not None:
         filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
@@ -116,10 +116,8 @@ def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np
         without = frame.with_more_invalid(hidden)
     except InputError:  # no depth would be left
         return [np.full(ground_truth.shape, np.nan, np.float32)] * len(runs)
-    alone = [
-        replace(run, frame=without, only=frozenset(np.unique(run.blocks[hidden]).tolist()) - {0}, extrapolate=False)
-        for run in runs
-    ]
+    labels = [frozenset(np.unique(run.blocks.labels[hidden]).tolist()) - {0} for run in runs]
+    alone = [replace(run, frame=without, only=only, extrapolate=False) for run, only in zip(runs, labels, strict=True)]
     return [run.complete(threads=1).depth[hidden] - ground_truth for run in alone]
 
 
@@ -149,7 +147,7 @@ def _by_ground_truth(
     both, errors = np.isfinite(ground_truth) & _pixels_of(touched, runs), []
     for run, done in zip(runs, completed, strict=True):
         if done is None or not _matches_blocks(run, done, touched):
-            there = frozenset(touched & set(np.unique(run.blocks).tolist()))
+            there = frozenset(touched & set(np.unique(run.blocks.labels).tolist()))
             done = replace(run, only=there, extrapolate=False).complete(threads=1)
         both &= done.filled_by_blocks
         errors.append(done.depth - ground_truth)
@@ -160,14 +158,14 @@ def _by_ground_truth(
 
 def _pixels_of(touched: set[int], runs: tuple[Run, Run]) -> NDArray[np.bool_]:
     """Pixels of these blocks in either run."""
-    return np.isin(runs[0].blocks, list(touched)) | np.isin(runs[1].blocks, list(touched))
+    return np.isin(runs[0].blocks.labels, list(touched)) | np.isin(runs[1].blocks.labels, list(touched))
 
 
 def _matches_blocks(run: Run, completion: Completion, touched: set[int]) -> bool:
     """Whether the existing results of these blocks have exactly the pixels of the run's blocks."""
     return all(
-        np.array_equal(run.blocks[result.block.box] == label, result.block.mask)
-        and np.count_nonzero(run.blocks == label) == result.depth.size
+        np.array_equal(run.blocks.labels[result.block.box] == label, result.block.mask)
+        and np.count_nonzero(run.blocks.labels == label) == result.depth.size
         for label, result in completion.results.items()
         if label in touched
     )

@@ -428,7 +428,7 @@ S = TypeVar("S")
 
 
 @dataclass(frozen=True)
-class Step:
+class Progress:
     """A progress report of an evaluation.
 
     Attributes
@@ -444,8 +444,8 @@ class Step:
 
 
 def scaled_progress(
-    steps: Generator[Step, None, T], start: float, width: float, before: str = ""
-) -> Generator[Step, None, T]:
+    steps: Generator[Progress, None, T], start: float, width: float, before: str = ""
+) -> Generator[Progress, None, T]:
     """Map the progress of some steps to the range from `start` to `start + width`; returns their result."""
     with closing(steps):
         while True:
@@ -454,7 +454,7 @@ def scaled_progress(
             except StopIteration as end:
                 result: T = end.value
                 return result
-            yield Step(start + width * step.share, before + step.text)
+            yield Progress(start + width * step.share, before + step.text)
 
 
 def run_to_end(steps: Generator[S, None, T], on_step: Callable[[S], None] | None = None) -> T:

@@ -15,7 +15,7 @@ from ..data.frame_cache import once_per_frame
 from ..data.results import Completion
 from ..errors import InputError
 from ..run.run import Run
-from .evaluation import MIN_RELATIVE_COVERAGE, Evaluated, PixelErrors, RunEvaluation, Step
+from .evaluation import MIN_RELATIVE_COVERAGE, Evaluated, PixelErrors, Progress, RunEvaluation
 from .hold_out import completion_steps
 
 
@@ -32,7 +32,7 @@ class GroundTruthResult(RunEvaluation):
     completion: Completion
 
 
-def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None, GroundTruthResult]:
+def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Progress, None, GroundTruthResult]:
     """Complete a run's blocks and compare them with ground truth; nothing is extrapolated, even if the run is dense.
 
     Parameters
@@ -44,7 +44,7 @@ def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Ste
 
     Yields
     ------
-    Step
+    Progress
 
     Returns
     -------
@@ -72,7 +72,7 @@ def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Ste
     completion = yield from completion_steps(replace(run, frame=frame, extrapolate=False), threads)
     expected = expected_error(completion)
     errors = PixelErrors(np.flatnonzero(wanted), completion.depth[wanted], ground_truth[wanted], expected[wanted])
-    return GroundTruthResult(run, Evaluated(run.blocks, (errors,)), time.perf_counter() - started, completion)
+    return GroundTruthResult(run, Evaluated(run.blocks.labels, (errors,)), time.perf_counter() - started, completion)
 
 
 def pixels_with_ground_truth(run: Run) -> NDArray[np.bool_]:
@@ -80,7 +80,7 @@ def pixels_with_ground_truth(run: Run) -> NDArray[np.bool_]:
     are none."""
     frame = run.frame
     if frame.ground_truth is not None:
-        there = run.blocks > 0 if run.only is None else np.isin(run.blocks, list(run.only))
+        there = run.blocks.labels > 0 if run.only is None else np.isin(run.blocks.labels, list(run.only))
         wanted = there & frame.missing & np.isfinite(frame.ground_truth)
         if wanted.any():
             return wanted

@@ -17,15 +17,15 @@ from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.results import Completion
 from ..errors import InputError, ParameterError, check_kind
-from ..run.run import CompletedRun, Run
+from ..run.run import Run
 from ..sources.frame_ref import FrameRef
 from ..sources.own_results import COMPLETED_DEPTH, is_result
 from .evaluation import (
     Evaluated,
     Evaluation,
     PixelErrors,
+    Progress,
     RunEvaluation,
-    Step,
     restrict_to_shared,
     run_to_end,
     scaled_progress,
@@ -179,7 +179,7 @@ def _areas(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.boo
 R = TypeVar("R", bound=RunEvaluation)
 
 
-def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Step, None, list[R]]:
+def compared_steps(several: Sequence[Generator[Progress, None, R]]) -> Generator[Progress, None, list[R]]:
     """Evaluate runs one after the other; returns the results over the pixels that all of them have filled.
 
     Runs that fill less than nine tenths of what the best one fills do not restrict these pixels.
@@ -191,7 +191,7 @@ def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Ste
 
     Yields
     ------
-    Step
+    Progress
 
     Returns
     -------
@@ -211,7 +211,7 @@ def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Ste
 # A run, step by step, with the finished fraction.
 
 
-def completion_steps(run: Run, threads: int | None) -> Generator[Step, None, Completion]:
+def completion_steps(run: Run, threads: int | None) -> Generator[Progress, None, Completion]:
     """Complete a run's blocks, with a step per iteration of a block; returns the completion."""
     with run.steps(threads) as steps:
         sizes = {label: int(np.count_nonzero(block.mask)) for label, block in steps.blocks.items()}
@@ -219,7 +219,7 @@ def completion_steps(run: Run, threads: int | None) -> Generator[Step, None, Com
         for progress in steps:
             if progress.result is not None:
                 done += sizes[progress.label]
-            yield Step(done / total, f"{len(steps.results)} of {len(sizes)} blocks")
+            yield Progress(done / total, f"{len(steps.results)} of {len(sizes)} blocks")
         return steps.completion()
 
 
@@ -287,7 +287,7 @@ class HoldOutResult(RunEvaluation):
 
 def hold_out_steps(
     run: Run, test: HoldOutTest | None = None, only: Collection[int] | None = None, *, threads: int | None = None
-) -> Generator[Step, None, HoldOutResult]:
+) -> Generator[Progress, None, HoldOutResult]:
     """`evaluate_hold_out` step by step, for progress and cancellation.
 
     Parameters
@@ -297,7 +297,7 @@ def hold_out_steps(
 
     Yields
     ------
-    Step
+    Progress
 
     Returns
     -------
@@ -325,7 +325,7 @@ def hold_out_steps(
         steps = _one_seed(run, chosen.pattern, seed, only, threads)
         part = yield from scaled_progress(steps, number * width, width, f"seed {seed}: ")
         parts.append(part)
-    return HoldOutResult(run, Evaluated(run.blocks, tuple(parts)), time.perf_counter() - started, chosen)
+    return HoldOutResult(run, Evaluated(run.blocks.labels, tuple(parts)), time.perf_counter() - started, chosen)
 
 
 def evaluate_hold_out(
@@ -334,7 +334,7 @@ def evaluate_hold_out(
     only: Collection[int] | None = None,
     *,
     threads: int | None = None,
-    on_step: Callable[[Step], None] | None = None,
+    on_step: Callable[[Progress], None] | None = None,
 ) -> HoldOutResult:
     """Hide some of a frame's known depth, complete its blocks without it, and compute the errors.
 
@@ -345,7 +345,7 @@ def evaluate_hold_out(
 
     Parameters
     ----------
-    run : Run or CompletedRun
+    run : Run or Completion
     test : HoldOutTest or str, optional
         A pattern of `HOLD_OUT_PATTERNS` stands for its test with three seeds; areas if left out.
     only : collection of int, optional
@@ -353,7 +353,7 @@ def evaluate_hold_out(
     threads : int, optional
         As for `Run.steps`.
     on_step : callable, optional
-        Called with every `Step`; an exception in it ends the test.
+        Called with every `Progress`; an exception in it ends the test.
 
     Returns
     -------
@@ -372,7 +372,7 @@ def evaluate_hold_out(
     >>> result.hidden, result.coverage, result.whole.pixels, bool(result.whole.rmse < 0.001)
     (1000, 1.0, 1000, True)
     """
-    run = run.run if isinstance(run, CompletedRun) else run
+    run = run.run if isinstance(run, Completion) else run
     check_kind(run, Run, "A hold-out needs a run", "give ilf.Run.of(frame), or what ilf.complete returns.")
     test = HoldOutTest(test) if isinstance(test, str) else test
     check_kind(test, HoldOutTest | None, "The second argument must be a test", 'give ilf.HoldOutTest("areas", (0, 1)).')
@@ -385,7 +385,7 @@ def comparison_steps(
     only: Collection[int] | None = None,
     *,
     threads: int | None = None,
-) -> Generator[Step, None, list[HoldOutResult]]:
+) -> Generator[Progress, None, list[HoldOutResult]]:
     """`compare_hidden` step by step.
 
     Parameters
@@ -395,7 +395,7 @@ def comparison_steps(
 
     Yields
     ------
-    Step
+    Progress
 
     Returns
     -------
@@ -416,7 +416,7 @@ def compare_hidden(
     only: Collection[int] | None = None,
     *,
     threads: int | None = None,
-    on_step: Callable[[Step], None] | None = None,
+    on_step: Callable[[Progress], None] | None = None,
 ) -> list[HoldOutResult]:
     """Compare runs of one frame on the same hidden depth, over the pixels that all of them have filled.
 
@@ -454,12 +454,12 @@ def compare_hidden(
 
 def _one_seed(
     run: Run, pattern: str, seed: int, only: Collection[int] | None, threads: int | None
-) -> Generator[Step, None, PixelErrors]:
-    evaluated = hidden_pixels(run.frame, pattern, seed) & run.frame.trusted & (run.blocks > 0)
+) -> Generator[Progress, None, PixelErrors]:
+    evaluated = hidden_pixels(run.frame, pattern, seed) & run.frame.trusted & (run.blocks.labels > 0)
     wanted = run.only if only is None else only
     if wanted is not None:
-        evaluated &= np.isin(run.blocks, list(wanted))
-    labels = np.unique(run.blocks[evaluated]).tolist()
+        evaluated &= np.isin(run.blocks.labels, list(wanted))
+    labels = np.unique(run.blocks.labels[evaluated]).tolist()
     alone = replace(run, frame=frame_without(run.frame, pattern, seed), only=frozenset(labels), extrapolate=False)
     completion = yield from completion_steps(alone, threads)
     error = expected_error(completion)

@@ -15,7 +15,7 @@ from ..data.declarations import Declaration, Value
 from ..data.parameters import Parameters, to_text
 from ..errors import InputError, ParameterError
 from ..run.run import Run
-from .evaluation import RunEvaluation, Step, fills_enough, restrict_to_shared, run_to_end, scaled_progress
+from .evaluation import Progress, RunEvaluation, fills_enough, restrict_to_shared, run_to_end, scaled_progress
 from .ground_truth import ground_truth_steps, pixels_with_ground_truth
 from .hold_out import HoldOutTest, completion_steps, hold_out_steps
 from .ties import Ties, find_ties
@@ -74,7 +74,7 @@ class Sweep:
             for name, values in self.values.items()
         }
         object.__setattr__(self, "values", checked)
-        if self.only is not None and not (self.only and np.isin(list(self.only), self.run.blocks).all()):
+        if self.only is not None and not (self.only and np.isin(list(self.only), self.run.blocks.labels).all()):
             raise InputError(f"There are no such blocks: {sorted(self.only)}. Select existing blocks.")
         if (count := math.prod(map(len, checked.values()))) > MAX_POINTS:
             raise ParameterError(
@@ -98,9 +98,10 @@ class Sweep:
     def run_with(self, values: Mapping[str, Value]) -> Run:
         """The run with the values of a point."""
         if self.only is None:
-            return replace(self.run, parameters=self.run.parameters.replace(**values), extrapolate=False)
-        own = {label: self.run.parameters_of(label).replace(**values) for label in self.only}
-        return replace(self.run, own={**self.run.own, **own}, only=tuple(self.only), extrapolate=False)
+            return replace(self.run, extrapolate=False).with_parameters(self.run.parameters.replace(**values))
+        run = replace(self.run, only=tuple(self.only), extrapolate=False)
+        own = {label: run.parameters_of(label).replace(**values) for label in self.only}
+        return run.with_parameters(run.parameters, own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +151,7 @@ class SweepResult:
         return min(able, key=lambda point: float(getattr(point.whole, measure)), default=None)
 
 
-def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step | SweepPoint, None, SweepResult]:
+def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Progress | SweepPoint, None, SweepResult]:
     """`run_sweep` step by step, for progress and cancellation.
 
     Parameters
@@ -160,7 +161,7 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
 
     Yields
     ------
-    Step or SweepPoint
+    Progress or SweepPoint
         A finished point, evaluated over all that it has filled; those of the result are evaluated over what all of them
         have filled.
 
@@ -187,7 +188,7 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
 
 
 def run_sweep(
-    sweep: Sweep, *, threads: int | None = None, on_step: Callable[[Step | SweepPoint], None] | None = None
+    sweep: Sweep, *, threads: int | None = None, on_step: Callable[[Progress | SweepPoint], None] | None = None
 ) -> SweepResult:
     """Run all points of a sweep.
 
@@ -197,7 +198,7 @@ def run_sweep(
     threads : int, optional
         As for `Run.steps`.
     on_step : callable, optional
-        Called with every `Step` and every finished `SweepPoint`; an exception in it ends the sweep.
+        Called with every `Progress` and every finished `SweepPoint`; an exception in it ends the sweep.
 
     Returns
     -------
@@ -222,7 +223,7 @@ def run_sweep(
     return run_to_end(sweep_steps(sweep, threads=threads), on_step)
 
 
-def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> Generator[Step, None, SweepPoint]:
+def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> Generator[Progress, None, SweepPoint]:
     started, run = time.perf_counter(), sweep.run_with(values)
     if sweep.criterion is None:
         found = yield from ground_truth_steps(run, threads=threads)

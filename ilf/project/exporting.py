@@ -82,7 +82,7 @@ def run_and_completion(state: FrameState) -> tuple[Run, Completion | None]:
 
 def _labels(run: Run) -> set[int]:
     """The blocks that a run completes."""
-    return set(np.unique(run.blocks).tolist()) - {0} if run.only is None else set(run.only)
+    return set(np.unique(run.blocks.labels).tolist()) - {0} if run.only is None else set(run.only)
 
 
 def export_frames(
@@ -142,7 +142,7 @@ def _is_unchanged(target: Path, run: Run, completion: Completion | None, options
     except IlfError:  # there is none, or none of this version
         return False
     wanted = {label: run.parameters_of(label) for label in _labels(run)}
-    same_run = _inputs_of(record) == _inputs_of(make_record(run, compose(run.frame, {}), options))
+    same_run = _inputs_of(record) == _inputs_of(make_record(run, compose(run, {}), options))
     same_depth = completion is None or record.depth_sha256 == array_sha256(completion.depth)
     if not (options.run_record and same_run and record.own_parameters == wanted and same_depth):
         return False

@@ -131,25 +131,14 @@ def present_run(state: FrameState) -> Run:
     ----------
     state : FrameState
     """
-    run, results = state.run(), state.results
-    return Run(
-        run.frame,
-        run.blocks,
-        run.parameters,
-        {label: result.parameters for label, result in results.items()},
-        frozenset(results),
-        extrapolate=state.extrapolation is not None,
-        extraction=run.extraction,
-        edited=run.edited,
-        network=run.network,
-        drawn=run.drawn,
-        by_hand=run.by_hand,
-    )
+    own = {label: result.parameters for label, result in state.results.items()}
+    blocks = state.blocks.with_parameters(own, state.common)
+    return Run(state.frame, blocks, state.common, frozenset(own), state.extrapolation is not None)
 
 
 def present_completion(state: FrameState) -> Completion:
     """Compose the present results, including extrapolated depth."""
-    completion = compose(state.frame, {label: state.results[label] for label in sorted(state.results)})
+    completion = compose(present_run(state), {label: state.results[label] for label in sorted(state.results)})
     return completion if state.extrapolation is None else state.extrapolation.added_to(completion)
 
 

@@ -6,8 +6,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
 from ..data.blocks import Blocks
 from ..data.frame import RGBDFrame
 from ..data.label_map import Box
@@ -136,17 +134,4 @@ class FrameState:
 
     def run(self) -> Run:
         """Return the run of all blocks as they are now."""
-        blocks = self.blocks
-        there = set(np.flatnonzero(np.bincount(blocks.labels.ravel()))) - {0}
-        return Run(
-            self.frame,
-            blocks.labels,
-            self.common,
-            {label: blocks.parameters_of(label, self.common) for label in blocks.own if label in there},
-            extrapolate=self.extrapolate,
-            extraction=blocks.extraction,
-            edited=blocks.edited,
-            network=blocks.network,
-            drawn=blocks.drawn,
-            by_hand=blocks.by_hand,
-        )
+        return Run(self.frame, self.blocks.without_absent(), self.common, extrapolate=self.extrapolate)

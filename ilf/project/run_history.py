@@ -118,7 +118,7 @@ class StoredRun:
 
     def blocks_completion(self) -> Completion:
         """Compose the results without extrapolated depth."""
-        return compose(self.run.frame, self.results)
+        return compose(self.run, self.results)
 
     def hold(self, on: bool) -> None:
         """Keep the completion in memory while the run is viewed, or release it."""
@@ -150,12 +150,12 @@ class StoredRun:
     @cached_property
     def checksum(self) -> int:
         """CRC-32 of its label map."""
-        return crc32(self.run.blocks.data)
+        return crc32(self.run.blocks.labels.data)
 
     @cached_property
     def block_count(self) -> int:
         """Number of blocks in its label map."""
-        return int(np.count_nonzero(np.bincount(self.run.blocks.ravel())[1:]))
+        return int(np.count_nonzero(np.bincount(self.run.blocks.labels.ravel())[1:]))
 
     @cached_property
     def iterations(self) -> int:

@@ -33,7 +33,7 @@ def against_ground_truth(
     wanted = run.frame.missing & np.isfinite(ground_truth)
     depth = np.where(filled, completion.depth, np.float32(np.nan))
     errors = PixelErrors(np.flatnonzero(wanted), depth[wanted], ground_truth[wanted], expected[wanted])
-    return Evaluated(run.blocks, (errors,))
+    return Evaluated(run.blocks.labels, (errors,))
 
 
 def on_hold_out(hidden: HoldOutResult) -> dict[str, Evaluated]:

@@ -45,8 +45,8 @@ class FramePage:
         self._subject, self._hidden = subject, hidden
         self._expected: NDArray[np.float32] = expected_error(subject.completion)
         self._evaluations = self._evaluate()
-        pixels = np.bincount(subject.run.blocks.ravel())
-        known = np.bincount(subject.run.blocks[~subject.run.frame.missing], minlength=pixels.size)
+        pixels = np.bincount(subject.run.blocks.labels.ravel())
+        known = np.bincount(subject.run.blocks.labels[~subject.run.frame.missing], minlength=pixels.size)
         self._blocks = {
             int(label): (int(pixels[label]), 1 - known[label] / pixels[label])
             for label in np.flatnonzero(pixels)
@@ -77,12 +77,12 @@ class FramePage:
                 for outcome in completion.outcomes.values()
                 if outcome.status in (Status.NOT_RECOVERABLE, Status.ITERATION_LIMIT)
             ),
-            notes=list(dict.fromkeys([*run.notes, *completion.notes])),
+            notes=list(dict.fromkeys([*run.blocks.notes, *completion.notes])),
             nearest=nearest_preset(run.parameters),
             filter_declarations=Parameters.declarations(),
-            own={label: own_values(parameters, run.parameters) for label, parameters in sorted(run.own.items())},
+            own={label: own_values(run.parameters_of(label), run.parameters) for label in sorted(run.blocks.own)},
             extraction_declarations=BlockParameters.declarations(),
-            extraction={} if run.extraction is None else _effective_changes(run.extraction),
+            extraction={} if run.blocks.extraction is None else _effective_changes(run.blocks.extraction),
             iterated=sum(bool(len(result.history)) for result in completion.results.values()),
             lines=lines,
             plots=curve_plots(subject, lines),
@@ -165,7 +165,7 @@ class FramePage:
                     RMS_NAME: f"{millimetres(expected.rms)} mm",
                     MEDIAN_NAME: f"{millimetres(expected.median)} mm",
                 }
-        inside = np.mean(self._subject.run.blocks > 0)
+        inside = np.mean(self._subject.run.blocks.labels > 0)
         facts["Blocks"] = f"{len(self._blocks)}, over {inside:.1%} of the frame" if self._blocks else "none"
         return facts
 

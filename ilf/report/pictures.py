@@ -96,7 +96,7 @@ def frame_pictures(
     shape = _reduced(frame.shape, most)
     share, text = scale_bar(frame, completion.depth)
     scale = _scale_image(share, shape[1])
-    blocks = np.unique(subject.run.blocks[subject.run.blocks > 0]).size
+    blocks = np.unique(subject.run.blocks.labels[subject.run.blocks.labels > 0]).size
     caption = f"{counted(blocks, 'block')}, numbered as in the table." if blocks else "There are no blocks."
     yield Picture("Colour and blocks", _numbered(subject, shape), caption, scale=scale, scale_text=text)
     levels = robust_depth_levels(np.stack([frame.depth, completion.depth]))
@@ -207,7 +207,7 @@ def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
 
 def _outlined(subject: Subject, shape: tuple[int, int]) -> NDArray[np.uint8]:
     """Draw the colour image at a shape, with the blocks' borders in their colours on both sides."""
-    blocks = subject.run.blocks
+    blocks = subject.run.blocks.labels
     picture = np.array(_resized(subject.run.frame.rgb, shape, smooth=True))
     labels = _resized(blocks, shape)
     there = np.flatnonzero(np.bincount(blocks.ravel()))
@@ -225,7 +225,7 @@ def _numbered(subject: Subject, shape: tuple[int, int]) -> str:
     image = Image.fromarray(_outlined(subject, shape))
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(max(shape[1] / 40, 8))
     width = subject.run.frame.shape[1]
-    for label, (x, y, radius) in inner_points(subject.run.blocks).items():
+    for label, (x, y, radius) in inner_points(subject.run.blocks.labels).items():
         if radius >= _MIN_LABEL_RADIUS * width:
             at = x * shape[1] / width, y * shape[1] / width
             draw.text(at, str(label), "white", font, anchor="mm", stroke_width=2, stroke_fill="black")

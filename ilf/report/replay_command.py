@@ -20,8 +20,9 @@ def replay_text(run: Run) -> tuple[str, str]:
     inputs, frame = run.frame.inputs, run.frame
     if inputs is None:
         return "The frame was not read from files, so no command reproduces the run.", ""
-    by_hand = run.edited or run.own or any(one is not None for one in (frame.invalid_mask, run.drawn, run.by_hand))
-    if by_hand or run.extraction is None or (frame.guide is not None and frame.guide.path is None):
+    blocks, nothing = run.blocks, (None, None, None)
+    edited = blocks.edited or blocks.own or (frame.invalid_mask, blocks.drawn, blocks.by_hand) != nothing
+    if edited or blocks.extraction is None or (frame.guide is not None and frame.guide.path is None):
         return (
             "Blocks, parameters or depth were edited by hand. Export the frame and replay its run.json.",
             "ilf complete --replay run.json",
@@ -37,7 +38,7 @@ def replay_text(run: Run) -> tuple[str, str]:
     if frame.guide is not None and frame.guide.path is not None:
         words += ["--guide", frame.guide.path]
     words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]
-    words += _flags(run.extraction, run.extraction.differences_from(BlockParameters()), "blocks-")
+    words += _flags(blocks.extraction, blocks.extraction.differences_from(BlockParameters()), "blocks-")
     words += ["--extrapolate"] * run.extrapolate
     return "This command reproduces the run; its run.json contains all hashes.", shlex.join(words)
 

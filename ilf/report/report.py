@@ -5,12 +5,12 @@ from __future__ import annotations
 import datetime
 import os
 from collections.abc import Generator, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from .._runtime.writing import write_bytes
 from ..completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ..errors import InputError
-from ..evaluation.evaluation import Step, run_to_end, scaled_progress
+from ..evaluation.evaluation import Progress, run_to_end, scaled_progress
 from ..evaluation.hold_out import HoldOutResult, HoldOutTest, hold_out_steps
 from .frame_page import FramePage
 from .subject import Subject, Unreadable
@@ -110,7 +110,7 @@ def write_report(path: str | os.PathLike[str], content: Report) -> None:
 
 def report_steps(
     subjects: Iterable[Subject | Unreadable], options: ReportOptions, count: int | None = None
-) -> Generator[Step, None, Report]:
+) -> Generator[Progress, None, Report]:
     """Make the content of a report step by step, so that the caller can show progress and cancel.
 
     Parameters
@@ -123,7 +123,7 @@ def report_steps(
 
     Yields
     ------
-    Step
+    Progress
 
     Returns
     -------
@@ -145,7 +145,7 @@ def report_steps(
             rows.append({"id": id, "name": subject.name, "image": "", "note": subject.why})
             continue
         name = subject.run.frame.name
-        yield Step(done, name)
+        yield Progress(done, name)
         hidden = yield from scaled_progress(_hold_out_result(subject, options), done, 1 / total, f"{name}, hold-out: ")
         page = FramePage(subject, hidden)
         parts.append(page.html(id, most))
@@ -160,11 +160,11 @@ def report_steps(
     return Report(title, tuple(parts))
 
 
-def _hold_out_result(subject: Subject, options: ReportOptions) -> Generator[Step, None, HoldOutResult | None]:
+def _hold_out_result(subject: Subject, options: ReportOptions) -> Generator[Progress, None, HoldOutResult | None]:
     """Evaluate the blocks with results on hold-out, with the parameters of these results; None if not requested, or
     if there are no results."""
     results = subject.completion.results
     if options.hidden is None or not results:
         return None
-    run = replace(subject.run, own={label: result.parameters for label, result in results.items()})
+    run = subject.run.with_parameters(subject.run.parameters, {label: one.parameters for label, one in results.items()})
     return (yield from hold_out_steps(run, options.hidden, list(results), threads=options.threads))

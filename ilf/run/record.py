@@ -19,12 +19,11 @@ from .._runtime.networks.session import device
 from .._runtime.schema import PlainName, plain
 from ..completion.correction_network import load_correction_network
 from ..completion.sparse_correction import load_sparse_correction_network
-from ..data.by_hand import DepthByHand
+from ..data.blocks import Blocks
 from ..data.camera import checked_transform
 from ..data.declarations import Value
 from ..data.frame import FrameInputs
-from ..data.guide import Guide
-from ..data.neighbours import Neighbour, NeighbourDepth
+from ..data.neighbours import Neighbour
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import preset
 from ..data.results import BlockOutcome, Completion
@@ -40,7 +39,7 @@ from .options import (
     OUTSIDE_FILE,
     ExportOptions,
 )
-from .setup import RunSetup
+from .run import Run
 
 # The networks used by a run, by name.
 
@@ -104,6 +103,11 @@ class RecordedMask:
     sha256: str
     file: PlainName
 
+    @classmethod
+    def of(cls, array: NDArray[Any] | None, file: str, *more: Any) -> Self | None:
+        """The record of an array in a file, with the values of further fields; None for none."""
+        return None if array is None else cls(array_sha256(array), file, *more)
+
 
 @dataclass(frozen=True)
 class RecordedGuide(RecordedMask):
@@ -159,6 +163,12 @@ class RecordedBlocks:
     shape: tuple[int, int]
     edited: bool
     file: PlainName | None
+
+    @classmethod
+    def of(cls, blocks: Blocks, file: str | None) -> Self:
+        """The record of blocks whose label map is written into a file."""
+        rows, columns = blocks.labels.shape
+        return cls(array_sha256(blocks.labels), (rows, columns), blocks.edited, file)
 
 
 @dataclass(frozen=True)
@@ -246,36 +256,35 @@ class RunRecord:
         return {outcome.label: own.get(outcome.label, self.parameters) for outcome in self.blocks_outcome}
 
 
-def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -> RunRecord:
+def make_record(run: Run, completion: Completion, options: ExportOptions) -> RunRecord:
     """Make the record of a run, with the parameters that the blocks were actually run with.
 
     Parameters
     ----------
-    run : RunSetup
+    run : Run
     completion : Completion
     options : ExportOptions
         Options of the written files.
     """
-    results = completion.results
+    results, frame = completion.results, run.frame
+    by_hand, guide = run.blocks.by_hand, frame.guide
     # for recordings, the replay registers the depth again
-    is_of_files = run.frame.inputs is not None and run.frame.inputs.frame is None
+    is_of_files = frame.inputs is not None and frame.inputs.frame is None
     used = Counter(result.parameters for result in results.values())
     common = used.most_common(1)[0][0] if used else run.parameters
     return RunRecord(
-        name=run.frame.name,
-        inputs=run.frame.inputs,
-        invalid_mask=_recorded(run.frame.invalid_mask, INVALID_MASK_FILE),
-        drawn=_recorded(run.drawn, DRAWN_FILE),
-        by_hand=_recorded_by_hand(run.by_hand),
-        outside_view=_recorded(run.frame.outside_view if is_of_files else None, OUTSIDE_FILE),
-        guide=_recorded_guide(run.frame.guide),
-        pose=None if run.frame.pose is None else _rows(run.frame.pose),
-        neighbours=_recorded_neighbours(run.frame.neighbours),
-        extraction=run.extraction,
-        blocks=RecordedBlocks(
-            array_sha256(run.blocks), run.frame.shape, run.edited, LABELS_FILE if options.labels else None
-        ),
-        networks=RecordedNetworks(_extraction_networks(run), _networks(completion)),
+        name=frame.name,
+        inputs=frame.inputs,
+        invalid_mask=RecordedMask.of(frame.invalid_mask, INVALID_MASK_FILE),
+        drawn=RecordedMask.of(run.blocks.drawn, DRAWN_FILE),
+        by_hand=None if by_hand is None else RecordedByHand.of(by_hand.depth, DEPTH_BY_HAND_FILE, by_hand.weight),
+        outside_view=RecordedMask.of(frame.outside_view if is_of_files else None, OUTSIDE_FILE),
+        guide=None if guide is None else RecordedGuide.of(guide.array, GUIDE_FILE, guide.path),
+        pose=None if frame.pose is None else _rows(frame.pose),
+        neighbours=() if frame.neighbours is None else tuple(map(RecordedNeighbour.of, frame.neighbours.neighbours)),
+        extraction=run.blocks.extraction,
+        blocks=RecordedBlocks.of(run.blocks, LABELS_FILE if options.labels else None),
+        networks=RecordedNetworks(_extraction_networks(run.blocks), _networks(completion)),
         parameters=common,
         block_parameters={
             label: result.parameters.differences_from(common)
@@ -306,32 +315,14 @@ def to_json(record: RunRecord) -> bytes:
     return f"{json.dumps(plain(data), indent=2)}\n".encode()
 
 
-def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:
-    return None if mask is None else RecordedMask(array_sha256(mask), file)
-
-
-def _recorded_by_hand(by_hand: DepthByHand | None) -> RecordedByHand | None:
-    if by_hand is None:
-        return None
-    return RecordedByHand(array_sha256(by_hand.depth), DEPTH_BY_HAND_FILE, by_hand.weight)
-
-
-def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
-    return None if guide is None else RecordedGuide(array_sha256(guide.array), GUIDE_FILE, guide.path)
-
-
-def _recorded_neighbours(depth: NeighbourDepth | None) -> tuple[RecordedNeighbour, ...]:
-    return () if depth is None else tuple(map(RecordedNeighbour.of, depth.neighbours))
-
-
 def _rows(matrix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:
     return tuple(map(tuple, matrix.tolist()))
 
 
-def _extraction_networks(run: RunSetup) -> dict[str, str]:
-    if run.extraction is None:
+def _extraction_networks(blocks: Blocks) -> dict[str, str]:
+    if blocks.extraction is None:
         return {}
-    return used_network(run.network, requested_networks(run.extraction.detector, run.extraction.model))
+    return used_network(blocks.network, requested_networks(blocks.extraction.detector, blocks.extraction.model))
 
 
 def _networks(completion: Completion) -> dict[str, str]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,9 @@ from .._runtime.named_places import NotAllowed, first_allowed, named_in, note_op
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION
 from .._runtime.networks.session import device
 from .._runtime.schema import Section
+from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import InputFile, RGBDFrame
-from ..data.guide import Guide
 from ..data.neighbours import Neighbour, NeighbourDepth
 from ..data.results import Completion
 from ..errors import IlfError, InputError
@@ -34,8 +34,6 @@ from ..sources.neighbours import seen_by
 from ..sources.reading import load_frame, read_frame
 from .options import DEPTH_FILES, LABELS_FILE, ExportOptions
 from .record import (
-    RecordedByHand,
-    RecordedGuide,
     RecordedMask,
     RunRecord,
     array_sha256,
@@ -44,6 +42,8 @@ from .record import (
 )
 from .record_file import read_record
 from .run import Run
+
+T = TypeVar("T")
 
 # Differences from the recorded state: files, edge networks, versions and processor.
 
@@ -251,8 +251,8 @@ def replay(
         *network_differences(record),
         *networks_now_available(record),
     ]
-    labels, network, notes = _recorded_blocks(record, frame, folder)
-    gone = sorted(set(record.own_parameters) - set(np.unique(labels).tolist()))
+    blocks = _recorded_blocks(record, frame, folder)
+    gone = sorted(set(record.own_parameters) - set(np.unique(blocks.labels).tolist()))
     if gone:
         raise InputError(
             f"The record has been changed: it has outcomes of blocks that its label map lacks: {gone}. Restore it."
@@ -261,20 +261,7 @@ def replay(
         differences.append(f"The run was made with {versions}: results may differ in the last digits, or more.")
     if another := processor_difference(record):
         differences.append(f"The run was made on {another}: results may differ in the last digits.")
-    run = Run(
-        frame,
-        labels,
-        record.parameters,
-        {label: own for label, own in record.own_parameters.items() if own != record.parameters},
-        frozenset(record.own_parameters),
-        extrapolate=record.extrapolate,
-        extraction=record.extraction,
-        edited=record.blocks.edited,
-        network=network,
-        notes=notes,
-        drawn=_recorded_mask(record.drawn, "drawn borders", folder, frame.shape),
-        by_hand=_recorded_by_hand(record.by_hand, folder),
-    )
+    run = Run(frame, blocks, record.parameters, frozenset(record.own_parameters), record.extrapolate)
     return Replay(run, record.export, record, tuple(differences), _recorded_depth(record, folder))
 
 
@@ -328,12 +315,15 @@ def _recorded_frame(
             "give the original files."
         )
     pose = frame.pose if record.pose is None else np.array(record.pose)
-    frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, ground_truth=None), pose=pose)
+    frame = replace(frame, inputs=replace(inputs, ground_truth=None), pose=pose)
     if record.outside_view is not None:
         outside = _recorded_mask(record.outside_view, "the outside view", folder, frame.shape)
-        frame = dataclasses.replace(frame, outside_view=outside)
+        frame = replace(frame, outside_view=outside)
     invalid_mask = _recorded_mask(record.invalid_mask, "invalid depth", folder, frame.shape)
-    return frame.with_invalid_mask(invalid_mask).with_guide(_recorded_guide(record.guide, folder))
+    guide = _beside(record.guide, "the guide", folder, load_guide, lambda one: one.array)
+    if guide is not None and record.guide is not None:
+        guide = replace(guide, path=record.guide.path)
+    return frame.with_invalid_mask(invalid_mask).with_guide(guide)
 
 
 def _with_recorded_neighbours(record: RunRecord, frame: RGBDFrame, folders: Sequence[Path]) -> RGBDFrame:
@@ -361,7 +351,7 @@ def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFra
     source = FrameRef.from_json(Section("neighbour", dict(recorded.source)), "")
     hashes = {} if source.depth is None else dict(zip((source.rgb, source.depth), recorded.sha256, strict=False))
     try:
-        source = dataclasses.replace(source.with_paths(present, cameras=True), stated_in=None)
+        source = replace(source.with_paths(present, cameras=True), stated_in=None)
         frame = read_frame(source)
     except NotAllowed:
         raise
@@ -442,74 +432,70 @@ def _file_name(path: str) -> str:
     return re.split(r"[\\/]", path)[-1]
 
 
+def _beside(
+    recorded: RecordedMask | None,
+    what: str,
+    folder: Path,
+    read: Callable[[Path], T],
+    array: Callable[[T], NDArray[Any]],
+) -> T | None:
+    """An input of the run from its file beside the record, with the recorded array; None if the run had none."""
+    if recorded is None:
+        return None
+    path = folder / recorded.file
+    if not os.path.isfile(path):
+        raise InputError(
+            f"{what[0].upper()}{what[1:]} of this run ({path.name}) is not beside the record. Put it there."
+        )
+    found = read(path)
+    if array_sha256(array(found)) != recorded.sha256:
+        raise InputError(f"{path} is not {what} of the recorded run: its content has changed. Restore it.")
+    return found
+
+
 def _recorded_mask(
     recorded: RecordedMask | None, what: str, folder: Path, shape: tuple[int, int]
 ) -> NDArray[np.bool_] | None:
-    """A mask of `what`, from the file beside the record; None if the run had none."""
-    if recorded is None:
-        return None
-    path = folder / recorded.file
-    if not os.path.isfile(path):
-        raise InputError(f"The mask of {what} of this run ({path.name}) is not beside the record. Put it there.")
-    mask = read_mask(path, shape)
-    if array_sha256(mask) != recorded.sha256:
-        raise InputError(f"{path} is not the mask of {what} of the recorded run: its content has changed. Restore it.")
-    return mask
+    return _beside(recorded, f"the mask of {what}", folder, lambda path: read_mask(path, shape), lambda mask: mask)
 
 
-def _recorded_by_hand(recorded: RecordedByHand | None, folder: Path) -> DepthByHand | None:
-    """Depth by hand, from the file beside the record; None if the run had none."""
-    if recorded is None:
-        return None
-    path = folder / recorded.file
-    if not os.path.isfile(path):
-        raise InputError(f"Depth by hand of this run ({path.name}) is not beside the record. Put it there.")
-    by_hand = DepthByHand(read_depth_values(path), recorded.weight)
-    if array_sha256(by_hand.depth) != recorded.sha256:
-        raise InputError(f"{path} is not depth by hand of the recorded run: its content has changed. Restore it.")
-    return by_hand
+def _recorded_blocks(record: RunRecord, frame: RGBDFrame, folder: Path) -> Blocks:
+    """The recorded blocks: extracted again, or with the label map from the file beside the record."""
+    by_hand, drawn = record.by_hand, _recorded_mask(record.drawn, "drawn borders", folder, frame.shape)
+    weight = 0.0 if by_hand is None else by_hand.weight
+    return replace(
+        _found_again(record, frame, folder).with_parameters(record.own_parameters, record.parameters),
+        drawn=drawn,
+        by_hand=_beside(
+            by_hand,
+            "depth by hand",
+            folder,
+            lambda path: DepthByHand(read_depth_values(path), weight),
+            lambda one: one.depth,
+        ),
+    )
 
 
-def _recorded_guide(recorded: RecordedGuide | None, folder: Path) -> Guide | None:
-    """The guide, from the file beside the record; None if the run had none."""
-    if recorded is None:
-        return None
-    path = folder / recorded.file
-    if not os.path.isfile(path):
-        raise InputError(f"The guide of this run ({path.name}) is not beside the record. Put it there.")
-    guide = dataclasses.replace(load_guide(path), path=recorded.path)
-    if array_sha256(guide.array) != recorded.sha256:
-        raise InputError(f"{path} is not the guide of the recorded run: its content has changed. Restore it.")
-    return guide
-
-
-def _recorded_blocks(
-    record: RunRecord, frame: RGBDFrame, folder: Path
-) -> tuple[NDArray[np.int32], str | None, tuple[str, ...]]:
-    """The recorded label map, extracted again or read from the file beside the record; the network of the extraction,
-    and notes."""
-    network = next(iter(record.networks.extraction.values()), None)
-    saved = _saved_labels(record, folder)
+def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path) -> Blocks:
+    network, saved = next(iter(record.networks.extraction.values()), None), _saved_labels(record, folder)
     if record.extraction is None or record.blocks.edited:
         if saved is None:
             raise InputError(
                 "The blocks of this run were drawn or edited by hand, and their label map "
                 f"({record.blocks.file or LABELS_FILE}) is not beside the record or has changed. Restore it there."
             )
-        return saved, network, ()
+        return Blocks(saved, extraction=record.extraction, network=network)
     again = found_blocks(frame, record.extraction)
-    if array_sha256(again.blocks) == record.blocks.sha256:
-        return again.blocks, again.network, again.notes
+    if array_sha256(again.labels) == record.blocks.sha256:
+        return again
     versions = version_differences(record)
     problem = "The extraction gives different blocks than recorded" + (f" with {versions}" if versions else "")
     name = record.blocks.file or LABELS_FILE
     if saved is None:
-        raise InputError(
-            " ".join(
-                (*again.notes, f"{problem}. Install the recorded versions, or put the run's {name} beside the record.")
-            )
-        )
-    return saved, network, (*again.notes, f"{problem}; those of {name} are used.")
+        remedy = f"{problem}. Install the recorded versions, or put the run's {name} beside the record."
+        raise InputError(" ".join((*again.notes, remedy)))
+    notes = *again.notes, f"{problem}; those of {name} are used."
+    return replace(again, labels=saved, extracted=saved, network=network, notes=notes)
 
 
 def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:

@@ -1,78 +1,58 @@
-"""A run: its set-up from a frame, its execution step by step, and its completion."""
+"""A run: all inputs of a completion, its execution step by step, and the completion."""
 
 from __future__ import annotations
 
 import inspect
 import os
-from collections import defaultdict
-from collections.abc import Callable, Collection, Generator, Mapping
-from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.cancellation import check_cancelled
+from .._runtime.closing import Closeable
 from .._runtime.formatting import counted
-from ..completion.block import Watch
-from ..completion.completion import CompletionRun
-from ..completion.confidence.expected_error import expected_error
+from ..completion.block import BlockTask, Watch, block_depth
+from ..completion.completion import completed_blocks
 from ..completion.extrapolation import extrapolation_steps
-from ..data.by_hand import USUAL_WEIGHT, DepthByHand, as_by_hand, check_counts
-from ..data.declarations import ParameterSet, Value, check_names
+from ..completion.stepper import Stepper
+from ..data.blocks import Blocks, as_blocks
+from ..data.by_hand import DepthByHand, check_counts
+from ..data.declarations import ParameterSet, Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
+from ..data.label_map import Block, find_blocks
 from ..data.parameters import BlockParameters, Parameters, nearest_preset
-from ..data.pictures import html_row, plot_error, plot_row
-from ..data.presets import as_parameters, chosen_parameters, preset
-from ..data.results import Completion, IterationRecord, Progress, compose
+from ..data.pictures import html_row, plot_row
+from ..data.presets import as_parameters, chosen_parameters
+from ..data.results import BlockResult, Completion, Step, compose
 from ..drawing.blocks import block_overlay
-from ..errors import InputError, ParameterError, check_kind
-from ..io.block_files import read_blocks
-from ..io.frame_additions import load_by_hand
-from ..io.labels import LoadedBlocks, read_mask
-from ..segmentation.extraction import clear_stage_cache, found_blocks
-from ..segmentation.reextraction import with_gaps_filled
-from .exporters import Export
-from .options import ExportOptions, drop_impossible_cloud
-from .setup import RunSetup
-from .writing import Written, check_not_an_input, write
+from ..errors import ParameterError, check_kind
+from ..segmentation.extraction import found_blocks
 
 EXTRAPOLATED = 0
-"""In place of a block's label in the `Progress` of the extrapolation."""
+"""In place of a block's label in the `Step` of the extrapolation."""
 
 
-@dataclass(frozen=True, eq=False)
-class Run(RunSetup):
+@dataclass(frozen=True, eq=False, init=False)
+class Run:
     """All inputs of a run; its results depend on nothing else.
 
     Parameters
     ----------
     frame : RGBDFrame
         Including its inputs, if it was read from files, its invalid mask and its guide.
-    blocks : ndarray of int, shape (H, W)
-        Label map, 0 = no block.
-    parameters : Parameters or str
+    blocks : Blocks or array_like of int, shape (H, W)
+        Blocks with all that is said about them, or a label map, 0 = no block.
+    parameters : Parameters or str, optional
         Parameters or preset name for all blocks without own parameters; the preset "best" if left out. `Run.of` takes
         them by keyword.
-    own : mapping of int to Parameters or str
-        Block label -> own parameters.
     only : collection of int, optional
         Run only these blocks; in the order of a sequence if they run one after the other.
     extrapolate : bool
         Whether depth that is still missing after the blocks is extrapolated (`ilf.extrapolate`).
-    extraction : BlockParameters, optional
-        Parameters of the blocks' extraction; None if they were not extracted.
-    edited : bool
-        Whether the blocks differ from the result of the extraction.
-    network : str, optional
-        SHA-256 of the edge network used by the extraction; None for none.
-    notes : tuple of str
-        Notes for the user on these inputs, one sentence each.
-    drawn : ndarray of bool, shape (H, W), optional
-        Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth crosses it. None for
-        none.
-    by_hand : DepthByHand, optional
-        Depth by hand. None for none.
 
     Raises
     ------
@@ -91,29 +71,29 @@ class Run(RunSetup):
     np.True_
     """
 
-    if TYPE_CHECKING:  # as in RGBDFrame
+    frame: RGBDFrame
+    blocks: Blocks
+    parameters: Parameters
+    only: Collection[int] | None
+    extrapolate: bool
 
-        def __init__(
-            self,
-            frame: RGBDFrame,
-            blocks: ArrayLike,
-            parameters: Parameters | str = ...,
-            own: Mapping[int, Parameters | str] = ...,
-            only: Collection[int] | None = None,
-            extrapolate: bool = False,
-            extraction: BlockParameters | None = None,
-            edited: bool = False,
-            network: str | None = None,
-            notes: tuple[str, ...] = (),
-            drawn: ArrayLike | None = None,
-            by_hand: ArrayLike | DepthByHand | None = None,
-        ) -> None: ...
+    def __init__(
+        self,
+        frame: RGBDFrame,
+        blocks: Blocks | ArrayLike,
+        parameters: Parameters | str | None = None,
+        only: Collection[int] | None = None,
+        extrapolate: bool = False,
+    ) -> None:
+        values = checked_frame(frame), as_blocks(blocks, frame.shape), as_parameters(parameters), only, extrapolate
+        for name, value in zip(self.__dataclass_fields__, values, strict=True):
+            object.__setattr__(self, name, value)
 
     @classmethod
     def of(
         cls,
         frame: RGBDFrame,
-        blocks: ArrayLike | None = None,
+        blocks: Blocks | ArrayLike | None = None,
         preset: Parameters | str | os.PathLike[str] | None = None,
         *,
         own: Mapping[int, Parameters | str] | None = None,
@@ -132,26 +112,25 @@ class Run(RunSetup):
             )
         keywords = inspect.signature(complete).parameters
         parameters, chosen, of_blocks = chosen_parameters(preset, extraction, changes, *keywords)
-        given: dict[str, Any] = {
-            "parameters": parameters,
-            "extrapolate": extrapolate,
-            "drawn": drawn,
-            "by_hand": as_by_hand(by_hand, checked_frame(frame).shape),
-        }
-        if own is not None:
-            given["own"] = own
         guided = checked_frame(frame) if guide is None else checked_frame(frame).with_guide(guide)
         if blocks is None:
-            found = found_blocks(guided, chosen)
-            given |= {"blocks": found.blocks, "network": found.network, "notes": found.notes}
-            return cls(guided, extraction=chosen, **given)._with_effect()
-        if of_blocks:
+            given = found_blocks(guided, chosen)
+        elif of_blocks:
             raise ParameterError(
                 f"{', '.join(of_blocks)} would have no effect, because blocks are given: extract them with it by "
                 "ilf.extract_blocks."
             )
-        given |= {"blocks": blocks, "edited": True}
-        return cls(guided, extraction=extraction, **given)._with_effect()
+        else:
+            given = as_blocks(blocks, guided.shape)
+            if extraction is not None:
+                given = replace(given, extraction=extraction, extracted=None)
+        added: dict[str, Any] = {"drawn": drawn, "by_hand": by_hand}
+        given = replace(given, **{name: value for name, value in added.items() if value is not None})
+        if own is not None:
+            given = given.with_parameters({label: as_parameters(one) for label, one in own.items()}, parameters)
+        run = cls(guided, given, parameters, extrapolate=extrapolate)
+        check_counts(run.blocks.by_hand, run.frame, run.blocks.labels)
+        return run
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.summary()}>"
@@ -159,9 +138,9 @@ class Run(RunSetup):
     def summary(self) -> str:
         """Return name and size of the frame, number of blocks and parameters, in one line."""
         height, width = self.frame.shape
-        count = np.count_nonzero(np.unique(self.blocks))
+        count = np.count_nonzero(np.unique(self.blocks.labels))
         preset = nearest_preset(self.parameters).text(most=3)
-        own = f", {counted(len(self.own), 'block')} with own parameters" if self.own else ""
+        own = f", {counted(len(self.blocks.own), 'block')} with own parameters" if self.blocks.own else ""
         return f"{self.frame.name!r}: {width} x {height} pixels, {counted(count, 'block')}, {preset}{own}"
 
     def _repr_html_(self) -> str:
@@ -183,41 +162,45 @@ class Run(RunSetup):
         return plot_row(self._images())
 
     def _images(self) -> dict[str, NDArray[Any]]:
-        blocks = block_overlay(self.frame.rgb, self.blocks)
+        blocks = block_overlay(self.frame.rgb, self.blocks.labels)
         return {"Colour": self.frame.rgb, "Blocks": blocks, "Depth": self.frame.depth}
 
-    def _with_effect(self) -> Self:
-        """Return the run; raise InputError if its depth by hand counts nowhere."""
-        check_counts(self.by_hand, self.frame, self.blocks)
-        return self
+    def parameters_of(self, label: int) -> Parameters:
+        """Parameters of a block."""
+        return self.blocks.parameters_of(label, self.parameters)
 
-    def steps(self, threads: int | None = None, watch: Watch | None = None) -> RunSteps:
+    def with_parameters(self, parameters: Parameters, own: Mapping[int, Parameters] | None = None) -> Self:
+        """Return the run with other common parameters and own ones; other blocks with own parameters keep theirs."""
+        kept = {label: self.parameters_of(label) for label in self.blocks.own}
+        blocks = self.blocks.with_parameters({**kept, **(own or {})}, parameters)
+        return replace(self, blocks=blocks, parameters=parameters)
+
+    def steps(self, threads: int | None = None, watch: Watch | None = None) -> Execution:
         """Execute the run step by step, for progress and cancellation.
 
         Parameters
         ----------
         threads : int, optional
             Number of blocks that run at the same time; the number of cores if left out. It does not affect the result.
+            With 1 they run one after the other in the caller's thread, and each `next()` is exactly one iteration.
         watch : callable, optional
-            Called after every iteration of a block, in its thread; see `CompletionRun`.
+            A `Watch`, called after every iteration of a block, in its thread; the run waits for it.
         """
-        return RunSteps(self, threads, watch)
+        return Execution(self, threads, watch)
 
-    def complete(
-        self, *, on_progress: Callable[[Progress], None] | None = None, threads: int | None = None
-    ) -> CompletedRun:
+    def complete(self, *, on_progress: Callable[[Step], None] | None = None, threads: int | None = None) -> Completion:
         """Run to the end.
 
         Parameters
         ----------
         on_progress : callable, optional
-            Called with every `Progress`; an exception in it stops the run.
+            Called with every `Step`; an exception in it stops the run.
         threads : int, optional
             As in `steps`.
 
         Returns
         -------
-        CompletedRun
+        Completion
             Blocks without enough known depth are reported in its `outcomes` and stay missing, unless the run is dense.
         """
         with self.steps(threads) as steps:
@@ -227,152 +210,83 @@ class Run(RunSetup):
         return steps.completion()
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class CompletedRun(Completion):
-    """A frame's completed depth, and its run.
-
-    Attributes
-    ----------
-    run : Run
-        All inputs that the depth depends on.
-
-    See Also
-    --------
-    Completion : has `depth`, `filled`, `blocks`, `outcomes`, `notes` and all other attributes.
-
-    Examples
-    --------
-    >>> import ilf
-    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0))
-    >>> completion = ilf.complete(frame, preset="paper")
-    >>> completion.run
-    <Run of 'frame': 30 x 20 pixels, 1 block, paper>
-    """
-
-    run: Run = field(kw_only=True)
-
-    @classmethod
-    def of(cls, completion: Completion, run: Run) -> Self:
-        """Combine a completion with its run and the run's notes."""
-        values = {known.name: getattr(completion, known.name) for known in fields(Completion)}
-        notes = tuple(dict.fromkeys((*run.notes, *completion.notes)))
-        return cls(**values | {"notes": notes}, run=run)
-
-    def plot_error(self) -> NDArray[Any]:
-        """Plot colour and the expected error of the filled pixels by matplotlib.
-
-        Returns
-        -------
-        ndarray of matplotlib.axes.Axes, shape (2,)
-
-        Raises
-        ------
-        InputError
-            If matplotlib is not installed (extra `plot`).
-        """
-        return plot_error(self.frame.rgb, expected_error(self))
-
-    def save(self, folder: str | os.PathLike[str], options: ExportOptions | None = None, **changes: Any) -> Written:
-        """Write the files that `ilf complete` writes: depth, expected error, blocks, curves, point cloud, run record.
-
-        Parameters
-        ----------
-        folder : path-like
-            Created if missing. Files of the same names in it are replaced, others are not changed.
-        options : ExportOptions, optional
-            The files and their formats; those of `ilf complete` if left out.
-        **changes
-            Any of the options, by name, such as `mesh="glb"`.
-
-        Returns
-        -------
-        Written
-            The files, and notes on information that they do not preserve.
-
-        Raises
-        ------
-        ParameterError
-            For an unknown option or an invalid value.
-        InputError
-            If a cloud or a mesh is selected and the frame has no intrinsics. Nothing is written then.
-        ExportError
-            If a file would replace one of the frame's own, or cannot be written. The folder is unchanged then.
-
-        Examples
-        --------
-        >>> import numpy as np, ilf
-        >>> depth = np.full((20, 30), 2.0)
-        >>> depth[8:12, 10:20] = np.nan
-        >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
-        >>> written = ilf.complete(frame).save("done", expected_error=False)
-        >>> [path.name for path in written.files], written.notes[0][:26]
-        (['depth.png', 'depth.npy', 'blocks.png', 'curves.csv', 'run.json'], 'No point cloud is written,')
-        """
-        check_names(changes, [known.name for known in fields(ExportOptions)])
-        chosen, notes = replace(options or ExportOptions(), **changes), tuple[str, ...]()
-        if options is None and "cloud" not in changes:
-            chosen, notes = drop_impossible_cloud(chosen, self.frame, ": make the frame with intrinsics=")
-        written = write(folder, self.run, self, chosen)
-        return replace(written, notes=(*notes, *written.notes))
-
-    def export(self, path: str | os.PathLike[str]) -> None:
-        """Write a file of another program, in the format of its extension.
-
-        Parameters
-        ----------
-        path : path-like
-            .rrd for the viewer Rerun (package `rerun-sdk`), or an extension of a plugin. A file of that name is
-            replaced; the folder is created if missing.
-
-        Raises
-        ------
-        ParameterError
-            If no format has this extension.
-        InputError
-            If the format needs a package that is not installed, or its plugin fails.
-        ExportError
-            If the file is one of the frame's own, or cannot be written. An existing file is unchanged then.
-        """
-        export = Export(path)
-        check_not_an_input(self.frame, [export.path])
-        export.write(self)
-
-
-class RunSteps(CompletionRun):
+class Execution(Closeable, Iterator[Step]):
     """All steps of a run: those of its blocks, then those of the extrapolation if it is dense.
+
+    The caller controls pace, pause and cancellation: without calls of `next()`, only a few short slices of iterations
+    are computed ahead. `results` contains the finished blocks, in any order; it does not depend on the number of
+    threads. Corrected blocks come last, when all have been iterated on; steps in between belong to no block. A run that
+    is abandoned must be closed, by `close` or as a context manager.
 
     Parameters
     ----------
     run : Run
-    threads : int, optional
-    watch : callable, optional
-        As for `ilf.completion.completion.CompletionRun`.
+    threads, watch
+        As for `Run.steps`.
     """
 
-    def __init__(self, run: Run, threads: int | None = None, watch: Watch | None = None) -> None:
-        choice = defaultdict(lambda: run.parameters, run.own)
-        by_user = run.drawn, run.by_hand
-        super().__init__(run.frame, run.blocks, choice, run.only, threads, run.extraction, *by_user, watch)
+    def __init__(self, run: Run, threads: int | None, watch: Watch | None) -> None:
+        self.blocks = find_blocks(run.blocks.labels, run.only)
+        self.results: dict[int, BlockResult] = {}
+        self.uncorrected: dict[int, BlockResult] = {}
+        """Blocks that have been iterated on and wait for the correction, with their uncorrected depth."""
         self._run = run
+        self._tasks = {
+            label: BlockTask.of(run.frame, block, run.parameters_of(label), run.blocks)
+            for label, block in self.blocks.items()
+        }
+        self._live: dict[int, Stepper] = {}
         self._dense: Completion | None = None
-        if run.extrapolate:
-            self._steps = self._and_extrapolate(self._steps)
+        # a function, so that an execution that nobody has any more ends
+        self._steps = _steps(
+            run, completed_blocks(self._tasks, self._live, self.uncorrected, threads, watch), self.results
+        )
 
-    def completion(self) -> CompletedRun:
-        """The frame's depth, as far as it is completed."""
-        return CompletedRun.of(self._dense or compose(self._run.frame, self.results), self._run)
+    def __next__(self) -> Step:
+        check_cancelled()
+        try:
+            progress = next(self._steps)
+        except StopIteration as end:
+            self._dense = self._dense or end.value
+            raise
+        if progress.result is not None:
+            self.results[progress.label] = progress.result
+        return progress
 
-    def _and_extrapolate(self, blocks: Generator[Progress, None, None]) -> Generator[Progress, None, None]:
-        yield from blocks
-        for record in self._extrapolation():
-            yield Progress(EXTRAPOLATED, record=record)
+    def close(self) -> None:
+        """End the run and wait for its threads. Call it from the same thread as `next()`."""
+        self._steps.close()
+        self._live.clear()
 
-    def _extrapolation(self) -> Generator[IterationRecord, None, None]:
-        self._dense = yield from _extrapolated(self._run, compose(self._run.frame, self.results))
+    def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
+        """The running blocks, including those that wait for the correction, with their current depth [m]. From any
+        thread."""
+        running = []
+        for label, stepper in list(self._live.items()):
+            task = self._tasks[label]
+            running.append((task.block, block_depth(task.frame, task.block, stepper.surface, task.parameters)))
+        return running + [(result.block, result.depth) for result in list(self.uncorrected.values())]
+
+    def completion(self) -> Completion:
+        """The frame's depth, as far as it is completed, with the notes on the blocks."""
+        found = self._dense or compose(self._run, self.results)
+        return replace(found, notes=tuple(dict.fromkeys((*self._run.blocks.notes, *found.notes))))
 
 
-def _extrapolated(run: Run, completion: Completion) -> Generator[IterationRecord, None, Completion]:
-    return extrapolation_steps(completion, run.extraction, run.parameters.outside_view)
+def _steps(
+    run: Run, blocks: Generator[Step, None, None], results: Mapping[int, BlockResult]
+) -> Generator[Step, None, Completion | None]:
+    """The steps of blocks, whose results are in `results` then, and those of the extrapolation if the run is dense;
+    returns the dense completion."""
+    yield from blocks
+    if not run.extrapolate:
+        return None
+    steps = extrapolation_steps(compose(run, results))
+    while True:
+        try:
+            yield Step(EXTRAPOLATED, record=next(steps))
+        except StopIteration as end:
+            return end.value
 
 
 # `ilf.complete`, and the optional extrapolation.
@@ -380,7 +294,7 @@ def _extrapolated(run: Run, completion: Completion) -> Generator[IterationRecord
 
 def complete(
     frame: RGBDFrame,
-    blocks: ArrayLike | None = None,
+    blocks: Blocks | ArrayLike | None = None,
     preset: Parameters | str | os.PathLike[str] | None = None,
     *,
     own: Mapping[int, Parameters | str] | None = None,
@@ -389,17 +303,18 @@ def complete(
     drawn: ArrayLike | None = None,
     guide: ArrayLike | Guide | None = None,
     by_hand: ArrayLike | DepthByHand | None = None,
-    on_progress: Callable[[Progress], None] | None = None,
+    on_progress: Callable[[Step], None] | None = None,
     threads: int | None = None,
     **changes: Value,
-) -> CompletedRun:
+) -> Completion:
     """Complete the depth of a frame by iterative low-pass filtering, block by block (section 3).
 
     Parameters
     ----------
     frame : RGBDFrame
-    blocks : array_like of int, shape (H, W), optional
-        Label map, 0 = no block; a bool mask is one block. Extracted from the frame if left out.
+    blocks : Blocks or array_like of int, shape (H, W), optional
+        Label map, 0 = no block; a bool mask is one block. Extracted from the frame if left out. With `Blocks`, what
+        they say counts where none of the keywords does.
     preset : Parameters or str, optional
         Parameters of the filter, or a preset by name (`ilf.PRESETS`, or your own) or file, with its parameters of the
         extraction; "best" if left out.
@@ -420,10 +335,10 @@ def complete(
     by_hand : array_like or DepthByHand, optional
         Depth [m] that you state, shape (H, W), NaN or 0 = none, as a constraint with a weight. It counts in blocks
         where depth is missing or marked invalid, and lets a block with too little known depth be completed. It never
-        counts as measured: the result is filled and unsupported there (`CompletedRun.by_hand`). The pass band treats it
+        counts as measured: the result is filled and unsupported there (`Completion.by_hand`). The pass band treats it
         as known depth.
     on_progress : callable, optional
-        Called with every `Progress` (`ilf.data.results`), in this thread: the block's label and the record of an
+        Called with every `Step` (`ilf.data.results`), in this thread: the block's label and the record of an
         iteration, or the block's result. Raise `ilf.Cancelled` in it to stop.
     threads : int, optional
         Number of blocks that run at the same time; the number of cores if left out. It does not affect the result.
@@ -432,7 +347,7 @@ def complete(
 
     Returns
     -------
-    CompletedRun
+    Completion
         Blocks without enough known depth are reported in `outcomes` and stay missing.
 
     Raises
@@ -451,7 +366,7 @@ def complete(
     >>> depth[8:12, 10:20] = np.nan
     >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
     >>> ilf.complete(frame)
-    <CompletedRun of 'frame': 30 x 20 pixels, 1 block, 40 pixels filled, 0 still missing>
+    <Completion of 'frame': 30 x 20 pixels, 1 block, 40 pixels filled, 0 still missing>
     >>> result = ilf.complete(frame, np.ones((20, 30), np.int32), "paper", max_iterations=50)
     >>> round(float(result.depth[10, 15]), 3), result.outcomes[1].iterations
     (2.0, 24)
@@ -471,7 +386,7 @@ def complete(
     return run.complete(on_progress=on_progress, threads=threads)
 
 
-def extrapolate(completion: CompletedRun) -> CompletedRun:
+def extrapolate(completion: Completion) -> Completion:
     """Extrapolate the depth that is still missing: between blocks, in the margin, and in blocks with too little data.
 
     The completed frame is treated as one block whose surfaces end at edges. The result is unsupported by measurements:
@@ -479,11 +394,11 @@ def extrapolate(completion: CompletedRun) -> CompletedRun:
 
     Parameters
     ----------
-    completion : CompletedRun
+    completion : Completion
 
     Returns
     -------
-    CompletedRun
+    Completion
         Without missing pixels, except those outside the depth camera's view unless the run's parameters include them;
         `extrapolated` is the mask of pixels filled by this step. All other depth is unchanged.
 
@@ -497,90 +412,11 @@ def extrapolate(completion: CompletedRun) -> CompletedRun:
     >>> int(ilf.extrapolate(nothing_run).extrapolated.sum())
     16
     """
-    check_kind(completion, CompletedRun, "The first argument must be a completion", "give what ilf.complete returns.")
-    steps = _extrapolated(completion.run, completion)
+    check_kind(completion, Completion, "The first argument must be a completion", "give what ilf.complete returns.")
+    steps = extrapolation_steps(completion)
     while True:
         try:
             next(steps)
         except StopIteration as end:
-            return CompletedRun.of(end.value, replace(completion.run, extrapolate=True))
-
-
-# Run configurations, independent of a frame: parameters, and given or extracted blocks.
-
-
-@dataclass(frozen=True)
-class RunConfiguration:
-    """The configuration that turns a frame into a `Run`.
-
-    Parameters
-    ----------
-    parameters : Parameters or str
-        Parameters or the name of a preset; "best" if left out.
-    extraction : BlockParameters
-        The defaults if left out.
-    extrapolate : bool
-        Whether depth that is still missing after the blocks is extrapolated.
-    blocks : str, optional
-        Path of existing blocks (`ilf.io.read_blocks`); they are extracted if left out.
-    fill_gaps : bool
-        Whether blocks are extracted where the file has none.
-    drawn : str, optional
-        Path of the mask of pixels whose border was drawn by hand.
-    by_hand : str, optional
-        Path of depth by hand, in the encoding of the frame's depth or, as floating-point numbers, in metres.
-    by_hand_weight : float
-        Its weight.
-    """
-
-    parameters: Parameters = field(default_factory=preset)
-    extraction: BlockParameters = field(default_factory=BlockParameters)
-    extrapolate: bool = False
-    blocks: str | None = None
-    fill_gaps: bool = False
-    drawn: str | None = None
-    by_hand: str | None = None
-    by_hand_weight: float = USUAL_WEIGHT
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "parameters", as_parameters(self.parameters))
-
-    def make_run(self, frame: RGBDFrame) -> Run:
-        """Make the run of a frame. Intermediate results of the extraction are not cached.
-
-        Raises
-        ------
-        InputError
-            If a given file cannot be read or does not fit the frame, or there are no blocks.
-        """
-        given = self._given(frame)
-        added: dict[str, Any] = {
-            "drawn": None if self.drawn is None else read_mask(self.drawn, frame.shape),
-            "by_hand": None if self.by_hand is None else load_by_hand(self.by_hand, frame, self.by_hand_weight),
-        }
-        if given is None or self.fill_gaps:
-            found = found_blocks(frame, self.extraction)
-            clear_stage_cache(frame)
-            run = Run(
-                frame,
-                found.blocks if given is None else with_gaps_filled(given.labels, found.blocks, self.extraction),
-                self.parameters,
-                extrapolate=self.extrapolate,
-                extraction=self.extraction,
-                edited=self.fill_gaps,
-                network=found.network,
-                notes=found.notes if given is None else given.notes + found.notes,
-                **added,
-            )
-            remedy = "Lower min_size or min_known_share of the extraction, or give blocks."
-        else:
-            run = Run(frame, given.labels, self.parameters, extrapolate=self.extrapolate, notes=given.notes, **added)
-            remedy = f"{self.blocks} contains none: give a file with blocks, or fill its gaps."
-        if not run.blocks.any():
-            raise InputError(f"There are no blocks to complete. {remedy}")
-        return run._with_effect()
-
-    def _given(self, frame: RGBDFrame) -> LoadedBlocks | None:
-        if self.blocks is None:
-            return None
-        return read_blocks(self.blocks, frame.shape, image=None if frame.inputs is None else frame.inputs.rgb.path)
+            done: Completion = end.value
+            return done

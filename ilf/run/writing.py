@@ -20,6 +20,7 @@ from .._runtime.formatting import counted
 from .._runtime.writing import move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..completion.confidence.features import default_edge_notes
+from ..data.declarations import check_names
 from ..data.frame import FrameInputs, RGBDFrame
 from ..data.points import in_world, point_cloud
 from ..data.results import Completion, EdgeAwareRecord, IterationRecord, PassBandRecord
@@ -33,6 +34,7 @@ from ..io.labels import write_labels, write_mask
 from ..io.meshes import write_mesh
 from ..io.tables import write_csv
 from ..sources.naming import META_NAME
+from .exporters import Export
 from .options import (
     BY_HAND_FILE,
     CLOUD_FILES,
@@ -53,9 +55,10 @@ from .options import (
     UNSUPPORTED_FILE,
     WORLD,
     ExportOptions,
+    drop_impossible_cloud,
 )
 from .record import PROGRAM, make_record, to_json
-from .setup import RunSetup
+from .run import Run
 
 # Convergence curves as CSV.
 
@@ -126,7 +129,7 @@ def check_cloud_and_mesh(frame: RGBDFrame, options: ExportOptions) -> None:
 
 def write_cloud_and_mesh(
     folder: Path,
-    run: RunSetup,
+    run: Run,
     completion: Completion,
     options: ExportOptions,
     error: NDArray[np.float32] | None,
@@ -176,17 +179,17 @@ def write_cloud_and_mesh(
 
 
 def _scalars(
-    run: RunSetup, completion: Completion, error: NDArray[np.float32] | None, unsupported_mask: NDArray[np.bool_] | None
+    run: Run, completion: Completion, error: NDArray[np.float32] | None, unsupported_mask: NDArray[np.bool_] | None
 ) -> dict[str, NDArray[Any]]:
     """Scalar values of every pixel for the cloud and the mesh."""
     scalars: dict[str, NDArray[Any]] = {}
     if error is not None:
         scalars["expected_error"] = error
     scalars["filled"] = completion.filled
-    scalars["block"] = run.blocks
+    scalars["block"] = run.blocks.labels
     if run.frame.from_neighbours is not None:
         scalars["from_neighbours"] = completion.from_neighbours
-    if run.by_hand is not None:
+    if run.blocks.by_hand is not None:
         scalars["by_hand"] = completion.by_hand
     if unsupported_mask is not None:
         scalars["unsupported"] = unsupported_mask
@@ -216,13 +219,13 @@ class Written:
     remarks: tuple[str, ...] = ()
 
 
-def filenames(run: RunSetup, options: ExportOptions) -> tuple[str, ...]:
+def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
     """Names of the files that `write` writes; the run's record, which completes the set, is the last."""
     names = [name for name in options.filenames() if name != RECORD_FILE]
     if run.extrapolate:
         names.append(EXTRAPOLATED_FILE)
     names += _masks(run)
-    if run.by_hand is not None:
+    if run.blocks.by_hand is not None:
         names += [DEPTH_BY_HAND_FILE, BY_HAND_FILE]
     if run.frame.guide is not None:
         names.append(GUIDE_FILE)
@@ -235,7 +238,7 @@ def filenames(run: RunSetup, options: ExportOptions) -> tuple[str, ...]:
 
 def write(
     folder: str | os.PathLike[str],
-    run: RunSetup,
+    run: Run,
     completion: Completion,
     options: ExportOptions | None = None,
     *,
@@ -251,7 +254,7 @@ def write(
     ----------
     folder : path-like
         Created if missing. Other files in it are not changed.
-    run : RunSetup
+    run : Run
     completion : Completion
         Result of the run.
     options : ExportOptions, optional
@@ -294,16 +297,35 @@ def write(
             outputs = {name: _written_sha256(staged / name) for name in names if name != RECORD_FILE}
             record = dataclasses.replace(make_record(run, completion, chosen), outputs=outputs)
             write_bytes(staged / RECORD_FILE, to_json(record))
-            if run.edited and not chosen.labels:
+            if run.blocks.edited and not chosen.labels:
                 notes.append(f"{RECORD_FILE} cannot be replayed without {LABELS_FILE}: the blocks were edited.")
         if names:
             move_into_place(staged, target, names)
     return Written(tuple(target / name for name in names), tuple(notes), tuple(remarks))
 
 
+def save(
+    folder: str | os.PathLike[str], completion: Completion, options: ExportOptions | None, **changes: Any
+) -> Written:
+    """Write a completion as `Completion.save` does."""
+    check_names(changes, [known.name for known in dataclasses.fields(ExportOptions)])
+    chosen, notes = replace(options or ExportOptions(), **changes), tuple[str, ...]()
+    if options is None and "cloud" not in changes:
+        chosen, notes = drop_impossible_cloud(chosen, completion.frame, ": make the frame with intrinsics=")
+    written = write(folder, completion.run, completion, chosen)
+    return replace(written, notes=(*notes, *written.notes))
+
+
+def export(path: str | os.PathLike[str], completion: Completion) -> None:
+    """Write a completion as `Completion.export` does."""
+    chosen = Export(path)
+    check_not_an_input(completion.frame, [chosen.path])
+    chosen.write(completion)
+
+
 def check_write(
     folder: str | os.PathLike[str],
-    run: RunSetup,
+    run: Run,
     options: ExportOptions,
     *,
     overwrite: bool = True,
@@ -359,7 +381,7 @@ def _same_files(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]:
 
 
 def _write_results(
-    folder: Path, run: RunSetup, completion: Completion, options: ExportOptions
+    folder: Path, run: Run, completion: Completion, options: ExportOptions
 ) -> tuple[list[str], list[str]]:
     """Write the results, without meta.json and record; returns notes and remarks."""
     notes: list[str] = []
@@ -372,8 +394,8 @@ def _write_results(
             )
     for name, mask in _masks(run).items():
         write_mask(folder / name, mask)
-    if run.by_hand is not None:
-        write_array(folder / DEPTH_BY_HAND_FILE, run.by_hand.depth)
+    if run.blocks.by_hand is not None:
+        write_array(folder / DEPTH_BY_HAND_FILE, run.blocks.by_hand.depth)
         write_mask(folder / BY_HAND_FILE, completion.by_hand)
     if run.frame.guide is not None:
         write_array(folder / GUIDE_FILE, run.frame.guide.array)
@@ -397,18 +419,18 @@ def _write_results(
             if count := np.count_nonzero(unsupported_mask & ~completion.extrapolated):
                 remarks.append(f"Unsupported by measurements: {counted(count, 'pixel')}, see {UNSUPPORTED_FILE}.")
     if options.labels:
-        write_labels(folder / LABELS_FILE, run.blocks)
+        write_labels(folder / LABELS_FILE, run.blocks.labels)
     if options.curves:
         write_curves(folder / CURVES_FILE, completion.history)
     notes += write_cloud_and_mesh(folder, run, completion, options, error, unsupported_mask)
     return notes, remarks
 
 
-def _masks(run: RunSetup) -> dict[str, NDArray[np.bool_]]:
+def _masks(run: Run) -> dict[str, NDArray[np.bool_]]:
     """File name -> mask: invalid depth, drawn borders, pixels outside the depth camera's view and from neighbours."""
     masks = {
         INVALID_MASK_FILE: run.frame.invalid_mask,
-        DRAWN_FILE: run.drawn,
+        DRAWN_FILE: run.blocks.drawn,
         OUTSIDE_FILE: run.frame.outside_view,
         FROM_NEIGHBOURS_FILE: run.frame.from_neighbours,
     }

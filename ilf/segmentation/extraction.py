@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled
 from .._runtime.memory import release_memory
+from ..data.blocks import Blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import clear_cached, once_per_frame, once_per_image
@@ -315,24 +315,6 @@ _MERGING_DEFAULTS = {
 """Default values of the parameters that matter only after the contraction."""
 
 
-class FoundBlocks(NamedTuple):
-    """The result of an extraction: its blocks.
-
-    Attributes
-    ----------
-    blocks : ndarray of int32, shape (H, W)
-        The label map: operation blocks 1, 2, ... in order of decreasing size, 0 = none. Read-only, since it is cached.
-    network : str or None
-        SHA-256 of the edge network that was actually used; None if Canny's edges were.
-    notes : tuple of str
-        Notes for the user, such as a substituted edge detector; empty if all was as requested.
-    """
-
-    blocks: NDArray[np.int32]
-    network: str | None
-    notes: tuple[str, ...]
-
-
 @dataclass(frozen=True, eq=False)
 class Extraction:
     """The results of all stages, each of shape (H, W).
@@ -375,24 +357,25 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     parameters : BlockParameters, optional
     """
     chosen = parameters or BlockParameters()
-    blocks, network, notes = found_blocks(frame, chosen)
+    found = found_blocks(frame, chosen)
     boundaries = _boundaries(frame, chosen)
     return Extraction(
         boundaries.strength,
         boundaries.edges,
         dilate(boundaries.edges, chosen.dilation),
         _regions(frame, chosen.replace(**_MERGING_DEFAULTS)),
-        blocks.copy(),
-        network,
-        notes,
+        found.labels.copy(),
+        found.network,
+        found.notes,
     )
 
 
-def found_blocks(frame: RGBDFrame, parameters: BlockParameters | None) -> FoundBlocks:
-    """The blocks alone, without the results of the stages, which take time and memory."""
+def found_blocks(frame: RGBDFrame, parameters: BlockParameters | None) -> Blocks:
+    """The blocks alone, without the results of the stages, which take time and memory. The label map is cached."""
     chosen = as_block_parameters(parameters)
     edges = find_edges(checked_frame(frame), chosen)
-    return FoundBlocks(_blocks(frame, chosen), edges.network, edges.notes)
+    labels = _blocks(frame, chosen)
+    return Blocks(labels, extraction=chosen, network=edges.network, extracted=labels, notes=edges.notes)
 
 
 def clear_stage_cache(frame: RGBDFrame) -> None:
@@ -484,10 +467,10 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, 
     >>> bool(ilf.extract_blocks(ilf.load_frame(asset_path("samples/room")), granularity=0.1).max() < blocks.max())
     True
     """
-    blocks, _, notes = found_blocks(frame, as_block_parameters(parameters, **changes))
-    for note in notes:
+    found = found_blocks(frame, as_block_parameters(parameters, **changes))
+    for note in found.notes:
         warnings.warn(note, RuntimeWarning, stacklevel=2)
-    return blocks.copy()
+    return found.labels.copy()
 
 
 @once_per_image

@@ -24,6 +24,7 @@ from ..completion.block import BlockTask, filter_steps
 from ..completion.correction import applied_change, needs_correction
 from ..completion.correction_network import load_correction_network
 from ..completion.filter import edges_for
+from ..data.blocks import Blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.label_map import find_blocks
@@ -31,6 +32,7 @@ from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Status, compose
 from ..errors import InputError
+from ..run.run import Run
 from ..segmentation.edges.frame_edges import FrameEdges
 from ..segmentation.extraction import clear_stage_cache, found_blocks
 from .carrying import Carried, Offsets, Reduced, carry_depth
@@ -79,7 +81,7 @@ class Surroundings:
         """Extract blocks and find edges."""
         blocks = found_blocks(frame, extraction)
         clear_stage_cache(frame)
-        return cls(blocks.blocks, edges_for(frame, parameters, extraction), blocks.notes)
+        return cls(blocks.labels, edges_for(frame, parameters, extraction), blocks.notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,10 +375,11 @@ class Stream(Closeable):
             self._scenes += 1
         edges = scene.edges()
         results = self._filtered(scene, edges)
-        scene.depth = compose(plain, results).depth
+        run = Run(plain, Blocks(scene.labels, extraction=self._extraction), self._parameters)
+        scene.depth = compose(run, results).depth
         if edges is not None and self._corrects:
             self._correct(scene, scene.depth, edges)
-        completion = compose(frame, scene.with_change(results))
+        completion = compose(replace(run, frame=frame), scene.with_change(results))
         self._scene = scene
         seconds = time.monotonic() - begun
         self._frames += 1

@@ -28,7 +28,6 @@ import ilf
 from gui.features.report.feature import write_steps
 from gui.work.jobs import Worker
 from ilf._runtime.cancellation import cancellable_items, set_cancel_events
-from ilf.completion.completion import CompletionRun
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.results import compose
@@ -161,7 +160,7 @@ def _run(preset: str, **values: Any) -> Callable[[ilf.RGBDFrame], Work]:
         fresh = ilf.RGBDFrame(frame.rgb.copy(), frame.depth.copy(), frame.intrinsics)
 
         def work() -> None:
-            with CompletionRun(fresh, blocks, ilf.preset(preset, **values), threads=1) as run:
+            with ilf.Run(fresh, blocks, ilf.preset(preset, **values)).steps(1) as run:
                 for _ in cancellable_items(run):
                     pass
 
@@ -237,7 +236,7 @@ KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
     "fill+denoise": _run("best", mode="fill+denoise"),
     "expected error": _after_run(lambda frame, blocks, completion: lambda: expected_error(completion)),
     "suspects": _after_run(lambda frame, blocks, completion: lambda: _suspects(frame, blocks, completion)),
-    "guess": lambda frame: _extrapolation(frame, compose(frame, {})),
+    "guess": lambda frame: _extrapolation(frame, compose(ilf.Run(frame, np.zeros(frame.shape, int)), {})),
     "export": _after_run(_export),
     "report": _after_run(_report),
     "follow": _follow,

@@ -23,9 +23,9 @@ import ilf
 from gui.app.main_window import MainWindow
 from gui.features.edit_summary import EditSummaryFeature
 from gui.state.session import Session
-from ilf.completion.completion import CompletionRun
 from ilf.data.blocks import Blocks
 from ilf.project.frame_state import FrameState
+from ilf.run.run import Execution
 from ilf.segmentation.editing.patches import patch_between
 
 from .window import new_window, pause, settled, wait
@@ -62,9 +62,9 @@ def frame() -> ilf.RGBDFrame:
 
 
 @pytest.fixture(scope="module")
-def completed(frame: ilf.RGBDFrame) -> CompletionRun:
+def completed(frame: ilf.RGBDFrame) -> Execution:
     """A fast run with a result for every block."""
-    with CompletionRun(frame, _labels(), ilf.preset("released-code", max_iterations=2)) as run:
+    with ilf.Run(frame, _labels(), ilf.preset("released-code", max_iterations=2)).steps() as run:
         for _ in run:
             pass
     return run
@@ -122,7 +122,7 @@ class Context:
 
 
 @pytest.fixture
-def context(qtbot, frame: ilf.RGBDFrame, completed: CompletionRun) -> Iterator[Context]:  # type: ignore[no-untyped-def]
+def context(qtbot, frame: ilf.RGBDFrame, completed: Execution) -> Iterator[Context]:  # type: ignore[no-untyped-def]
     window = new_window()
     qtbot.addWidget(window)
     window.actions_["live"].setChecked(False)

@@ -21,8 +21,8 @@ from ilf.batch.frames import frames_of_sources
 from ilf.batch.pictures import write_contact_sheet
 from ilf.batch.settings import BatchSettings
 from ilf.errors import Cancelled
+from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
-from ilf.run.run import RunConfiguration
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 from tests.gui.naming import unnamed
@@ -117,8 +117,8 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(part, windo
 def test_the_manifest_is_written_when_the_batch_is_cancelled_after_its_last_frame(tmp_path, monkeypatch):
     work_in_this_process(monkeypatch)
     frames = tuple(frames_of_sources([ilf.open_source(write_frames(tmp_path / "in", 1))]))
-    quick = RunConfiguration(ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny"))
-    settings = BatchSettings(quick, ExportOptions(cloud=None))
+    quick, choice = ilf.preset(max_iterations=5, correction=False), BlockChoice(ilf.BlockParameters(detector="canny"))
+    settings = BatchSettings(quick, choice, options=ExportOptions(cloud=None))
     steps = batch_steps(lambda: open_batch(frames, tmp_path / "done", settings), pictures=[write_contact_sheet])
     cancel_event = threading.Event()
     with cancelled_by(cancel_event):

@@ -157,7 +157,7 @@ def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     window.actions_["merge_blocks"].trigger()
     window.refresh.now()
     window.actions_["blink"].setChecked(True)
-    np.testing.assert_array_equal(window.views._overlay.labels, kept.run.blocks)
+    np.testing.assert_array_equal(window.views._overlay.labels, kept.run.blocks.labels)
     window.actions_["undo"].trigger()
     window.refresh.now()
     assert not window.actions_["blink"].isChecked()

@@ -51,7 +51,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     assert opened.isWindowModified()
     # the same as by the library, drawn borders and all
     run = session.run(opened.workspace.parameters.current)
-    assert run.drawn is not None
+    assert run.blocks.drawn is not None
     np.testing.assert_array_equal(session.completion().depth, run.complete().depth)
 
     present = _picture(opened)

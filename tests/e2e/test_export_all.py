@@ -64,7 +64,7 @@ def test_frames_that_are_done_are_exported_as_they_were_left(listed: MainWindow,
     assert "1 written" in _export(window, qtbot, out, DONE)
     assert sorted(path.name for path in out.iterdir()) == NAMES[:1]
     run = ilf.replay(out / NAMES[0] / "run.json").run
-    assert np.array_equal(run.blocks, labels)
+    assert np.array_equal(run.blocks.labels, labels)
     assert run.parameters.max_iterations == 20
 
     assert "1 unchanged, 2 written" in _export(window, qtbot, out, ALL_FRAMES)

@@ -206,7 +206,7 @@ def test_an_error_in_the_middle_of_a_run_is_shown_and_the_window_goes_on(
     def broken(*_: object) -> None:
         raise MemoryError("no memory for the padded grid")
 
-    monkeypatch.setattr("ilf.completion.block.make_stepper", broken)
+    monkeypatch.setattr("ilf.completion.block.BlockTask.stepper", broken)
     with qtbot.waitSignal(opened.runs.failed, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert "no memory for the padded grid" in reported[0]

@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf import RGBDFrame
+from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult
 from ilf.run.run import Run, complete
@@ -46,16 +47,20 @@ def until(qtbot: QtBot) -> Until:
     return lambda condition: qtbot.waitUntil(condition, timeout=WAIT_MS)
 
 
+def extracted(labels: np.ndarray) -> Blocks:
+    return Blocks(labels, extraction=BlockParameters(), extracted=labels)
+
+
 @pytest.fixture
 def session(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Session:
     """`small_frame` with its two blocks, as an extraction gave them."""
-    return Session.of(Run(small_frame, small_labels, extraction=BlockParameters()), "origin", "key")
+    return Session.of(Run(small_frame, extracted(small_labels)), "origin", "key")
 
 
 @pytest.fixture
 def other(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Session:
     """Another frame, of the same pixels."""
-    return Session.of(Run(small_frame, small_labels, extraction=BlockParameters()), "other origin", "other key")
+    return Session.of(Run(small_frame, extracted(small_labels)), "other origin", "other key")
 
 
 @pytest.fixture

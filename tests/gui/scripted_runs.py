@@ -17,7 +17,7 @@ from gui.work.runs import RunController
 from ilf import RGBDFrame
 from ilf.completion.filter import edge_parameters
 from ilf.data.label_map import Block, drawn_of, find_blocks
-from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Progress, Status, notes_of
+from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Status, Step
 from ilf.run.run import Run
 
 WAIT_MS = 60_000
@@ -53,13 +53,13 @@ class Script:
             raise self.error
 
 
-class ScriptedSteps(Iterator[Progress]):
-    """Takes the place of `ilf.run.RunSteps`."""
+class ScriptedSteps(Iterator[Step]):
+    """Takes the place of `ilf.run.run.Execution`."""
 
     def __init__(self, script: Script, run: Run, threads: int | None) -> None:
         self.run = run
         self.threads = threads
-        self.blocks = find_blocks(run.blocks, run.only)
+        self.blocks = find_blocks(run.blocks.labels, run.only)
         self.results: dict[int, BlockResult] = {}
         self.uncorrected: dict[int, BlockResult] = {}
         self.previews = 0
@@ -69,19 +69,19 @@ class ScriptedSteps(Iterator[Progress]):
         self._all = self._steps()
         script.runs.append(self)
 
-    def _steps(self) -> Iterator[Progress]:
+    def _steps(self) -> Iterator[Step]:
         for label, block in self.blocks.items():
             self._live = [block]
             for i in range(1, self._script.records + 1):
                 self._script.wait()
-                yield Progress(label, record=record(i))
+                yield Step(label, record=record(i))
             for _ in range(self._script.silent):
                 self._script.wait()
                 yield NO_BLOCK
             self._script.wait()
             self._live = []
             self.results[label] = self._result(label, block)
-            yield Progress(label, result=self.results[label])
+            yield Step(label, result=self.results[label])
 
     def _result(self, label: int, block: Block) -> BlockResult:
         depth = np.full(np.count_nonzero(block.mask), 2.0, np.float32)
@@ -89,7 +89,7 @@ class ScriptedSteps(Iterator[Progress]):
         outcome = BlockOutcome(label, Status.COMPLETED, "", depth.size, 0, depth.size, count, 1, 0.001)
         history = tuple(record(i) for i in range(1, count + 1))
         parameters = self.run.parameters_of(label)
-        edges = edge_parameters(parameters, self.run.extraction)
+        edges = edge_parameters(parameters, self.run.blocks.extraction)
         return BlockResult(
             block,
             depth,
@@ -98,18 +98,14 @@ class ScriptedSteps(Iterator[Progress]):
             parameters,
             notes=self._script.notes,
             edges=edges,
-            drawn=drawn_of(block, self.run.drawn),
+            drawn=drawn_of(block, self.run.blocks.drawn),
         )
 
     def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
         self.previews += 1
         return [(block, np.full(np.count_nonzero(block.mask), 1.5, np.float32)) for block in self._live]
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        return notes_of(self.results)
-
-    def __next__(self) -> Progress:
+    def __next__(self) -> Step:
         return next(self._all)
 
     def __enter__(self) -> ScriptedSteps:

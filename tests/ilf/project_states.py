@@ -55,12 +55,12 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     guide = Guide(np.linspace(0.5, 4, 4800).reshape(60, 80), np.full((60, 80), 0.5), "elsewhere.npy")
     quick = ilf.preset(**QUICK)
     paper = ilf.preset("paper", **QUICK)
-    early = Run(frame, former, paper, {1: paper.replace(stage_step=1.0)}, only=(1,), notes=("First of all.",))
-    late = Run(
-        frame.with_invalid_mask(mask).with_guide(guide), labels, quick, {2: quick.replace(smoothness=2)},
-        extrapolate=True, drawn=drawn, by_hand=by_hand, extraction=ilf.BlockParameters(granularity=0.4),
-        network="0" * 64,
+    early = Run(frame, Blocks(former, own={1: {"stage_step": 1.0}}, notes=("First of all.",)), paper, only=(1,))
+    blocks = Blocks(
+        labels, own={2: {"smoothness": 2.0}}, drawn=drawn, by_hand=by_hand, extracted=labels,
+        extraction=ilf.BlockParameters(granularity=0.4), network="0" * 64,
     )  # fmt: skip
+    late = Run(frame.with_invalid_mask(mask).with_guide(guide), blocks, quick, extrapolate=True)
     early_result, late_result = early.complete(), late.complete()
     told = dataclasses.replace(late_result.results[1], notes=("Canny stood in.",), network="a" * 64)
     late_result = dataclasses.replace(late_result, results=late_result.results | {1: told})

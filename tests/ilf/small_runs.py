@@ -28,28 +28,29 @@ def small_run(folder: Path, **changes: object) -> Run:
 
 def drawn(run: Run) -> Run:
     """The same run with a block that was drawn by hand."""
-    labels = run.blocks.copy()
+    labels = run.blocks.labels.copy()
     labels[5:30, 30:50] = 40_000
-    return replace(run, blocks=labels, edited=True)
+    return replace(run, blocks=replace(run.blocks, labels=labels))
 
 
 def with_invalid_mask(run: Run) -> Run:
     """The same run with some depth distrusted, its blocks extracted without it."""
     mask = np.zeros(run.frame.shape, bool)
     mask[44:56, 4:20] = True
-    return Run.of(run.frame.with_invalid_mask(mask), preset=run.parameters, extraction=run.extraction)
+    return Run.of(run.frame.with_invalid_mask(mask), preset=run.parameters, extraction=run.blocks.extraction)
 
 
 def with_drawn_border(run: Run) -> Run:
     """The same run, of which the right border of block 1 was drawn by hand, without any new label map."""
-    return replace(run, drawn=border_pixels(run.blocks) & (run.blocks == 1))
+    drawn = border_pixels(run.blocks.labels) & (run.blocks.labels == 1)
+    return replace(run, blocks=replace(run.blocks, drawn=drawn))
 
 
 def with_depth_by_hand(run: Run) -> Run:
     """The same run with depth by hand in both holes, and a little where depth is known, which counts nowhere."""
     depth = np.full(run.frame.shape, np.nan, np.float32)
     depth[22:30, 8:62] = 1.75
-    return replace(run, by_hand=DepthByHand(depth, 0.6))
+    return replace(run, blocks=replace(run.blocks, by_hand=DepthByHand(depth, 0.6)))
 
 
 def written(run: Run, folder: Path, options: ExportOptions = OPTIONS) -> Path:

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from ilf._runtime.formatting import counted
 from ilf.data.parameters import PRESETS
 from ilf.data.presets import list_presets
-from ilf.evaluation.evaluation import Step
+from ilf.evaluation.evaluation import Progress
 from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, untrusted_note
 from ilf.run.run import Run
 
@@ -203,7 +203,7 @@ class HoldOutPresenter(QObject):
         empty = "Select a block to see its errors." if self._panel.over_selected and not chosen else ""
         self._panel.show_hold_out([] if empty else hold_out_rows(outcome, label), text, tone, empty)
 
-    def _take_steps(self, batch: list[Step]) -> None:
+    def _take_steps(self, batch: list[Progress]) -> None:
         self._panel.work.show_share(batch[-1].share)
 
     def _finish(self, outcome: HoldOutOutcome) -> None:
@@ -241,8 +241,9 @@ def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
     found = [(Candidate(CURRENT, present), True)]
     found += [(Candidate.of(kept), kept in session.compared) for kept in session.state.runs]
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
+    plain = replace(present, blocks=replace(present.blocks, own={}))
     for name, parameters in presets.items():
-        found.append((Candidate(f"Preset {name}", replace(present, parameters=parameters, own={})), False))
+        found.append((Candidate(f"Preset {name}", replace(plain, parameters=parameters)), False))
     return found
 
 

@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from ilf.evaluation.evaluation import Evaluated, Evaluation, Step
+from ilf.evaluation.evaluation import Evaluated, Evaluation, Progress
 from ilf.evaluation.hold_out import HoldOutTest, comparison_steps
 from ilf.evaluation.ties import Ties, find_ties
 from ilf.project.run_history import StoredRun
@@ -82,12 +82,12 @@ class HoldOutOutcome:
         """Whether blocks and depth are unchanged since the test."""
         run = self.present
         return (
-            np.array_equal(session.labels, run.blocks)
+            np.array_equal(session.labels, run.blocks.labels)
             and same_mask(session.frame.invalid_mask, run.frame.invalid_mask)
             and same_depth(session.frame.guide, run.frame.guide)
             and same_depth(session.frame.neighbours, run.frame.neighbours)
-            and same_mask(session.blocks.drawn, run.drawn)
-            and same_depth(session.blocks.by_hand, run.by_hand)
+            and same_mask(session.blocks.drawn, run.blocks.drawn)
+            and same_depth(session.blocks.by_hand, run.blocks.by_hand)
         )
 
     @property
@@ -116,11 +116,11 @@ class HoldOutOutcome:
 
 def outcome_steps(
     candidates: Sequence[Candidate], present: Run, test: HoldOutTest
-) -> Generator[Step, None, HoldOutOutcome]:
+) -> Generator[Progress, None, HoldOutOutcome]:
     """Test all candidates on the same hold-out, step by step; called in a worker thread."""
     results = yield from comparison_steps([candidate.run for candidate in candidates], test, threads=spare_cores())
     # by the current blocks, also for a run with other blocks
-    evaluated = [replace(found.evaluated, labels=present.blocks) for found in results]
+    evaluated = [replace(found.evaluated, labels=present.blocks.labels) for found in results]
     tested = tuple(
         CandidateResult(candidate, found.whole, one.blocks, found.coverage)
         for candidate, found, one in zip(candidates, results, evaluated, strict=True)

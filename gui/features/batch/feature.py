@@ -15,8 +15,8 @@ from ilf.batch.frame_record import FrameOutcome, FrameStatus
 from ilf.batch.frames import frames_of_files
 from ilf.batch.settings import BatchSettings
 from ilf.errors import IlfError
+from ilf.run.block_choice import BlockChoice
 from ilf.run.options import RECORD_FILE
-from ilf.run.run import RunConfiguration
 from ilf.sources.frame_ref import FrameRef
 
 from ...state.entries import Entry
@@ -121,8 +121,8 @@ class BatchFeature(Feature):
 
     def _settings(self) -> BatchSettings:
         workspace = self.context.workspace
-        configuration = RunConfiguration(workspace.parameters.current, workspace.parameters.extraction)
-        return BatchSettings(configuration, replace(stored_options(), run_record=True))
+        parameters, blocks = workspace.parameters.current, BlockChoice(workspace.parameters.extraction)
+        return BatchSettings(parameters, blocks, options=replace(stored_options(), run_record=True))
 
     def _frames(self) -> list[Entry]:
         return [entry for entry in self.context.workspace.frames.entries if entry.source is not None]

@@ -337,8 +337,8 @@ class DocumentsFeature(Feature):
             self._notes.show_message("An export is in progress. Wait until it has ended.")
             return
         session = self._workspace.session
-        completion = session.completion() or compose(session.frame, {})
         run = session.run(session.state.common, extrapolate=session.extrapolated)
+        completion = session.completion() or compose(run, {})
         remember_folder(EXPORTS, folder)
 
         def job() -> Generator[None, None, Written]:
@@ -418,16 +418,16 @@ class DocumentsFeature(Feature):
 def _is_recorded_run(session: Session, recorded: Run, completion: Completion) -> bool:
     """Whether the completion is of the recorded run: the same blocks with drawn borders, depth by hand, invalid mask,
     guide, depth of neighbours and parameters."""
-    if session.extrapolated != recorded.extrapolate or not np.array_equal(session.labels, recorded.blocks):
+    if session.extrapolated != recorded.extrapolate or not np.array_equal(session.labels, recorded.blocks.labels):
         return False
     drawn, invalid_mask = session.blocks.drawn, session.frame.invalid_mask
-    if not (same_mask(drawn, recorded.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
+    if not (same_mask(drawn, recorded.blocks.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
         return False
     if not same_depth(session.frame.neighbours, recorded.frame.neighbours):
         return False
-    if not (
-        same_depth(session.frame.guide, recorded.frame.guide) and same_depth(session.blocks.by_hand, recorded.by_hand)
-    ):
+    if not same_depth(session.frame.guide, recorded.frame.guide):
+        return False
+    if not same_depth(session.blocks.by_hand, recorded.blocks.by_hand):
         return False
     return set(completion.results) == (recorded.only or frozenset()) and all(
         result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()

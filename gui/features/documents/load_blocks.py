@@ -44,7 +44,7 @@ def blocks_from(source: BlockSource) -> LoadedBlocks:
         return blocks
     found = found_blocks(frame, filling)
     return LoadedBlocks(
-        with_gaps_filled(blocks.labels, found.blocks, filling), blocks.names, blocks.notes + found.notes
+        with_gaps_filled(blocks.labels, found.labels, filling), blocks.names, blocks.notes + found.notes
     )
 
 

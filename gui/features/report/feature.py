@@ -12,7 +12,7 @@ from ilf._runtime.writing import write_bytes
 from ilf.data.parameters import Parameters
 from ilf.data.results import compose
 from ilf.errors import IlfError
-from ilf.evaluation.evaluation import Step, scaled_progress
+from ilf.evaluation.evaluation import Progress, scaled_progress
 from ilf.report.report import ReportOptions, report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.options import as_file_name
@@ -32,11 +32,11 @@ from .pdf import pdf_steps
 
 def subject_of(session: Session) -> Subject:
     """Snapshot of an open frame; later changes do not affect it."""
-    completion = session.completion() or compose(session.frame, {})
+    run = session.run(session.state.common, extrapolate=session.extrapolated)
     infos = {label: session.info(label) for label in session.counts()}
     return Subject(
-        session.run(session.state.common, extrapolate=session.extrapolated),
-        completion,
+        run,
+        session.completion() or compose(run, {}),
         {label: info.name for label, info in infos.items()},
         {label: info.colour for label, info in infos.items()},
         session.state.note,
@@ -72,7 +72,7 @@ _OF_CONTENT = 0.8
 
 def write_steps(
     path: Path, subjects: Iterable[Subject | Unreadable], count: int, options: ReportOptions
-) -> Generator[Step, None, Path]:
+) -> Generator[Progress, None, Path]:
     """Write a report of `count` subjects, as PDF if that is the suffix, otherwise as HTML.
 
     Raises
@@ -86,7 +86,7 @@ def write_steps(
     if path.suffix.lower() == ".pdf":
         write_bytes(path, (yield from scaled_progress(pdf_steps(report), _OF_CONTENT, 1 - _OF_CONTENT, "writing ")))
     else:
-        yield Step(_OF_CONTENT, "writing")
+        yield Progress(_OF_CONTENT, "writing")
         write_report(path, report)
     return path
 
@@ -158,7 +158,7 @@ class ReportFeature(Feature):
             if entry.summary.has_work and (entry.session is not None or store.has(entry.id))
         ]
 
-    def _show_steps(self, steps: list[Step]) -> None:
+    def _show_steps(self, steps: list[Progress]) -> None:
         self.dialog.show_step(steps[-1].share, steps[-1].text)
 
     def _finish(self, path: Path) -> None:

@@ -19,7 +19,7 @@ from PySide6.QtGui import (
 )
 
 from ilf._runtime.installation import __version__
-from ilf.evaluation.evaluation import Step
+from ilf.evaluation.evaluation import Progress
 from ilf.report.report import Report
 from ilf.report.templates import render
 
@@ -29,7 +29,7 @@ _TEXT_PT, _FOOT_PT = 8, 7
 _NEW_PAGE = QTextFormat.PageBreakFlag.PageBreak_AlwaysBefore
 
 
-def pdf_steps(report: Report) -> Generator[Step, None, bytes]:
+def pdf_steps(report: Report) -> Generator[Progress, None, bytes]:
     """Print a report, a step per page; returns the content of the file. May be used in any thread."""
     _events = QEventLoop()  # without one, a document complains in threads that Qt has not started
     buffer = QBuffer()
@@ -49,7 +49,7 @@ def pdf_steps(report: Report) -> Generator[Step, None, bytes]:
         for place, part in enumerate(report.parts):
             document = _document(part, writer, area.size())
             for page in range(document.pageCount()):
-                yield Step((place + page / document.pageCount()) / len(report.parts), f"page {number + 1}")
+                yield Progress((place + page / document.pageCount()) / len(report.parts), f"page {number + 1}")
                 if number:
                     writer.newPage()
                 number += 1

@@ -14,12 +14,12 @@ from PySide6.QtWidgets import QMenu
 
 from ilf._runtime.formatting import counted
 from ilf.completion.confidence.expected_error import error_summary, expected_error
-from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters, nearest_preset
 from ilf.data.results import BlockResult, compose
 from ilf.evaluation.evaluation import evaluate
 from ilf.io.tables import write_csv
 from ilf.project.run_history import StoredRun
+from ilf.run.run import Run
 
 from ...base.commands import Command
 from ...state.run_history import MAX_COMPARED, title_of
@@ -49,7 +49,7 @@ class _Request:
 
     session: Session
     kept: StoredRun
-    frame: RGBDFrame
+    run: Run
     results: Mapping[int, BlockResult]
     ground_truth: GroundTruth
 
@@ -98,7 +98,7 @@ class RunErrorCalculator(QObject):
         )
         kept = next(lacking, None)
         if kept is not None:
-            self._questions.ask(_Request(session, kept, kept.run.frame, kept.results, session.frame.ground_truth))
+            self._questions.ask(_Request(session, kept, kept.run, kept.results, session.frame.ground_truth))
 
     def _take(self, question: _Request, measures: RunErrors) -> None:
         kept, session = question.kept, question.session
@@ -112,9 +112,9 @@ class RunErrorCalculator(QObject):
         self.failed.emit(error)
 
 
-def measure(frame: RGBDFrame, results: Mapping[int, BlockResult], ground_truth: GroundTruth) -> RunErrors:
-    """Compute the errors of results of a frame's blocks, with ground truth [m] if there is one."""
-    completion = compose(frame, results)
+def measure(run: Run, results: Mapping[int, BlockResult], ground_truth: GroundTruth) -> RunErrors:
+    """Compute the errors of results of a run's blocks, with ground truth [m] if there is one."""
+    completion = compose(run, results)
     if not completion.filled.any():
         return RunErrors()
     return RunErrors(
@@ -127,7 +127,7 @@ def measure(frame: RGBDFrame, results: Mapping[int, BlockResult], ground_truth: 
 
 def _compute(question: _Request) -> RunErrors:
     """Measure a run; called in a worker thread."""
-    return measure(question.frame, question.results, question.ground_truth)
+    return measure(question.run, question.results, question.ground_truth)
 
 
 # The run history as a file.

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QMenu
 
 from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
-from ilf.evaluation.evaluation import Step
+from ilf.evaluation.evaluation import Progress
 from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, can_be_swept, sweep_steps
 
 from ...work.frame_runs import RunState
@@ -125,7 +125,7 @@ class SweepFeature(Feature):
             return []
         return [PendingWork(f"a sweep of {self.found.session.name}", self.found.session)]
 
-    def _take_steps(self, batch: list[Step | SweepPoint]) -> None:
+    def _take_steps(self, batch: list[Progress | SweepPoint]) -> None:
         found = self.found
         if found is None:
             return
@@ -134,7 +134,7 @@ class SweepFeature(Feature):
             found.add(point)
         if points:
             self.window_.show_found()
-        shares = [item.share for item in batch if isinstance(item, Step)]
+        shares = [item.share for item in batch if isinstance(item, Progress)]
         if shares:
             self.window_.work.show_share(shares[-1])
 

@@ -159,7 +159,7 @@ def extract_again(
 ) -> Refined:
     """Extract blocks of the new frame, and name them by overlap with the propagated ones."""
     propagated = np.where(sources.seen, parts.label[parts.map.ravel()[sources.pixel]], np.int32(-1))
-    labels, new = named_by_overlap(found_blocks(after, chosen).blocks, propagated, {*parts.label.tolist(), *taken})
+    labels, new = named_by_overlap(found_blocks(after, chosen).labels, propagated, {*parts.label.tolist(), *taken})
     return Refined(labels, propagated, np.ones(labels.shape, bool), new)
 
 

@@ -17,8 +17,9 @@ from ilf.data.presets import presets_folder
 from ilf.evaluation.bench.results import Row, TaskFacts
 from ilf.project.file import open_project
 from ilf.project.store import WorkFolder
+from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
-from ilf.run.run import Run, RunConfiguration
+from ilf.run.run import Run
 from ilf.run.writing import write
 from ilf.sources.source import open_source
 from tests.ilf.batch_frames import write_frames
@@ -42,7 +43,8 @@ def replay(folder: Path) -> list[bytes]:
     contents = []
     for run in (Run.of(one, preset=quick, extraction=extraction) for one in (frame, guided)):
         own = {1: quick.replace(smoothness=2)}
-        run = dataclasses.replace(run, own=own, drawn=None if run.frame is frame else drawn)
+        blocks = dataclasses.replace(run.blocks, drawn=None if run.frame is frame else drawn)
+        run = dataclasses.replace(run, blocks=blocks).with_parameters(quick, own)
         write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
         contents.append((folder / "out" / "run.json").read_bytes())
     return contents
@@ -59,7 +61,9 @@ def batch(file: str) -> Seeds:
 
     def made(folder: Path) -> list[bytes]:
         settings = BatchSettings(
-            RunConfiguration(ilf.preset(**_QUICK), ilf.BlockParameters(detector="canny")), ExportOptions(cloud=None)
+            ilf.preset(**_QUICK),
+            BlockChoice(ilf.BlockParameters(detector="canny")),
+            options=ExportOptions(cloud=None),
         )
         facts, levels = settings.facts(), (1.0, 3.0)
         frames = frames_of_sources([open_source(write_frames(folder / "frames", 1))])

@@ -14,6 +14,7 @@ import numpy as np
 from PIL import Image
 
 import ilf
+from ilf.data.blocks import Blocks
 from ilf.data.presets import UserPreset, write_preset
 from ilf.io.block_files import write_blocks
 from ilf.project.file import save_project
@@ -295,7 +296,7 @@ def record(folder: Path) -> list[bytes]:
     drawn = np.zeros(frame.shape, bool)
     drawn[10:20, 39] = True
     run = Run.of(frame, preset=ilf.preset(max_iterations=3))
-    run = Run(frame, run.blocks, run.parameters, {1: run.parameters.replace(smoothness=2)}, drawn=drawn)
+    run = Run(frame, Blocks(run.blocks.labels, own={1: {"smoothness": 2.0}}, drawn=drawn), run.parameters)
     write(folder / "out", run, run.complete(), ExportOptions(cloud="ply"))
     return [(folder / "out" / "run.json").read_bytes()]
 

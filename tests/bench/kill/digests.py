@@ -54,7 +54,7 @@ def digest(state: FrameState) -> str:
 
 
 def _add_run(found: Any, kept: StoredRun) -> None:
-    _add(found, kept.run.blocks)
+    _add(found, kept.run.blocks.labels)
     _add_results(found, kept.results)
 
 

@@ -11,6 +11,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.results import compose
 from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
 from ilf.evaluation.ties import Ties
+from ilf.run.run import Run
 
 PLACES = np.arange(64 * 64)
 
@@ -40,7 +41,10 @@ def test_the_best_is_found_among_those_evaluated_on_as_many_pixels() -> None:
 )
 def test_ties_are_called_ties(equal: set[int], marked: list[bool], said: str) -> None:
     frame = RGBDFrame(np.zeros((4, 4, 3), np.uint8), np.ones((4, 4)))
-    entries = [EvaluatedResult(name, compose(frame, {}), frame) for name in ("Run 1", "Run 2", "Run 3")]
+    entries = [
+        EvaluatedResult(name, compose(Run(frame, np.zeros((4, 4), int)), {}), frame)
+        for name in ("Run 1", "Run 2", "Run 3")
+    ]
     evaluations = tuple(Evaluation(9, rmse, rmse, rmse, 0.0) for rmse in (0.0122, 0.012, 0.02))
     rows = ground_truth_rows(
         EvaluationResult({"All": evaluations}, {"All": Ties(1, frozenset(equal), 0.0002)}), entries

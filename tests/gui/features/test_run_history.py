@@ -25,7 +25,7 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.frame_runs import RunState
 from gui.work.run_recorder import RunRecorder
-from ilf import CompletedRun, RGBDFrame, expected_error, extrapolate, preset
+from ilf import RGBDFrame, expected_error, extrapolate, preset
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.errors import ExportError
 from ilf.evaluation.hold_out import HoldOutTest
@@ -49,9 +49,7 @@ def keeper(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[RunRecorde
 def stored_run(session: Session, number: int = 1, parameters: object = None, **more: object) -> StoredRun:
     """A run of all blocks of the frame as it is, with its results."""
     chosen = session.state.common if parameters is None else parameters
-    run = with_shared_arrays(
-        Run(session.frame, session.labels, chosen, extraction=session.blocks.extraction), session.state.runs
-    )
+    run = with_shared_arrays(Run(session.frame, session.blocks, chosen), session.state.runs)
     results = complete(session.frame, session.labels, chosen).results
     return StoredRun(number, f"Run {number}", run, results, 0.5, COLOURS[0], done=frozenset(results), **more)
 
@@ -72,7 +70,7 @@ def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(
     assert names(bench.session) == ["Run 1: best", "Run 2: best; Block 2: smoothness 0.6 x"]
     assert (first.done, second.done) == ({1, 2}, {2})
     assert set(second.results) == {1, 2}, "of all blocks, so that runs can be compared"
-    assert second.run.blocks is first.run.blocks
+    assert second.run.blocks.labels is first.run.blocks.labels
     assert second.results[1] is first.results[1]
     assert second.is_of(bench.session.valid_results())
     assert first.colour != second.colour
@@ -125,7 +123,7 @@ def test_a_drag_is_one_run_and_undo_makes_none(
     bench.runs.resolve([1], edited=True)
     until(lambda: len(session.state.runs) == 3)
     assert names(session)[1:] == ["mine", "Live 3: Edit; best, smoothness 4 x"]
-    assert session.state.runs[2].run.blocks is not live.run.blocks
+    assert session.state.runs[2].run.blocks.labels is not live.run.blocks.labels
 
 
 def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
@@ -145,7 +143,7 @@ def test_what_runs_give_of_the_rest_is_kept_by_pixels(session: Session, workspac
     labels = painted(session, 0, np.s_[:], np.s_[40:64])
     session.set_labels(labels)
     kept = stored_run(session, parameters=QUICK)
-    extrapolated = extrapolate(CompletedRun.of(kept.completion, kept.run))
+    extrapolated = extrapolate(kept.completion)
     kept.take_extrapolation(extrapolated)
     depth, mask = extrapolated.depth.copy(), extrapolated.extrapolated.copy()
     assert mask.any()
@@ -293,12 +291,12 @@ def test_how_good_a_run_is(session: Session, small_frame: RGBDFrame) -> None:
     filled = kept.completion.filled
     ground_truth = kept.completion.depth + np.float32(0.02)
     ground_truth[10, 8] = np.nan
-    measures = measure(session.frame, kept.results, ground_truth)
+    measures = measure(kept.run, kept.results, ground_truth)
     assert measures.ground_truth_error == pytest.approx(0.02, rel=1e-4)
     error = expected_error(kept.completion)[filled]
     assert measures.expected_error == pytest.approx(math.sqrt(np.mean(error.astype(float) ** 2)))
-    assert math.isnan(measure(session.frame, kept.results, None).ground_truth_error)
-    assert math.isnan(measure(session.frame, {}, ground_truth).expected_error)
+    assert math.isnan(measure(kept.run, kept.results, None).ground_truth_error)
+    assert math.isnan(measure(kept.run, {}, ground_truth).expected_error)
 
 
 def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, session: Session) -> None:
@@ -314,7 +312,7 @@ def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, session: 
     }
     kept = stored_run(session, parameters=QUICK)
     figures = error_summary(expected_error(kept.completion), kept.completion)
-    assert measure(session.frame, kept.results, None).expected_error == figures.rms
+    assert measure(kept.run, kept.results, None).expected_error == figures.rms
 
 
 def test_the_best_run_has_filled_about_as_much_as_any(session: Session) -> None:
@@ -381,6 +379,6 @@ def test_runs_share_label_maps_that_come_back(session: Session, small_labels: ND
         session.set_labels(painted(session, label))
         runs.append(StoredRun(1, "", with_shared_arrays(session.run(QUICK), runs), {}, 0.0, COLOURS[0]))
     first, second, third = (kept.run for kept in runs)
-    assert third.blocks is first.blocks
-    assert third.drawn is first.drawn
-    assert not np.array_equal(second.blocks, first.blocks)
+    assert third.blocks.labels is first.blocks.labels
+    assert third.blocks.drawn is first.blocks.drawn
+    assert not np.array_equal(second.blocks.labels, first.blocks.labels)

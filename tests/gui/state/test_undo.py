@@ -182,7 +182,7 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
             workspace.runs.store_results(session, list(done.results.values()))
         for _ in range(random.integers(0, 3)):
             session.undo_stack.undo()
-        fresh = compose(session.frame, session.valid_results())
+        fresh = compose(session.run(QUICK), session.valid_results())
         np.testing.assert_array_equal((session.completion() or fresh).depth, fresh.depth)
         shown = np.where(session.stale, fresh.depth, session.current_depth())
         np.testing.assert_array_equal(shown, fresh.depth)
@@ -192,9 +192,9 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
 
 
 def test_borders_that_come_by_an_edit_are_drawn_ones(workspace: Workspace, session: Session) -> None:
-    assert session.run(QUICK).drawn is None
+    assert session.run(QUICK).blocks.drawn is None
     edit(workspace, 3)
-    drawn = session.run(QUICK).drawn
+    drawn = session.run(QUICK).blocks.drawn
     np.testing.assert_array_equal(
         drawn[:6, :7],
         np.array(
@@ -204,17 +204,17 @@ def test_borders_that_come_by_an_edit_are_drawn_ones(workspace: Workspace, sessi
     )
     assert not drawn[:, 28:].any(), "extracted borders stay what they are"
     session.undo_stack.undo()
-    assert session.run(QUICK).drawn is None
+    assert session.run(QUICK).blocks.drawn is None
     session.undo_stack.redo()
-    np.testing.assert_array_equal(session.run(QUICK).drawn, drawn)
+    np.testing.assert_array_equal(session.run(QUICK).blocks.drawn, drawn)
     again = Session.of(session.run(QUICK), "run.json", "run.json")
-    np.testing.assert_array_equal(again.run(QUICK).drawn, drawn)
+    np.testing.assert_array_equal(again.run(QUICK).blocks.drawn, drawn)
     fresh = np.full(session.frame.shape, 7, np.int32)
     workspace.blocks.set_extracted(session, extraction(session, fresh), BlockParameters())
     kept = session.labels == 3
     np.testing.assert_array_equal(session.blocks.drawn, drawn & kept)
     workspace.blocks.replace(fresh, "Load blocks")
-    assert session.run(QUICK).drawn is None
+    assert session.run(QUICK).blocks.drawn is None
 
 
 def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(

@@ -10,6 +10,7 @@ from gui.state.blocks import KeptBlocks
 from gui.state.results import BlockCounts, ErrorEstimate, FrameResults
 from gui.state.session import LARGEST_LABEL, Session
 from gui.state.workspace import Workspace
+from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
@@ -73,7 +74,9 @@ def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(session: Ses
     session.change_blocks(kept=frozenset({1}))
     assert session.blocks.edited
     for parameters, by_hand in ((None, False), (BlockParameters(), True)):
-        run = Run(session.frame, small_labels, extraction=parameters, edited=by_hand)
+        run = Run(
+            session.frame, Blocks(small_labels, extraction=parameters, extracted=None if by_hand else small_labels)
+        )
         assert Session.of(run, "origin", "key").blocks.edited
 
 
@@ -261,7 +264,8 @@ def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.n
     """They are its frame's, whatever other frames have."""
     labels = small_labels.copy()
     labels[:5] = 3
-    run = Run(small_frame, labels, QUICK, {3: preset()}, extraction=BlockParameters(granularity=0.9))
+    blocks = Blocks(labels, extraction=BlockParameters(granularity=0.9)).with_parameters({3: preset()}, QUICK)
+    run = Run(small_frame, blocks, QUICK)
     recorded, alone = Session.of(run, "run.json", "run.json"), Workspace()
     alone.add_session(recorded, run)
     assert alone.parameters.current == QUICK
@@ -283,13 +287,13 @@ def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.n
 def test_what_a_run_is_made_of(session: Session, results: list[BlockResult]) -> None:
     session.change_blocks(own={2: {"smoothness": 2.0}, 9: {"smoothness": 3.0}})
     run = session.run(preset(), [1])
-    assert (run.parameters, dict(run.own), run.only) == (preset(), {2: preset(smoothness=2.0)}, [1])
-    assert (run.extraction, run.edited, run.extrapolate) == (BlockParameters(), False, False)
-    np.testing.assert_array_equal(run.blocks, session.labels)
+    assert (run.parameters, dict(run.blocks.own), run.only) == (preset(), {2: {"smoothness": 2.0}}, [1])
+    assert (run.blocks.extraction, run.blocks.edited, run.extrapolate) == (BlockParameters(), False, False)
+    np.testing.assert_array_equal(run.blocks.labels, session.labels)
     session.set_labels(painted(session, 2))
-    assert session.run(QUICK).edited
+    assert session.run(QUICK).blocks.edited
     assert session.run(QUICK).only is None
-    assert run.blocks[0, 0] == 1, "a run keeps the blocks that it was made with"
+    assert run.blocks.labels[0, 0] == 1, "a run keeps the blocks that it was made with"
 
 
 # edits

@@ -108,15 +108,15 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
         bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[column:30]), "Paint")
         until(lambda count=count: len(asked) == count)
         before, after = asked[-1]
-        np.testing.assert_array_equal(after.drawn, bench.session.blocks.drawn)
+        np.testing.assert_array_equal(after.blocks.drawn, bench.session.blocks.drawn)
         if former is None:
-            assert before.drawn is None
+            assert before.blocks.drawn is None
         else:
-            np.testing.assert_array_equal(before.drawn, former)
+            np.testing.assert_array_equal(before.blocks.drawn, former)
     bench.session.undo_stack.undo()
     until(lambda: len(asked) == 3)
-    np.testing.assert_array_equal(asked[2][0].drawn, asked[1][1].drawn)
-    np.testing.assert_array_equal(asked[2][1].drawn, asked[1][0].drawn)
+    np.testing.assert_array_equal(asked[2][0].blocks.drawn, asked[1][1].blocks.drawn)
+    np.testing.assert_array_equal(asked[2][1].blocks.drawn, asked[1][0].blocks.drawn)
 
 
 def test_the_depth_before_an_edit_is_that_of_the_values_then(

@@ -69,8 +69,8 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
 def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[object] = []
 
-    def nothing(completion: Completion, extraction: object, _: bool) -> Iterator[IterationRecord]:
-        asked.append(extraction)
+    def nothing(completion: Completion) -> Iterator[IterationRecord]:
+        asked.append(completion.run.blocks.extraction)
         yield record(1)
 
     monkeypatch.setattr(runs_module, "extrapolation_steps", nothing)

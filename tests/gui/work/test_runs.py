@@ -238,7 +238,7 @@ def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench: Be
     bench.script.allow(1)
     until(lambda: bench.session.results.running == [1])
     bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
-    assert (bench.run.run.blocks == bench.labels).all(), "the run has blocks of its own"
+    assert (bench.run.run.blocks.labels == bench.labels).all(), "the run has blocks of its own"
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.said[0].endswith(" 2 blocks edited meanwhile: run again (F5).")

@@ -35,18 +35,19 @@ from ilf.cli import main
 from ilf.cli.output import FramesBar
 from ilf.errors import FormatError, InputError
 from ilf.evaluation.hold_out import HoldOutTest
+from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
-from ilf.run.run import RunConfiguration
 from ilf.sources.frame_ref import FrameRef
 
 from ..batch_frames import Deadly, contents, work_in_this_process, write_frames
 from ..small_frames import write_small_frame
 
-QUICK = RunConfiguration(
-    ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny", min_size=20)
+SETTINGS = BatchSettings(
+    ilf.preset(max_iterations=5, correction=False),
+    BlockChoice(ilf.BlockParameters(detector="canny", min_size=20)),
+    options=ExportOptions(cloud=None),
 )
-SETTINGS = BatchSettings(QUICK, ExportOptions(cloud=None))
 FLAGS = [
     "--max-iterations",
     "5",
@@ -220,7 +221,7 @@ def test_whatever_is_wrong_with_a_frame_is_its_outcome(source, tmp_path, monkeyp
     def fail(*_: object) -> None:
         raise MemoryError("no more")
 
-    monkeypatch.setattr(RunConfiguration, "make_run", fail)
+    monkeypatch.setattr(BatchSettings, "run_of", fail)
     outcome = complete_frame(batch.task, batch.to_do[0])
     assert (outcome.status, outcome.message) == (FrameStatus.FAILED, "MemoryError: no more")
 
@@ -484,8 +485,8 @@ def test_settings_hold_what_their_files_do(source, tmp_path):
 
 def test_settings_name_the_networks_that_have_a_part_in_the_results():
     def networks(**parameters):
-        configuration = replace(QUICK, parameters=ilf.preset("best", edges="canny", **parameters))
-        return set(replace(SETTINGS, configuration=configuration).facts()["networks"])
+        chosen = ilf.preset("best", edges="canny", **parameters)
+        return set(replace(SETTINGS, parameters=chosen).facts()["networks"])
 
     assert networks(correction=True) == {CORRECTION, SPARSE_CORRECTION}
     assert networks(correction=False) == set()
@@ -568,7 +569,7 @@ def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(sour
     monkeypatch.setattr(ilf.Run, "complete", lambda *_, **__: pytest.fail("was run"))
     first = replace(frames_in(source)[0], source=frames_in(source)[0].source.with_options(intrinsics="30,30,16,12"))
     (tmp_path / "out").mkdir()
-    settings = BatchSettings(QUICK, ExportOptions(axes="world"))
+    settings = replace(SETTINGS, options=ExportOptions(axes="world"))
     task = Task(str(tmp_path / "out"), settings, sha256_of(settings.facts()), (1.0, 3.0))
     outcome = complete_frame(task, first)
     assert outcome.message.startswith("The pose of this frame's camera is not known")

@@ -83,8 +83,8 @@ def test_the_first_report_of_the_sample_is_short_and_tells_what_was_not_scored(r
 def test_the_report_tells_where_most_of_the_error_comes_from(room, monkeypatch):
     run, completion = room
     ground_truth, filled = run.frame.ground_truth, completion.filled
-    worst = int(np.bincount(run.blocks[filled & (run.blocks > 0)]).argmax())
-    block = run.blocks == worst
+    worst = int(np.bincount(run.blocks.labels[filled & (run.blocks.labels > 0)]).argmax())
+    block = run.blocks.labels == worst
     frame = run.frame.with_ground_truth(np.where(block, completion.depth + 9, ground_truth))
     finished = FinishedRun(replace(run, frame=frame), completion, 1.0, Path("out"), ())
     assert ilf.unsupported(completion)[block & filled].mean() < 0.5

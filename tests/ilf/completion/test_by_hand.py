@@ -198,7 +198,7 @@ def test_one_block_step_by_step() -> None:
     with pytest.raises(InputError, match="no known depth"):
         ilf.iterate(_frame(), labels, 2, QUICK)
     by_hand = _at(PATCH, 1.5)
-    stepper = ilf.iterate(_frame(), labels, 2, QUICK, by_hand=by_hand)
+    stepper = ilf.iterate(_frame(), ilf.Blocks(labels, by_hand=DepthByHand(by_hand)), 2, QUICK)
     records = list(stepper)
     result = ilf.complete(_frame(), labels, QUICK, by_hand=by_hand)
     assert [dataclasses.replace(record, seconds=0.0) for record in records] == [

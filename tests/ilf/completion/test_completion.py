@@ -18,16 +18,14 @@ import pytest
 import ilf
 from ilf._runtime.formatting import counted
 from ilf._runtime.threads import run_in_parallel
-from ilf.completion.block import required_known_pixels
-from ilf.completion.completion import CompletionRun
+from ilf.completion.block import BlockTask, required_known_pixels
 from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.frame import RGBDFrame
-from ilf.data.label_map import Block
-from ilf.data.results import Progress, Status, compose
+from ilf.data.results import Status, Step, compose
 from ilf.drawing.blocks import block_overlay
 from ilf.errors import Cancelled, InputError, ParameterError
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
-from ilf.run.run import RunConfiguration, complete
+from ilf.run.run import complete
 
 
 def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -47,21 +45,17 @@ def test_the_first_call_extracts_blocks_and_completes_by_best(small_frame: RGBDF
     for completion in (found, wanted):
         np.testing.assert_array_equal(completion.blocks, blocks)
         assert completion.frame is small_frame
-    assert found.run.extraction == ilf.BlockParameters()
-    assert not found.run.edited
-    assert wanted.run.edited, "nobody knows what given blocks were extracted with"
+    assert found.run.blocks.extraction == ilf.BlockParameters()
+    assert not found.run.blocks.edited
+    assert wanted.run.blocks.edited, "nobody knows what given blocks were extracted with"
 
 
 def test_parameters_of_filter_and_extraction_are_given_by_keyword(small_frame: RGBDFrame) -> None:
     extraction = ilf.BlockParameters(granularity=0.9)
-    wanted = ilf.Run(
-        small_frame,
-        ilf.extract_blocks(small_frame, extraction),
-        ilf.preset("paper", max_iterations=20, min_known_share=0.5),
-        extraction=extraction,
-    )
+    blocks = ilf.Blocks(ilf.extract_blocks(small_frame, extraction), extraction=extraction)
+    wanted = ilf.Run(small_frame, blocks, ilf.preset("paper", max_iterations=20, min_known_share=0.5))
     found = ilf.complete(small_frame, preset="paper", max_iterations=20, min_known_share=0.5, granularity=0.9).run
-    assert (found.parameters, found.extraction) == (wanted.parameters, wanted.extraction)
+    assert (found.parameters, found.blocks.extraction) == (wanted.parameters, extraction)
     np.testing.assert_array_equal(found.blocks, wanted.blocks)
     quick = ilf.preset("paper", max_iterations=3)
     assert len(list(ilf.iterate(small_frame, found.blocks, 1, "paper", max_iterations=3))) == 3
@@ -94,10 +88,10 @@ def test_a_completion_is_a_line_of_text_and_pictures(small_frame: RGBDFrame, sma
     left = np.count_nonzero(np.isnan(completion.depth))
     filled = np.count_nonzero(completion.filled)
     assert repr(completion) == (
-        f"<CompletedRun of {small_frame.name!r}: 64 x 48 pixels, 1 block, {filled} pixels filled, {left} still missing>"
+        f"<Completion of {small_frame.name!r}: 64 x 48 pixels, 1 block, {filled} pixels filled, {left} still missing>"
     )
     assert f" pixels filled ({left} extrapolated), 0 still missing>" in repr(ilf.extrapolate(completion))
-    assert repr(compose(small_frame, completion.results)).startswith("<Completion of ")
+    assert repr(compose(completion.run, completion.results)).startswith("<Completion of ")
     assert completion._repr_html_().count("data:image/png;base64,") == 3
     matplotlib.use("agg")
     axes = completion.plot()
@@ -148,11 +142,10 @@ def test_the_name_of_a_preset_stands_for_its_parameters(small_frame: RGBDFrame, 
     for named in ({"preset": "paper"}, {"own": dict.fromkeys(blocks, "paper")}):
         assert np.array_equal(ilf.complete(small_frame, small_labels, **named).depth, wanted, equal_nan=True)
     assert np.array_equal(ilf.Run(small_frame, small_labels, "paper").complete().depth, wanted, equal_nan=True)
-    own = ilf.Run(small_frame, small_labels, own=dict.fromkeys(blocks, "paper"))
+    own = ilf.Run.of(small_frame, small_labels, own=dict.fromkeys(blocks, "paper"))
     assert np.array_equal(own.complete().depth, wanted, equal_nan=True)
     assert len(list(ilf.iterate(small_frame, small_labels, 1, "released-code"))) == 1500
     assert ilf.Run.of(small_frame, preset="paper").parameters == ilf.preset("paper")
-    assert RunConfiguration("paper").make_run(small_frame).parameters == ilf.preset("paper")
     test = HoldOutTest("random", (0,))
     evaluated = [
         evaluate_hold_out(ilf.Run(small_frame, small_labels, given), test).whole
@@ -317,23 +310,18 @@ def test_blocks_of_their_own_parameters(small_frame: RGBDFrame, small_labels: np
     result = ilf.complete(small_frame, small_labels, own=choice)
     assert [result.outcomes[label].iterations for label in (1, 2)] == [3, 5]
     assert result.outcomes[1].status is Status.ITERATION_LIMIT
-    with pytest.raises(InputError, match="block 2"):
-        CompletionRun(small_frame, small_labels, {1: ilf.preset()})
 
 
 def test_running_some_blocks_composes_to_the_same_as_all(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
     everything = ilf.complete(small_frame, small_labels)
     results = {}
     for label in (2, 1):
-        run = CompletionRun(small_frame, small_labels, ilf.preset(), only={label})
-        for _ in run:
-            pass
-        results.update(run.results)
-    assert np.array_equal(compose(small_frame, results).depth, everything.depth)
+        results |= ilf.Run(small_frame, small_labels, only={label}).complete().results
+    assert np.array_equal(compose(everything.run, results).depth, everything.depth)
 
 
 def test_preview_is_the_depth_so_far(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
-    with CompletionRun(small_frame, small_labels, ilf.preset(max_iterations=4), threads=1) as run:
+    with ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=4)).steps(1) as run:
         assert run.preview() == []
         next(run)
         ((block, depth),) = run.preview()
@@ -345,7 +333,7 @@ def test_preview_is_the_depth_so_far(small_frame: RGBDFrame, small_labels: np.nd
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_cancelling_by_exception(small_frame: RGBDFrame, small_labels: np.ndarray, threads: int) -> None:
-    def stop(progress: Progress) -> None:
+    def stop(progress: Step) -> None:
         if progress.record is not None and progress.record.i == 3:
             raise Cancelled("enough")
 
@@ -375,7 +363,7 @@ def test_results_do_not_depend_on_the_number_of_threads(
     alone = complete(frame, labels, parameters, threads=1)
     seen: dict[int, list[int]] = {}
 
-    def note(progress: Progress) -> None:
+    def note(progress: Step) -> None:
         if progress.record is not None:
             seen.setdefault(progress.label, []).append(progress.record.i)
 
@@ -394,7 +382,7 @@ def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(
     small_frame: RGBDFrame, small_labels: np.ndarray
 ) -> None:
     parameters = ilf.preset(max_iterations=2, correction=False)
-    with CompletionRun(small_frame, small_labels, parameters, threads=1) as run:
+    with ilf.Run(small_frame, small_labels, parameters).steps(1) as run:
         before = set(threading.enumerate())
         steps = [(p.label, p.record and p.record.i) for p in run]
         # not counting the timer of a network, which ends a moment after it is cancelled
@@ -411,7 +399,7 @@ def test_the_largest_blocks_begin_first(small_frame: RGBDFrame) -> None:
     depth[1, 5:9] = depth[26, 5:9] = depth[12:20, 9:19] = np.nan
     depth[10, 8:20] = depth[21, 8:20] = depth[10:22, 8] = 1.55
     frame = RGBDFrame(small_frame.rgb, depth)
-    with CompletionRun(frame, labels, ilf.preset("released-code", max_iterations=400), threads=2) as run:
+    with ilf.Run(frame, labels, ilf.preset("released-code", max_iterations=400)).steps(2) as run:
         for progress in run:
             if progress.label not in begun:
                 begun.append(progress.label)
@@ -426,7 +414,7 @@ def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, sma
 
     endless = ilf.preset("released-code", max_iterations=100_000)
     usual = sys.getswitchinterval()
-    run, other = (CompletionRun(small_frame, small_labels, endless, threads=2) for _ in range(2))
+    run, other = (ilf.Run(small_frame, small_labels, endless).steps(2) for _ in range(2))
     assert not own(), "nothing begins before the first next()"
     next(run)
     next(other)
@@ -439,7 +427,7 @@ def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, sma
     assert sys.getswitchinterval() == usual
     with pytest.raises(StopIteration):
         next(run)
-    run = CompletionRun(small_frame, small_labels, endless, threads=2)
+    run = ilf.Run(small_frame, small_labels, endless).steps(2)
     next(run)
     del run
     assert not own()
@@ -468,12 +456,12 @@ def test_threads_are_no_more_than_a_slice_ahead(monkeypatch: pytest.MonkeyPatch)
 def test_an_error_in_a_thread_comes_out_at_next(
     small_frame: RGBDFrame, small_labels: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(frame: RGBDFrame, block: Block, parameters: ilf.Parameters, *_: object) -> PassBandIteration:
-        if block.label == 2:
+    def broken(task: BlockTask, *_: object) -> PassBandIteration:
+        if task.block.label == 2:
             raise MemoryError("no room for block 2")
-        return PassBandIteration(frame, block, parameters)
+        return PassBandIteration(task.frame, task.block, task.parameters)
 
-    monkeypatch.setattr("ilf.completion.block.make_stepper", broken)
+    monkeypatch.setattr(BlockTask, "stepper", broken)
     with pytest.raises(MemoryError, match="block 2"):
         complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=100_000), threads=2)
 

@@ -17,8 +17,7 @@ from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import CORRECTION
 from ilf.completion import block as completing
 from ilf.completion import correction as correcting
-from ilf.completion import filter as filters
-from ilf.completion.completion import CompletionRun
+from ilf.completion.block import BlockTask
 from ilf.completion.correction import Correction, applied_change
 from ilf.completion.correction_network import (
     CELL,
@@ -197,7 +196,7 @@ def test_a_block_run_alone_is_what_it_is_among_all(
     """It depends on nothing but frame and block, whatever else is run, in how many threads, and what is remembered."""
     largest = max(corrected.results, key=lambda label: corrected.results[label].outcome.recovered)
     for threads in (1, 2):
-        with CompletionRun(anew(frame), blocks, ilf.preset(), {largest}, threads) as run:
+        with ilf.Run(anew(frame), blocks, only={largest}).steps(threads) as run:
             for _ in run:
                 pass
         assert not run.uncorrected
@@ -209,8 +208,8 @@ def test_blocks_that_are_as_extracted_are_iterated_on_only_once(
     frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = []
-    real = completing.make_stepper
-    monkeypatch.setattr(completing, "make_stepper", lambda *args: made.append(args[1].label) or real(*args))
+    real = BlockTask.stepper
+    monkeypatch.setattr(BlockTask, "stepper", lambda task, *args: made.append(task.block.label) or real(task, *args))
     ilf.complete(anew(frame), blocks)
     assert len(made) == len(set(made))
     other = blocks.copy()
@@ -245,7 +244,7 @@ def test_data_go_one_way_blocks_filter_correction(
         monkeypatch.setattr(owner, name, lambda *args: stages.append(stage) or real(*args))
 
     noted("blocks", extraction, "_blocks")
-    noted("filter", filters, "EdgeAwareIteration")
+    noted("filter", completing, "EdgeAwareIteration")
     noted("correction", CorrectionNetwork, "change")
     noted("correction", Correction, "applied")
     ilf.complete(anew(frame), np.where(blocks == 1, 2, blocks))
@@ -253,7 +252,7 @@ def test_data_go_one_way_blocks_filter_correction(
 
 
 def test_a_block_that_waits_for_the_correction_is_to_be_seen(frame: ilf.RGBDFrame, blocks: np.ndarray) -> None:
-    with CompletionRun(anew(frame), blocks, ilf.preset(), threads=1) as run:
+    with ilf.Run(anew(frame), blocks).steps(1) as run:
         for _ in run:
             if run.uncorrected:
                 break
@@ -265,7 +264,7 @@ def test_a_block_that_waits_for_the_correction_is_to_be_seen(frame: ilf.RGBDFram
 
 def test_a_run_that_is_left_leaves_no_thread(frame: ilf.RGBDFrame, blocks: np.ndarray) -> None:
     before = set(threading.enumerate())
-    run = CompletionRun(anew(frame), blocks, ilf.preset(), threads=2)
+    run = ilf.Run(anew(frame), blocks).steps(2)
     next(run)
     run.close()
     assert set(threading.enumerate()) <= before
@@ -295,7 +294,7 @@ def test_a_run_that_is_stopped_at_the_correction_keeps_every_block(
             patch.setattr(CorrectionNetwork, "change", stopped_change)
         else:
             patch.setattr(Correction, "applied", stopped_hand_over)
-        with CompletionRun(fresh, blocks, ilf.preset(), threads=1) as run, cancelled_by(wish), pytest.raises(Cancelled):
+        with ilf.Run(fresh, blocks).steps(1) as run, cancelled_by(wish), pytest.raises(Cancelled):
             for _ in run:
                 pass
     monkeypatch.undo()

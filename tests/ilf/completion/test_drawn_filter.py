@@ -114,7 +114,7 @@ def test_a_result_says_which_of_its_pixels_were_drawn() -> None:
 
 def test_steps_show_the_same_surface_as_the_completion() -> None:
     frame, drawn = _grey(PLANES), _border(LABELS)
-    stepper = ilf.iterate(frame, LABELS, 1, drawn=drawn)
+    stepper = ilf.iterate(frame, ilf.Blocks(LABELS, drawn=drawn), 1)
     coarse = [np.abs(stepper.surface - PLANES[LABELS == 1]).max() for _ in stepper]
     assert max(coarse) < 0.1, "no depth gets across on the coarser grids either"
     result = ilf.complete(frame, LABELS, drawn=drawn, threads=2).results[1].depth

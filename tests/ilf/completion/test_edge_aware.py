@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ilf
-from ilf.completion.completion import CompletionRun
 from ilf.completion.edge_aware.view import flying_pixels
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
@@ -235,9 +234,7 @@ def test_results_do_not_depend_on_threads_or_on_the_other_blocks() -> None:
     together = ilf.complete(frame, labels, own=choice, threads=2)
     assert together.depth.tobytes() == alone.depth.tobytes()
     for label in choice:
-        with CompletionRun(frame, labels, choice, only={label}, threads=1) as run:
-            for _ in run:
-                pass
+        run = ilf.Run(frame, labels, choice[label], only={label}).complete(threads=1)
         for result in (run.results[label], together.results[label]):
             expected = alone.results[label]
             assert result.depth.tobytes() == expected.depth.tobytes()

@@ -62,7 +62,7 @@ def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_kn
     frame = RGBDFrame(np.full((48, 64, 3), 90, np.uint8), depth)
 
     def guess(extraction: ilf.BlockParameters | None) -> ilf.Completion:
-        run = ilf.Run(frame, np.zeros(frame.shape, np.int32), extraction=extraction, extrapolate=True)
+        run = ilf.Run(frame, ilf.Blocks(np.zeros(frame.shape, np.int32), extraction=extraction), extrapolate=True)
         return run.complete()
 
     usual = guess(None)

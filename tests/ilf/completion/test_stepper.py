@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.filter import make_stepper, max_pixels
+from ilf.completion.filter import max_pixels
 from ilf.completion.stepper import Stepper
 from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import find_blocks
@@ -34,7 +34,7 @@ def parameters(request: pytest.FixtureRequest) -> ilf.Parameters:
 
 @pytest.fixture
 def steps(small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters) -> Stepper:
-    return make_stepper(small_frame, find_blocks(small_labels)[1], parameters)
+    return ilf.iterate(small_frame, small_labels, 1, parameters)
 
 
 def test_every_iteration_gives_a_record(steps: Stepper, parameters: ilf.Parameters) -> None:
@@ -59,7 +59,7 @@ def test_seconds_are_those_since_the_stepper_was_made(
     small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters
 ) -> None:
     begun = time.perf_counter()
-    steps = make_stepper(small_frame, find_blocks(small_labels)[1], parameters)
+    steps = ilf.iterate(small_frame, small_labels, 1, parameters)
     seconds = next(steps).seconds
     assert 0 < seconds <= time.perf_counter() - begun
 
@@ -92,7 +92,7 @@ def test_the_surface_is_there_at_any_time_and_the_callers_own(
 def test_the_surface_may_be_looked_at_from_another_thread(
     small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters, steps: Stepper
 ) -> None:
-    alone = make_stepper(small_frame, find_blocks(small_labels)[1], parameters)
+    alone = ilf.iterate(small_frame, small_labels, 1, parameters)
     expected = {steps.surface.tobytes()} | {alone.surface.tobytes() for _ in alone}
     seen, done = set(), threading.Event()
 
@@ -117,7 +117,7 @@ def test_a_snapshot_has_the_surface_where_depth_is_missing_if_the_gap_goes_on_in
 ) -> None:
     small_labels[:, 14:] = 2  # through the middle of the left gap
     block = find_blocks(small_labels)[1]
-    steps = make_stepper(small_frame, block, parameters)
+    steps = ilf.iterate(small_frame, small_labels, 1, parameters)
     missing = np.isnan(small_frame.depth[block.box][block.mask])
     for _ in range(4):
         assert np.allclose(steps.snapshot().surface[missing], steps.surface[missing], rtol=0, atol=1e-5)
@@ -125,12 +125,11 @@ def test_a_snapshot_has_the_surface_where_depth_is_missing_if_the_gap_goes_on_in
 
 
 def test_a_remark_is_made_where_the_last_stage_was_not_steady(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
-    block = find_blocks(small_labels)[1]
     for parameters in (ilf.preset(), ilf.preset("paper"), ilf.preset("released-code", max_iterations=5)):
-        steps = make_stepper(small_frame, block, parameters)
+        steps = ilf.iterate(small_frame, small_labels, 1, parameters)
         *_, _ = steps
         assert (steps.settled, steps.remark) == (True, "")
-    strict = make_stepper(small_frame, block, ilf.preset(s_criteria=0.0))
+    strict = ilf.iterate(small_frame, small_labels, 1, ilf.preset(s_criteria=0.0))
     *_, _ = strict
     assert strict.settled
     assert "limit of steps" in strict.remark

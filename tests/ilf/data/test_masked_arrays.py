@@ -64,7 +64,7 @@ def test_colour_cannot_be_missing() -> None:
 def test_masked_labels_guides_and_depth_by_hand_state_nothing() -> None:
     frame = ilf.RGBDFrame(RGB, np.where(HIDDEN, np.nan, TRUE))
     labels = np.ma.masked_array(np.ones(SHAPE, np.int32), mask=HIDDEN)
-    assert np.array_equal(ilf.Run(frame, labels).blocks == 0, HIDDEN)
+    assert np.array_equal(ilf.Run(frame, labels).blocks.labels == 0, HIDDEN)
     guide = np.ma.masked_array(np.arange(TRUE.size, dtype=float).reshape(SHAPE) + 1, mask=HIDDEN)
     for made in (Guide(guide), frame.with_guide(guide).guide, Guide.from_array(guide)):
         assert np.array_equal(np.isnan(made.values), HIDDEN)
@@ -74,7 +74,7 @@ def test_masked_labels_guides_and_depth_by_hand_state_nothing() -> None:
     layers = NeighbourDepth(np.ma.masked_array(TRUE[None].astype(np.float32), mask=HIDDEN[None]), ())
     assert np.array_equal(np.isnan(layers.layers[0]), HIDDEN)
     drawn = np.ma.masked_array(np.ones(SHAPE, bool), mask=HIDDEN)
-    assert np.array_equal(~ilf.Run(frame, np.ones(SHAPE, int), drawn=drawn).drawn, HIDDEN)
+    assert np.array_equal(~ilf.Run(frame, ilf.Blocks(np.ones(SHAPE, int), drawn=drawn)).blocks.drawn, HIDDEN)
 
 
 def test_masked_pixels_are_not_written(tmp_path: Path) -> None:

@@ -145,10 +145,10 @@ def test_the_library_takes_own_presets_by_name_and_file(small_frame, tmp_path):
         ilf.save_preset(file, **own)
     for given in ("soft", file, str(file)):
         run = ilf.Run.of(small_frame, preset=given)
-        assert (run.parameters, run.extraction) == tuple(own.values())
+        assert (run.parameters, run.blocks.extraction) == tuple(own.values())
     blocks = ilf.extract_blocks(small_frame)
     assert ilf.complete(small_frame, blocks, preset="soft").run.parameters == own["parameters"]
-    assert ilf.Run.of(small_frame, preset="soft", extraction=BlockParameters()).extraction == BlockParameters()
+    assert ilf.Run.of(small_frame, preset="soft", extraction=BlockParameters()).blocks.extraction == BlockParameters()
     with pytest.raises(ParameterError, match=r"no preset 'sof'.*soft"):
         ilf.complete(small_frame, preset="sof")
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import ilf
 from ilf.completion import correction as correcting
+from ilf.data.blocks import Blocks
 from ilf.evaluation.edit_summary import EditSummary, summarise_edit
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
@@ -24,7 +25,11 @@ def moved(small_frame: ilf.RGBDFrame, small_labels: NDArray[np.int32]) -> tuple[
     drawn = np.zeros(small_labels.shape, bool)
     drawn[:, 29:31] = True
     grey = ilf.RGBDFrame(np.full_like(small_frame.rgb, 90), small_frame.depth)
-    return Run(grey, wrong, ilf.preset("paper")), Run(grey, small_labels, ilf.preset("paper"), drawn=drawn), patch
+    return (
+        Run(grey, wrong, ilf.preset("paper")),
+        Run(grey, Blocks(small_labels, drawn=drawn), ilf.preset("paper")),
+        patch,
+    )
 
 
 def test_a_border_that_is_put_right_lowers_the_error_on_hidden_depth(moved: tuple[Run, Run, LabelPatch]) -> None:
@@ -47,7 +52,7 @@ def test_the_hidden_depth_does_not_reach_the_filter(moved: tuple[Run, Run, Label
     measured = after.frame.depth.copy()
     measured[10, 33] += 0.5
     other = ilf.RGBDFrame(after.frame.rgb, measured)
-    runs = [Run(other, run.blocks, run.parameters, drawn=run.drawn) for run in (before, after)]
+    runs = [Run(other, run.blocks, run.parameters) for run in (before, after)]
     one, two = summarise_edit(before, after, patch), summarise_edit(*runs, patch)
     assert one.held_out is not None
     assert two.held_out is not None
@@ -85,7 +90,7 @@ def test_a_completion_of_an_older_state_says_nothing_of_the_one_before_the_edit(
     moved: tuple[Run, Run, LabelPatch],
 ) -> None:
     before, after, patch = moved
-    older = np.where(np.arange(64) < 40, 1, 2) + np.zeros_like(after.blocks)
+    older = np.where(np.arange(64) < 40, 1, 2) + np.zeros_like(after.blocks.labels)
     done = Run(before.frame, older, before.parameters).complete(), after.complete()
     assert summarise_edit(before, after, patch, done).expected is None
 
@@ -97,7 +102,7 @@ def test_expected_errors_are_compared_where_both_states_are_filled(small_frame: 
     alone[12:20, 10:18] = 2
     patch = patch_between(labels, alone)
     assert patch is not None
-    before, after = Run(small_frame, labels), Run(small_frame, alone, edited=True)
+    before, after = Run(small_frame, labels), Run(small_frame, alone)
     done = before.complete(), after.complete()
     effect = summarise_edit(before, after, patch, done)
     assert effect.filled == (done[0].filled.sum(), done[0].filled.sum() - 64)
@@ -113,16 +118,16 @@ def test_the_correction_network_is_asked_once_for_both_states(
     asked = []
     real = correcting.load_correction_network
     monkeypatch.setattr(correcting, "load_correction_network", lambda: asked.append(1) or real())
-    before, after = (replace(run, parameters=ilf.preset(), drawn=None) for run in moved[:2])
+    before, after = (Run(run.frame, run.blocks.labels) for run in moved[:2])
     assert summarise_edit(before, after, moved[2]).held_out is not None
     assert len(asked) == 1
 
 
 def test_an_edit_is_judged_by_the_truth_where_there_is_one(moved: tuple[Run, Run, LabelPatch]) -> None:
     before, after, patch = moved
-    columns = np.arange(64) + np.zeros_like(after.blocks)
+    columns = np.arange(64) + np.zeros_like(after.blocks.labels)
     measured = np.where((columns > 26) & (columns < 33), np.nan, after.frame.depth)
-    ground_truth = np.where(after.blocks == 1, 1.5, 2.4).astype(np.float32) + 0.0 * columns
+    ground_truth = np.where(after.blocks.labels == 1, 1.5, 2.4).astype(np.float32) + 0.0 * columns
     frame = ilf.RGBDFrame(after.frame.rgb, measured).with_ground_truth(ground_truth)
     before, after = (replace(run, frame=frame) for run in (before, after))
     done = before.complete(), after.complete()

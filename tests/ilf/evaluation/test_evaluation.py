@@ -12,7 +12,7 @@ import pytest
 
 import ilf
 from ilf.errors import InputError, ParameterError
-from ilf.evaluation.evaluation import Evaluation, Step, evaluate, evaluate_blocks, evaluate_completion, run_to_end
+from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, evaluate_completion, run_to_end
 from ilf.evaluation.ground_truth import ground_truth_steps
 from ilf.evaluation.hold_out import HoldOutTest, compare_hidden, evaluate_hold_out, hidden_pixels, hold_out_steps
 from ilf.evaluation.metrics import share_within, sparsification_error
@@ -72,15 +72,15 @@ def test_frame_blocks_and_box_are_judged_over_their_filled_pixels(run):
     whole = evaluate_completion(frame, completion, expected=expected)
     assert whole == evaluate(completion.depth, frame.ground_truth, completion.filled, expected)
     assert 0 <= whole.within <= 1
-    blocks = evaluate_blocks(frame, completion, run.blocks, expected=expected)
+    blocks = evaluate_blocks(frame, completion, run.blocks.labels, expected=expected)
     for label in (1, 2):
-        assert blocks[label] == evaluate_completion(frame, completion, run.blocks == label, expected=expected)
+        assert blocks[label] == evaluate_completion(frame, completion, run.blocks.labels == label, expected=expected)
     box = slice(8, 20), slice(4, 16)
     assert evaluate_completion(frame, completion, box).pixels == np.count_nonzero(completion.filled[box])
     every = evaluate_completion(frame, completion, every=True)
     assert every.pixels == frame.depth.size
     assert every.median == 0
-    assert evaluate_blocks(frame, completion, np.zeros_like(run.blocks)) == {}
+    assert evaluate_blocks(frame, completion, np.zeros_like(run.blocks.labels)) == {}
     with pytest.raises(InputError, match="no ground truth"):
         evaluate_completion(frame.with_ground_truth(None), completion)
 
@@ -138,9 +138,9 @@ def test_a_result_tells_the_seconds_from_its_first_step_to_its_end(steps, run, m
 def test_runs_are_compared_on_what_both_fill(run):
     test = HoldOutTest("areas", (0,))
     # of block 2, whose known depth is too little for it, nothing comes back
-    refusing = replace(run, own={2: QUICK.replace(min_known_share=1.0)})
+    refusing = run.with_parameters(QUICK, {2: QUICK.replace(min_known_share=1.0)})
     other = replace(run, parameters=ilf.preset("best"))
-    steps: list[Step] = []
+    steps: list[Progress] = []
     first, second, third = compare_hidden([run, other, refusing], test, on_step=steps.append)
     assert first.whole.pixels == second.whole.pixels == first.hidden
     assert first.whole == evaluate_hold_out(run, test).whole
@@ -185,7 +185,7 @@ def test_bad_tests_are_refused(planes):
 
 
 def test_a_sweep_against_the_truth_finds_the_best_value(run):
-    items: list[Step | SweepPoint] = []
+    items: list[Progress | SweepPoint] = []
     result = run_sweep(Sweep(run, {"shortest_wavelength": [200, 15]}), on_step=items.append)
     assert [point.values for point in result.points] == [{"shortest_wavelength": 200.0}, {"shortest_wavelength": 15.0}]
     for point in result.points:
@@ -200,10 +200,10 @@ def test_a_sweep_against_the_truth_finds_the_best_value(run):
 def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     own = QUICK.replace(max_iterations=5)
     values = {"shortest_wavelength": [100, 15], "centred": [False, True]}
-    sweep = Sweep(replace(run, own={2: own}), values, HoldOutTest("random", (0,)), only=[2])
-    items: list[Step | SweepPoint] = []
+    sweep = Sweep(run.with_parameters(QUICK, {2: own}), values, HoldOutTest("random", (0,)), only=[2])
+    items: list[Progress | SweepPoint] = []
     result = run_sweep(sweep, on_step=items.append)
-    shares = [item.share for item in items if isinstance(item, Step)]
+    shares = [item.share for item in items if isinstance(item, Progress)]
     assert shares[0] == 0
     assert shares[-1] == pytest.approx(1)
     assert all(one <= two + 1e-9 for one, two in pairwise(shares))
@@ -211,7 +211,7 @@ def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
         (100.0, False), (100.0, True), (15.0, False), (15.0, True),
     ]  # fmt: skip
     best = result.best_by("mae")
-    assert best.run.own[2] == own.replace(**best.values)
+    assert best.run.parameters_of(2) == own.replace(**best.values)
     assert best.run.parameters == QUICK, "the common values are as they were"
     assert best.values["centred"], "nothing is to be lifted from 0 m"
     assert set(best.evaluated.blocks) == {2}
@@ -252,4 +252,4 @@ def test_a_sweep_can_be_stopped(run):
     steps = sweep_steps(Sweep(run, {"padding": [1, 2]}), threads=1)
     seen = [next(steps) for _ in range(5)]
     steps.close()
-    assert all(isinstance(step, Step) and step.share < 0.5 for step in seen)
+    assert all(isinstance(step, Progress) and step.share < 0.5 for step in seen)

@@ -42,13 +42,13 @@ def test_frames_are_written_once_and_again_after_a_change(run: Run, tmp_path: Pa
     assert statuses(run, out) == ["written"]
     assert np.array_equal(np.load(out / "room/depth.npy"), run.complete().depth, equal_nan=True)
     assert statuses(run, out) == statuses(run, out, completion=run.complete()) == ["unchanged"]
-    other_blocks = np.where(run.blocks == 2, 3, run.blocks)
+    other_blocks = np.where(run.blocks.labels == 2, 3, run.blocks.labels)
     for changed in (
         replace(run, parameters=run.parameters.replace(max_iterations=20)),
-        replace(run, own={2: run.parameters.replace(max_iterations=20)}),
-        replace(run, blocks=other_blocks),
+        run.with_parameters(run.parameters, {2: run.parameters.replace(max_iterations=20)}),
+        replace(run, blocks=Blocks(other_blocks)),
         replace(run, extrapolate=True),
-        replace(run, frame=run.frame.with_invalid_mask(run.blocks == 2)),
+        replace(run, frame=run.frame.with_invalid_mask(run.blocks.labels == 2)),
     ):
         assert statuses(changed, out) == ["written"]
         assert statuses(changed, out) == ["unchanged"]
@@ -91,11 +91,11 @@ def test_without_intrinsics_there_is_no_cloud_unless_it_is_required(run: Run, tm
 
 def test_present_results_are_taken_and_missing_ones_are_computed(run: Run) -> None:
     completion = run.complete()
-    state = FrameState("a", run.frame, Blocks(run.blocks), common=run.parameters, results=completion.results)
+    state = FrameState("a", run.frame, Blocks(run.blocks.labels), common=run.parameters, results=completion.results)
     known_run, known = run_and_completion(state)
     assert known is not None
     assert np.array_equal(known.depth, completion.depth, equal_nan=True)
-    assert set(known_run.own) == {1, 2}
+    assert set(known_run.only) == {1, 2}
     partly = replace(state, results={1: completion.results[1]})
     new_run, unknown = run_and_completion(partly)
     assert unknown is None
@@ -122,7 +122,7 @@ def test_the_command_completes_what_is_missing(run: Run, tmp_path: Path, capsys,
     monkeypatch.chdir(tmp_path)
     rgb, depth = (str(tmp_path / "room" / name) for name in ("rgb.png", "depth.png"))
     results = run.complete().results
-    state = FrameState("a1", run.frame, Blocks(run.blocks), common=run.parameters, results={1: results[1]})
+    state = FrameState("a1", run.frame, Blocks(run.blocks.labels), common=run.parameters, results={1: results[1]})
     frames = (ProjectFrame("a1", "room", None, has_state=True), ProjectFrame("c3", "bare", FrameRef(rgb, depth)))
     save_project("room.ilf", Project(frames, common=run.parameters), [state])
     assert main(["project", "export", "room.ilf", "--out", "out", "--complete"]) == 0

@@ -32,7 +32,7 @@ def project(tmp_path, monkeypatch):
     )
     common = ilf.preset("paper")  # set since
     states = [
-        FrameState(name, run.frame, Blocks(run.blocks), common=common, results=completion.results, runs=(kept,))
+        FrameState(name, run.frame, Blocks(run.blocks.labels), common=common, results=completion.results, runs=(kept,))
         for name in ("a1", "b2")
     ]
     frames = [ProjectFrame(state.id, "room", None, FrameSummary(Stage.RUN, blocks=2), True) for state in states]

@@ -117,7 +117,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     made = small_run(tmp_path_factory.mktemp("frame"))
     ground_truth = np.where(np.isfinite(made.frame.depth), made.frame.depth, np.float32(2.0)) + np.float32(0.01)
     frame = replace(made.frame.with_ground_truth(ground_truth), name=NASTY)
-    return replace(made, frame=frame, own={1: made.parameters.replace(smoothness=3)})
+    return replace(made.with_parameters(made.parameters, {1: made.parameters.replace(smoothness=3)}), frame=frame)
 
 
 @pytest.fixture(scope="module")
@@ -151,7 +151,7 @@ def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgement
     absolute = np.abs(subject.completion.depth - run.frame.ground_truth)[there]
     assert errors[0][5] == millimetres(float(np.percentile(absolute, 95)))
     # blocks
-    by_block = evaluate_blocks(run.frame, subject.completion, run.blocks)
+    by_block = evaluate_blocks(run.frame, subject.completion, run.blocks.labels)
     blocks = page.table("no.", "block", "pixels")
     assert [int(row[0]) for row in blocks] == sorted(subject.completion.results)
     for row in blocks:
@@ -203,7 +203,9 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
 
 def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject: Subject) -> None:
     results = {1: subject.completion.results[1]}
-    blocks = Blocks(run.blocks, {1: BlockInfo("Wall", (1, 2, 3))}, {1: {"smoothness": 9.0}}, extraction=run.extraction)
+    blocks = Blocks(
+        run.blocks.labels, {1: BlockInfo("Wall", (1, 2, 3))}, {1: {"smoothness": 9.0}}, extraction=run.blocks.extraction
+    )
     state = FrameState("a1", run.frame, blocks, run.parameters, results, extrapolate=True, note="by the window")
     page = Page(report([Subject.of_state(state, "ilf project replay all.ilf")]))
     first, second = page.table("no.", "block", "pixels")
@@ -241,7 +243,9 @@ def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path: Path, mon
     ours, theirs = made.complete(), read_record("out/run.json")
     assert theirs.blocks_outcome == tuple(ours.outcomes.values())
     assert theirs.extraction == extraction
-    assert replay_text(replace(made, edited=True))[1] == "ilf complete --replay run.json"
+    assert (
+        replay_text(replace(made, blocks=replace(made.blocks, extracted=None)))[1] == "ilf complete --replay run.json"
+    )
 
 
 def test_the_command_line_reports_on_projects(
@@ -249,7 +253,7 @@ def test_the_command_line_reports_on_projects(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     frame = replace(run.frame, name="first")
-    blocks = Blocks(run.blocks, own={1: {"smoothness": 3.0}})
+    blocks = Blocks(run.blocks.labels, own={1: {"smoothness": 3.0}})
     state = FrameState("a1", frame, blocks, run.parameters, subject.completion.results)
     files = frame.inputs
     options = ReadingOptions(depth_units=files.depth_units, intrinsics=files.intrinsics)

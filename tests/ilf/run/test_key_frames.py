@@ -7,6 +7,7 @@ import pytest
 
 import ilf
 from ilf.completion.block import block_depth
+from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import IterationRecord
 from ilf.run.key_frames import KeyFrames, depth_at_key_frames
@@ -33,9 +34,10 @@ def test_a_key_frame_is_the_depth_as_it_was_then(
     drawn = border_pixels(small_labels) if by_hand else None
     parameters = ilf.preset(name, max_iterations=30, mode=mode)
     key_frames = KeyFrames()
-    records = recorded(Run(small_frame, small_labels, parameters, drawn=drawn), key_frames)
+    blocks = Blocks(small_labels, drawn=drawn)
+    records = recorded(Run(small_frame, blocks, parameters), key_frames)
     tracks = [track for track in map(key_frames.track, records.values()) if track is not None]
-    steppers = [ilf.iterate(small_frame, small_labels, track.block.label, parameters, drawn=drawn) for track in tracks]
+    steppers = [ilf.iterate(small_frame, blocks, track.block.label, parameters) for track in tracks]
     for i in range(1, 20):
         expected = small_frame.depth.copy()
         for track, stepper in zip(tracks, steppers, strict=True):

@@ -17,6 +17,7 @@ from ilf._runtime.installation import asset_path, library_versions
 from ilf.errors import FormatError
 from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, to_json
 from ilf.run.record_file import read_record
+from ilf.run.run import Run
 
 from ..small_frames import QUICK
 from ..small_runs import OPTIONS, changed, small_run, with_drawn_border, with_invalid_mask, written
@@ -38,7 +39,7 @@ def test_same_run_gives_same_record_without_times(tmp_path):
 def test_record_reads_back(tmp_path):
     special = ilf.preset(**QUICK, mode="fill+denoise")
     run = with_drawn_border(with_invalid_mask(small_run(tmp_path)))
-    run = replace(run, own={2: special}, extrapolate=True)
+    run = replace(run.with_parameters(run.parameters, {2: special}), extrapolate=True)
     path = written(run, tmp_path / "out")
     assert json.loads(path.read_text())["block_parameters"] == {"2": {"mode": "fill+denoise"}}
     record = read_record(path)
@@ -51,7 +52,7 @@ def test_record_reads_back(tmp_path):
     assert record.extrapolate
     assert not record.blocks.edited
     assert record.invalid_mask == RecordedMask(array_sha256(run.frame.invalid_mask), "invalid_mask.png")
-    assert record.drawn == RecordedMask(array_sha256(run.drawn), "drawn.png")
+    assert record.drawn == RecordedMask(array_sha256(run.blocks.drawn), "drawn.png")
     assert to_json(record) == path.read_bytes()
 
 
@@ -73,19 +74,20 @@ def test_the_record_vouches_for_what_was_read_and_not_for_what_is_there_now(tmp_
 
 
 def test_the_record_vouches_for_the_networks(tmp_path):
-    run = small_run(tmp_path, own={1: ilf.preset("paper", **QUICK)})
+    run = small_run(tmp_path)
+    run = run.with_parameters(run.parameters, {1: ilf.preset("paper", **QUICK)})
     record = make_record(run, run.complete(), OPTIONS)
     bundled = sha256(asset_path("models/edges.onnx"))
     assert record.networks.extraction == {"edges": bundled}
     assert record.networks.filter == {"edges": bundled, "correction": sha256(asset_path("models/correction.onnx"))}
-    other = replace(run, parameters=ilf.preset("paper", **QUICK), network=None)
+    other = Run(run.frame, replace(run.blocks, own={}, network=None), ilf.preset("paper", **QUICK))
     record = make_record(other, other.complete(), OPTIONS)
     assert (record.networks.extraction, record.networks.filter) == ({}, {})
 
 
 def test_a_record_without_drawn_borders_has_no_file_of_them(tmp_path):
     run = small_run(tmp_path)
-    path = written(replace(run, drawn=np.zeros(run.frame.shape, bool)), tmp_path / "out")
+    path = written(replace(run, blocks=replace(run.blocks, drawn=np.zeros(run.frame.shape, bool))), tmp_path / "out")
     assert json.loads(path.read_text())["drawn"] is None
     assert read_record(path).drawn is None
     assert not (tmp_path / "out" / "drawn.png").exists()
@@ -293,10 +295,11 @@ def test_whole_numbers_pass_where_any_number_does(tmp_path):
 
 def test_the_common_parameters_are_those_of_most_blocks(tmp_path):
     run = small_run(tmp_path)
-    labels = run.blocks.copy()
+    labels = run.blocks.labels.copy()
     labels[:10, :10] = 3
     special = ilf.preset(**QUICK, mode="fill+denoise")
-    mixed = replace(run, blocks=labels, edited=True, own={1: special, 3: special})
+    mixed = replace(run, blocks=replace(run.blocks, labels=labels))
+    mixed = mixed.with_parameters(run.parameters, {1: special, 3: special})
     record = make_record(mixed, mixed.complete(), OPTIONS)
     assert record.parameters == special
     assert record.own_parameters == {1: special, 2: run.parameters, 3: special}

@@ -53,9 +53,9 @@ def replayed(path: Path, out: Path, *files: Path) -> Replay:
         with_depth_by_hand,
         lambda run: replace(run, only=frozenset({2})),
         lambda run: replace(run, extrapolate=True, only=frozenset({2})),
-        lambda run: replace(run, own={2: ilf.preset(**QUICK, mode="fill+denoise")}),
+        lambda run: run.with_parameters(run.parameters, {2: ilf.preset(**QUICK, mode="fill+denoise")}),
         lambda run: replace(run, parameters=ilf.preset("released-code", **QUICK)),
-        lambda run: replace(run, extraction=None),
+        lambda run: replace(run, blocks=replace(run.blocks, extraction=None)),
     ],
     ids=[
         "plain",
@@ -124,7 +124,7 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
     run = drawn(small_run(tmp_path))
     path = written(run, tmp_path / "out")
     labels = tmp_path / "out" / "blocks.png"
-    others = run.blocks.copy()
+    others = run.blocks.labels.copy()
     others[0, 0] = 9
     write_labels(labels, others)
     with pytest.raises(InputError, match="edited by hand"):
@@ -171,12 +171,12 @@ def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):
     path = changed(written(run, tmp_path / "out"), "versions", "scipy", "0.1")
 
     def one_block(frame, parameters):
-        return found_blocks(frame, parameters)._replace(blocks=np.ones(frame.shape, np.int32))
+        return replace(found_blocks(frame, parameters), labels=np.ones(frame.shape, np.int32))
 
     monkeypatch.setattr("ilf.run.replaying.found_blocks", one_block)
     again = replayed(path, tmp_path / "again")
-    assert array_sha256(again.run.blocks) == array_sha256(run.blocks)
-    (note,) = again.run.notes
+    assert array_sha256(again.run.blocks.labels) == array_sha256(run.blocks.labels)
+    (note,) = again.run.blocks.notes
     assert "scipy 0.1 (here" in note
     (difference,) = again.differences
     assert "The run was made with scipy 0.1 (here" in difference
@@ -302,7 +302,7 @@ def test_the_label_map_that_is_wanted_is_named(tmp_path, monkeypatch, recorded, 
     assert f"their label map ({named}) is not beside" in str(edited.value)
     changed(path, "blocks", "edited", False)
     monkeypatch.setattr(
-        "ilf.run.replaying.found_blocks", lambda *_: found_blocks(*_)._replace(blocks=np.ones((60, 80), np.int32))
+        "ilf.run.replaying.found_blocks", lambda *_: replace(found_blocks(*_), labels=np.ones((60, 80), np.int32))
     )
     with pytest.raises(InputError) as extracted:
         replay(path)

@@ -52,7 +52,7 @@ def test_all_chosen_files_are_written_and_hold_the_result(run, completion, tmp_p
     np.testing.assert_array_equal(read_depth_values(out / "depth.tiff"), completion.depth)
     stored = read_depth_values(out / "depth.png") / 1000
     np.testing.assert_allclose(stored, np.nan_to_num(completion.depth), atol=0.0005001)
-    np.testing.assert_array_equal(read_labels(out / "blocks.png"), run.blocks)
+    np.testing.assert_array_equal(read_labels(out / "blocks.png"), run.blocks.labels)
     rows = (out / "curves.csv").read_text().splitlines()
     assert len(rows) == 1 + sum(map(len, completion.history.values()))
     assert json.loads((out / "run.json").read_text())["program"] == "ilf-studio"
@@ -133,7 +133,7 @@ def test_points_tell_all_that_is_known_of_them(run, completion, tmp_path, cloud)
         np.testing.assert_array_equal(found["scalar_expected_error"], error[pixels] * np.float32(1000))
         np.testing.assert_array_equal(found["quality"], found["scalar_expected_error"])
         np.testing.assert_array_equal(found["scalar_filled"], completion.filled[pixels])
-        np.testing.assert_array_equal(found["scalar_block"], run.blocks[pixels])
+        np.testing.assert_array_equal(found["scalar_block"], run.blocks.labels[pixels])
         np.testing.assert_array_equal(found["scalar_unsupported"], unsupported(completion)[pixels])
         assert all(np.isfinite(found[name]).all() for name in found.dtype.names if name != "rgb")
     np.testing.assert_array_equal(np.unique(faces), np.arange(len(vertices)))
@@ -183,7 +183,7 @@ def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     )
     assert np.isfinite(depth).all()
     np.testing.assert_array_equal(invalid_mask, extrapolate.frame.invalid_mask)
-    np.testing.assert_array_equal(extrapolated, ~extrapolate.frame.known & (extrapolate.blocks == 1))
+    np.testing.assert_array_equal(extrapolated, ~extrapolate.frame.known & (extrapolate.blocks.labels == 1))
     assert f"{extrapolated.sum()} pixels" in found.remarks[0]
     assert {"extrapolated.png", "invalid_mask.png"} <= set(filenames(extrapolate, BARE))
     assert not {"extrapolated.png", "invalid_mask.png"} & set(filenames(run, BARE))
@@ -315,7 +315,7 @@ def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
 
 
 def test_files_of_part_of_a_run_come_from_what_there_is(run, tmp_path):
-    write(tmp_path / "out", run, compose(run.frame, {}), ALL)
+    write(tmp_path / "out", run, compose(run, {}), ALL)
     np.testing.assert_array_equal(np.load(tmp_path / "out" / "depth.npy"), run.frame.depth)
 
 

@@ -16,7 +16,6 @@ from ilf._runtime import writing as being_written
 from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, current_cancel_events, set_cancel_events
 from ilf._runtime.threads import SLICE_S, run_in_parallel
 from ilf._runtime.writing import move_into_place, remove_temporary_files, removed_on_exit, staging, write_bytes
-from ilf.completion.completion import CompletionRun
 from ilf.data.presets import preset
 from ilf.errors import Cancelled
 from ilf.run.writing import write
@@ -118,7 +117,7 @@ def test_whoever_waits_for_a_lock_stops_waiting(cancel_event: threading.Event) -
 def test_extraction_and_runs_stop(
     small_frame: RGBDFrame, small_labels: np.ndarray, cancel_event: threading.Event
 ) -> None:
-    with CompletionRun(small_frame, small_labels, preset("paper"), threads=2) as run, cancelled_by(cancel_event):
+    with Run(small_frame, small_labels, preset("paper")).steps(2) as run, cancelled_by(cancel_event):
         next(run)
         cancel_event.set()
         with pytest.raises(Cancelled):

@@ -14,12 +14,12 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks import session
-from ilf.completion.completion import CompletionRun, prepare
+from ilf.completion.completion import prepare
 from ilf.completion.filter import edges_for
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.data.results import compose
 from ilf.errors import FormatError, InputError, InstallationError
+from ilf.run.run import Run
 from ilf.segmentation.edges.detectors import EdgeNetwork
 from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, find_edges, relief_of
 from ilf.segmentation.edges.relief import find_relief
@@ -203,12 +203,12 @@ def test_a_note_on_many_blocks_is_said_once(monkeypatch: pytest.MonkeyPatch, tmp
     monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: tmp_path / "none.onnx")
     frame, labels = _holed()
     labels[:, 25:] = 2
-    with CompletionRun(frame, labels, ilf.preset(correction=False)) as run:
-        assert run.notes == ()
-        for _ in run:
+    steps = Run(frame, labels, ilf.preset(correction=False)).steps()
+    with steps:
+        assert steps.completion().notes == ()
+        for _ in steps:
             pass
-        assert len(run.notes) == 1
-    assert compose(frame, run.results).notes == run.notes
+    assert len(steps.completion().notes) == 1
 
 
 def test_results_vouch_for_the_network_that_had_a_part_in_them() -> None:

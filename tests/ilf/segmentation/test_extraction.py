@@ -409,7 +409,7 @@ def test_outlines_are_between_labels() -> None:
 def test_what_other_extractions_would_need_can_be_forgotten_and_blocks_stay(frame: RGBDFrame) -> None:
     parameters = BlockParameters(detector="canny")
     pictures, found = extract(frame, parameters), found_blocks(frame, parameters)
-    assert np.array_equal(found.blocks, pictures.blocks)
+    assert np.array_equal(found.labels, pictures.blocks)
     assert (found.network, found.notes) == (pictures.network, pictures.notes)
     stages = [weakref.ref(pictures.contracted), weakref.ref(relief_of(frame, parameters))]
     stages.append(weakref.ref(canny_lines(frame, parameters)))
@@ -417,8 +417,8 @@ def test_what_other_extractions_would_need_can_be_forgotten_and_blocks_stay(fram
     assert all(stage() is not None for stage in stages)
     clear_stage_cache(frame)
     assert all(stage() is None for stage in stages)
-    assert found_blocks(frame, parameters).blocks is found.blocks
-    assert np.array_equal(extract(frame, parameters).blocks, found.blocks)
+    assert found_blocks(frame, parameters).labels is found.labels
+    assert np.array_equal(extract(frame, parameters).blocks, found.labels)
 
 
 def test_parameters_are_given_by_keyword(small_frame: RGBDFrame) -> None:

@@ -564,7 +564,7 @@ def _results(results: Mapping[int, Any]) -> dict[int, object]:
 
 
 def _run(run: Any) -> list[object]:
-    return [run.number, run.name, run.note, run.how, sorted(run.done), run.run.blocks, run.completion.depth]
+    return [run.number, run.name, run.note, run.how, sorted(run.done), run.run.blocks.labels, run.completion.depth]
 
 
 def _is_empty(value: object) -> bool:

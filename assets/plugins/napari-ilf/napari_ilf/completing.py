@@ -22,7 +22,7 @@ from .reading import INTRINSICS, LayerData, depth_layer, error_layer
 _BETWEEN_S = 0.1
 """Minimum time between two updates of the progress bar [s]."""
 
-Result = tuple[ilf.CompletedRun, NDArray[np.float32]]
+Result = tuple[ilf.Completion, NDArray[np.float32]]
 
 
 class CompletionWidget(Container):  # type: ignore[type-arg]
@@ -95,7 +95,7 @@ class CompletionWidget(Container):  # type: ignore[type-arg]
             return
         completion, error = result
         name = completion.frame.name
-        blocks = completion.run.blocks, {"name": f"{name} blocks", "opacity": 0.4, "visible": False}, "labels"
+        blocks = completion.run.blocks.labels, {"name": f"{name} blocks", "opacity": 0.4, "visible": False}, "labels"
         self._show(depth_layer(completion.depth, f"{name} completed", completion.frame.intrinsics))
         self._show(error_layer(error, f"{name} expected error", visible=False))
         if self.blocks.value is None:

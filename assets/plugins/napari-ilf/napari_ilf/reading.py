@@ -57,7 +57,7 @@ def project_layers(path: str) -> list[LayerData]:
             run, completion = run_and_completion(decoded.state)
             error = None if completion is None else ilf.expected_error(completion)
             depth = None if completion is None else completion.depth
-            layers += layers_of(run.frame, depth, error, run.blocks, visible=frame_id == shown)
+            layers += layers_of(run.frame, depth, error, run.blocks.labels, visible=frame_id == shown)
     return layers
 
 
@@ -72,7 +72,7 @@ def run_layers(path: str) -> list[LayerData]:
         if name in written:
             units = options.depth_units if depth_format == "png" else 1.0
             error = read_depth(read_file(folder / name), units).metres
-    return layers_of(replay.run.frame, depth, error, replay.run.blocks)
+    return layers_of(replay.run.frame, depth, error, replay.run.blocks.labels)
 
 
 def sample_layers() -> list[LayerData]:

@@ -38,7 +38,7 @@ def test_a_project(viewer, tmp_path, frame):
     completion = ilf.complete(frame)
     state = FrameState("ab", frame, completion.run.blocks, common=completion.run.parameters, results=completion.results)
     frames = ProjectFrame("ab", "walls", None, has_state=True), ProjectFrame("cd", "bare", None, has_state=True)
-    bare = FrameState("cd", frame, np.zeros(frame.shape, np.int32))
+    bare = FrameState("cd", frame, ilf.Blocks(np.zeros(frame.shape, np.int32)))
     save_project(tmp_path / "two.ilf", Project(frames, present="ab"), [state, bare])
     viewer.open(tmp_path / "two.ilf", plugin="napari-ilf")
     kinds = "colour", "depth", "completed", "expected error", "blocks"
