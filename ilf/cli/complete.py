@@ -9,7 +9,6 @@ from pathlib import Path
 
 from ..data.by_hand import USUAL_WEIGHT
 from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
-from ..data.results import Completion
 from ..run.block_choice import BlockChoice
 from ..run.exporters import Export
 from ..run.options import ExportOptions, output_folder_name
@@ -44,7 +43,7 @@ from .parsing import (
     reading_flags,
     with_given,
 )
-from .run_output import COMPLETION_KEYS, FinishedRun, RunProgress, completion_record, completion_report
+from .run_output import COMPLETION_KEYS, FinishedRun, completed, completion_record, completion_report
 from .usage import Parser, UsageError, add_json, add_progress
 
 _USAGE = """ilf complete RGB DEPTH [options]
@@ -121,7 +120,7 @@ def run(arguments: argparse.Namespace) -> None:
     exports = [Export(path) for path in arguments.export]
     check_not_an_input(job.run.frame, [export.path for export in exports], given)
     started = time.perf_counter()
-    completion = _completed(job.run, arguments)
+    completion = completed(job.run, shown=shows_progress(arguments))
     seconds = time.perf_counter() - started
     verdict = () if job.again is None else job.again.verdict(completion)
     written = write(folder, job.run, completion, job.options)
@@ -136,13 +135,6 @@ def run(arguments: argparse.Namespace) -> None:
         print(completion_report(finished))
         if job.again is not None and not verdict:
             print("The result is identical to the recorded one.")
-
-
-def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
-    with run.steps() as steps, RunProgress(steps, shown=shows_progress(arguments)) as progress:
-        for step in steps:
-            progress.show(step)
-    return steps.completion()
 
 
 def _new_job(arguments: argparse.Namespace) -> _Job:

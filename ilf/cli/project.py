@@ -33,7 +33,7 @@ from ..sources.reading import read_frame
 from .options import add_export_options, export_options, geometry_flags
 from .output import print_json, shows_progress, table, warn
 from .parsing import add_allowed, add_look_in, add_reading, reading_options
-from .run_output import RunProgress
+from .run_output import completed
 from .usage import Parser, UsageError, add_progress, check_there
 
 # Output of `ilf project info`: as text, and as JSON.
@@ -279,7 +279,7 @@ def run_replay(arguments: argparse.Namespace) -> None:
     shown = shows_progress(arguments)
     with _opened(arguments) as opened:
         for frame, state in _with_results(opened, arguments.frame):
-            sentences = differences(state, _completed(present_run(state), shown))
+            sentences = differences(state, completed(present_run(state), shown=shown))
             count += 1
             if sentences:
                 other.append(frame.name)
@@ -288,13 +288,6 @@ def run_replay(arguments: argparse.Namespace) -> None:
         raise InputError(
             f"The results of {len(other)} of {counted(count, 'frame')} differ from the stored ones: {', '.join(other)}."
         )
-
-
-def _completed(run: Run, shown: bool) -> Completion:
-    with run.steps() as steps, RunProgress(steps, shown=shown) as progress:
-        for step in steps:
-            progress.show(step)
-    return steps.completion()
 
 
 def _sources(arguments: argparse.Namespace) -> Iterator[FrameRef]:

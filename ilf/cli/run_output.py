@@ -49,6 +49,14 @@ class RunProgress(Bar):
         self.update(0)
 
 
+def completed(run: Run, *, shown: bool) -> Completion:
+    """Complete a run, with a progress bar if it is to be shown."""
+    with run.steps() as steps, RunProgress(steps, shown=shown) as progress:
+        for step in steps:
+            progress.show(step)
+    return steps.completion()
+
+
 _MAJORITY = 0.5
 """Minimum share that counts as most of a whole."""
 

@@ -17,7 +17,7 @@ import pytest
 
 import ilf
 from ilf._runtime.installation import asset_path
-from ilf.cli import complete, main, parsing
+from ilf.cli import main, parsing, run_output
 from ilf.cli.commands import COMMANDS, build_parser
 from ilf.cli.run_output import COMPLETION_KEYS
 from ilf.cli.usage import EXIT_STATUSES
@@ -440,7 +440,7 @@ def test_interrupt_leaves_nothing_behind(files, capsys, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(complete.RunProgress, "update", interrupted)
+    monkeypatch.setattr(run_output.RunProgress, "update", interrupted)
     assert "interrupted" in fails(capsys, "complete", *files, "--out", "out", status=130)
     assert not Path("out").exists()
 
