@@ -22,7 +22,7 @@ from .naming import COLOUR_SUFFIXES, META_NAME
 from .poses import camera_pose, stated_pose
 from .read_images import ReadImages, numbers_of
 from .reading_options import ReadingOptions
-from .recording import Cameras, registered_cameras
+from .recording import Cameras
 from .registration import Camera, RawPair, register
 
 _NO_COLOUR_CAMERA = (
@@ -64,9 +64,8 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
     if not is_same and camera is None:
         raise InputError(f"{files.depth}: {_NO_COLOUR_CAMERA}{read.alternative_encodings}")
     colour_camera = None if camera is None else Camera(camera, shape[::-1])
-    cameras = registered_cameras(colour_camera)
-    if depth_camera is not None:
-        cameras = Cameras(colour_camera, Camera(depth_camera, metres.shape[::-1]), np.eye(4), is_registered=False)
+    depth_side = colour_camera if depth_camera is None else Camera(depth_camera, metres.shape[::-1])
+    cameras = Cameras(colour_camera, depth_side, np.eye(4), is_same)
     unlike = unlike_companions(chosen, depth_file, orientation)
     of_pair = (*([orientation.note] if orientation.note else []), *unlike)
     return ReadImages(
@@ -86,10 +85,10 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
             depth_intrinsics=numbers_of(depth_camera),
             orientations=None if orientation.tags == AS_STORED else orientation.tags,
         ),
-        (*of_colour, *of_pair, *read.notes, *notes),
-        (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
-        (*of_colour, *(of_pair if orientation.is_doubt else unlike)),
-        pose_of_files(files, chosen),
+        notes=(*of_colour, *of_pair, *read.notes, *notes),
+        warnings=(*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
+        doubts=(*of_colour, *(of_pair if orientation.is_doubt else unlike)),
+        pose=pose_of_files(files, chosen),
         outside_view=read_mask(files.outside_view, shape) if is_same and files.outside_view is not None else None,
     )
 
