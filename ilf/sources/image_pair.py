@@ -82,10 +82,10 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
             depth_intrinsics=None if depth_camera is None else depth_camera.numbers,
             orientations=None if orientation.tags == AS_STORED else orientation.tags,
         ),
-        (*of_colour, *of_pair, *read.notes, *notes),
-        (*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
-        (*of_colour, *(of_pair if orientation.is_doubt else unlike)),
-        pose_of_files(files, chosen),
+        notes=(*of_colour, *of_pair, *read.notes, *notes),
+        warnings=(*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
+        doubts=(*of_colour, *(of_pair if orientation.is_doubt else unlike)),
+        pose=pose_of_files(files, chosen),
         outside_view=read_mask(files.outside_view, shape) if is_same and files.outside_view is not None else None,
     )
 

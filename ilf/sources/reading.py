@@ -146,7 +146,7 @@ def load_frame(
         check_kind(path, PathKind, "A frame is read from files", "make one from arrays by ilf.RGBDFrame(rgb, depth).")
     if frame is not None and depth is not None:
         raise ParameterError("A recording contains the depth of its frames: leave the depth file out.")
-    options = ReadingOptions.from_arguments(locals())
+    options = ReadingOptions.from_arguments(locals())  # the keywords that are reading options
     ref = FrameRef(os.fspath(rgb), None if depth is None else os.fspath(depth), frame, options)
     return read_frame(ref, name=name, beside=beside, warn=warn)
 

@@ -293,7 +293,7 @@ def open_source(
     True
     """
     check_kind(path, PathKind, "A source is opened by its path", "give a folder of frames, data set or recording.")
-    return Source(path, ReadingOptions.from_arguments(locals()))
+    return Source(path, ReadingOptions.from_arguments(locals()))  # the keywords that are reading options
 
 
 def _by_key(root: Path | Address, sources: Sequence[FrameRef]) -> dict[str, FrameRef]:
