@@ -64,50 +64,34 @@ def run_in_parallel(
     pool = ThreadPoolExecutor(
         width, thread_name_prefix="ilf-block", initializer=set_cancel_events, initargs=cancel_events
     )
-    _switching.begin()
-    try:
-        for _ in range(width):
-            pool.submit(worker_pool.work)
-        yield from worker_pool.results()
-    finally:
-        worker_pool.stop()
-        pool.shutdown()
-        _switching.end()
+    with short_switches():
+        try:
+            for _ in range(width):
+                pool.submit(worker_pool.work)
+            yield from worker_pool.results()
+        finally:
+            worker_pool.stop()
+            pool.shutdown()
 
 
-class _Switching:
-    """Shorter switch interval of the interpreter's lock while any threads share tasks."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._teams = 0
-        self._usual = 0.0
-
-    def begin(self) -> None:
-        with self._lock:
-            if self._teams == 0:
-                self._usual = sys.getswitchinterval()
-                sys.setswitchinterval(min(_SWITCH_S, self._usual))
-            self._teams += 1
-
-    def end(self) -> None:
-        with self._lock:
-            self._teams -= 1
-            if self._teams == 0:
-                sys.setswitchinterval(self._usual)
-
-
-_switching = _Switching()
+_sharing = threading.Lock()
+_intervals: list[float] = []
+"""The usual switch interval, once for each block that shortens it at present."""
 
 
 @contextmanager
 def short_switches() -> Iterator[None]:
     """Shorten the switch interval of the interpreter's lock, for work in a thread beside others that must not wait."""
-    _switching.begin()
+    with _sharing:
+        _intervals.append(_intervals[0] if _intervals else sys.getswitchinterval())
+        sys.setswitchinterval(min(_SWITCH_S, _intervals[0]))
     try:
         yield
     finally:
-        _switching.end()
+        with _sharing:
+            usual = _intervals.pop()
+            if not _intervals:
+                sys.setswitchinterval(usual)
 
 
 class _WorkerPool(Generic[T]):
