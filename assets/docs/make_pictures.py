@@ -217,7 +217,7 @@ def run_tour(tour: Tour) -> None:
     sweep.window_.apply_button.click()
     sweep.window_.close()
     tour.settle()
-    taken = session.parameters_of(BLOCK, session.common).edge_scale
+    taken = session.parameters_of(BLOCK).edge_scale
     whole, block = tour.errors()
     tour.figures |= {"edge scale": f"{taken:g}", "block, better": f"{block:.0f} mm", "frame, better": f"{whole:.0f} mm"}
 
@@ -225,7 +225,7 @@ def run_tour(tour: Tour) -> None:
     tour.save(PICTURES / "4-better.jpg")
 
     # side by side with the run before
-    workspace.runs.compare([session.run_history[0]])
+    workspace.runs.compare([session.state.runs[0]])
     tour.do("compare_two")
     tour.settle()
     workspace.blocks.select([BLOCK])
@@ -248,7 +248,8 @@ def run_tour(tour: Tour) -> None:
     tour.save(PICTURES / "6-hold-out.jpg")
     outcome = accuracy.hidden.outcome
     assert outcome is not None
-    everywhere = Run(session.frame, replace(session.blocks(), own={}), session.common.replace(edge_scale=taken))
+    common = session.state.common.replace(edge_scale=taken)
+    everywhere = Run(session.frame, replace(session.blocks, own={}), common)
     completion = evaluate_completion(session.frame, everywhere.complete())
     assert completion is not None
     tour.figures |= {

@@ -28,7 +28,7 @@ from ilf.segmentation.reextraction import fill_around, overlay_kept
 
 from .frames import WorkspaceFrames
 from .parameters import WorkspaceParameters
-from .results import BlockErrors, same_depth, same_mask
+from .results import BlockErrors, same_layers
 from .session import Session, touched_by
 from .stroke import StrokeInProgress
 from .swap import Swap
@@ -304,11 +304,7 @@ class WorkspaceBlocks(QObject):
         InputError
             If no valid depth would be left.
         """
-        session = self._frames.session
-        frame = session.frame.with_invalid_mask(mask)
-        if same_mask(session.frame.invalid_mask, frame.invalid_mask):
-            return False
-        return self._take_frame(frame, text, self.invalid_mask_changed)
+        return self._take_frame(self._frames.session.frame.with_invalid_mask(mask), text, self.invalid_mask_changed)
 
     def set_guide(self, guide: Guide | None, text: str) -> bool:
         """Set or remove the guide as one undo step; False if it is equal to the present one.
@@ -318,18 +314,11 @@ class WorkspaceBlocks(QObject):
         InputError
             If its aspect ratio differs from the frame's.
         """
-        session = self._frames.session
-        frame = session.frame.with_guide(guide)
-        if same_depth(session.frame.guide, frame.guide):
-            return False
-        return self._take_frame(frame, text, self.guide_changed)
+        return self._take_frame(self._frames.session.frame.with_guide(guide), text, self.guide_changed)
 
     def set_neighbours(self, neighbours: NeighbourDepth | None, text: str) -> bool:
         """Set or remove the depth of neighbours as one undo step; False if it is equal to the present one."""
-        session = self._frames.session
-        if same_depth(session.frame.neighbours, neighbours):
-            return False
-        frame = session.frame.with_neighbours(neighbours)
+        frame = self._frames.session.frame.with_neighbours(neighbours)
         return self._take_frame(frame, text, self.neighbours_changed)
 
     def set_region(self, box: Box | None) -> None:
@@ -423,8 +412,10 @@ class WorkspaceBlocks(QObject):
         self.validity_changed.emit(session)
 
     def _take_frame(self, frame: RGBDFrame, text: str, changed: SignalInstance) -> bool:
-        """Put a frame in place of the current one, as one undo step."""
+        """Put a frame in place of the current one, as one undo step; False if it has the same layers."""
         session = self._frames.session
+        if same_layers(session.frame, frame):
+            return False
 
         def exchange(frame: RGBDFrame) -> RGBDFrame:
             former = session.frame

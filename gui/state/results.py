@@ -46,9 +46,7 @@ class StoredBlockResult(NamedTuple):
             and np.array_equal(one.block.mask, another.block.mask)
             and same_mask(one.drawn, another.drawn)
             and same_depth(one.by_hand, another.by_hand)
-            and same_mask(self.invalid_mask, other.invalid_mask)
-            and same_depth(self.guide, other.guide)
-            and same_depth(self.neighbours, other.neighbours)
+            and same_layers(self, other)
         )
 
     def fits(
@@ -65,9 +63,7 @@ class StoredBlockResult(NamedTuple):
             pixels == result.depth.size
             and result.edges == edge_parameters(result.parameters, blocks.extraction)
             and np.array_equal(blocks.labels[block.box] == block.label, block.mask)
-            and same_mask(self.invalid_mask, frame.invalid_mask)
-            and same_depth(self.guide, frame.guide)
-            and same_depth(self.neighbours, frame.neighbours)
+            and same_layers(self, frame)
             and same_mask(result.drawn, drawn_of(block, blocks.drawn))
             and same_depth(result.by_hand, by_hand_of(block, blocks.by_hand, frame))
         )
@@ -216,6 +212,15 @@ def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) ->
     if one is None or other is None:
         return one is other or not np.any(other if one is None else one)
     return one is other or np.array_equal(one, other)
+
+
+def same_layers(one: RGBDFrame | StoredBlockResult, other: RGBDFrame | StoredBlockResult) -> bool:
+    """Return whether invalid mask, guide and depth of neighbours are equal."""
+    return (
+        same_mask(one.invalid_mask, other.invalid_mask)
+        and same_depth(one.guide, other.guide)
+        and same_depth(one.neighbours, other.neighbours)
+    )
 
 
 # The depth that the views show, updated only where it changed.

@@ -110,7 +110,7 @@ def test_key_frames_are_those_of_the_last_frames_that_were_run(opened: MainWindo
         for _ in steps:
             pass
     assert first.key_frames.nbytes > 0
-    others = [type(first)(first.frame, None, f"other {at}") for at in range(4)]
+    others = [type(first)(first.state, None, f"other {at}") for at in range(4)]
     for session in others[:3]:
         workspace.runs.watch(session, run)
     assert first.key_frames.nbytes > 0
