@@ -64,6 +64,11 @@ class RecoverableWork:
         return self._folder
 
     @property
+    def project(self) -> str:
+        """Path of the project file; "" if there is none."""
+        return "" if self.header is None else self.header.project
+
+    @property
     def changed(self) -> frozenset[str]:
         """Ids of the stored frames with work that was not in the project file."""
         return self.stored.intersection(() if self.header is None else self.header.frames)

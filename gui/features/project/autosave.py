@@ -346,8 +346,8 @@ def _offered(left: RecoverableWork) -> UnsavedWorkInfo:
     count = counted(len(all_frames), "frame")
     changed = f"{len(frames)} of {count} changed: {', '.join(parts)}"
     lines = [changed if frames else f"{count}: no work on frames, but the list or its settings have changed"]
-    if left.header.project:
-        lines.append(f"Project {left.header.project}")
+    if left.project:
+        lines.append(f"Project {left.project}")
     if left.header.host != socket.gethostname():
         lines.append(f"From computer {left.header.host}")
     lines += left.read.problems

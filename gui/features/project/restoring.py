@@ -71,11 +71,7 @@ class Restoring(QObject):
 
     def _plan(self, left: RecoverableWork) -> _Plan:
         entries, alone = self._context.workspace.frames.entries, self.has_no_project()
-        is_of_this = (
-            left.header is not None
-            and bool(left.header.project)
-            and left.header.project == self._context.recorder.project
-        )
+        is_of_this = bool(left.project) and left.project == self._context.recorder.project
         frames = left.frames if is_of_this else left.read.project.frames
         ids = {frame.id: frame.id if entries.of(frame.id) is None else uuid.uuid4().hex for frame in frames}
         return _Plan(left, alone, frames, ids)
@@ -146,8 +142,8 @@ def _with_id(frame: ProjectFrame, frame_id: str) -> ProjectFrame:
 
 def name_of(left: RecoverableWork) -> str:
     """Return a display name: the project, or the frames."""
-    if left.header is not None and left.header.project:
-        return Path(left.header.project).stem
+    if left.project:
+        return Path(left.project).stem
     frames = left.frames or left.read.project.frames
     names = [frame.name for frame in frames]
     return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
@@ -155,7 +151,7 @@ def name_of(left: RecoverableWork) -> str:
 
 def _project_of(left: RecoverableWork) -> tuple[OpenedProject | None, tuple[str, ...]]:
     """Return the project file, if there is one that can be read, and its problems."""
-    path = "" if left.header is None else left.header.project
+    path = left.project
     if not path:
         return None, ()
     without = [frame for frame in left.read.project.frames if frame.has_state and frame.id not in left.stored]
