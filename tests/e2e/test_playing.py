@@ -13,10 +13,11 @@ from pytestqt.qtbot import QtBot
 from gui.app.main_window import MainWindow
 from gui.base.commands import WHY_NOT
 from gui.features.batch.feature import BatchFeature
+from gui.features.batch.result import BatchResult
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.sequence import playing
 from gui.features.sequence.flicker import FlickerFeature
-from gui.features.sequence.moments import BatchResult, Moment
+from gui.features.sequence.moments import Moment
 from gui.features.sequence.playing import Pace, PlayedFrame, PlayFeature, play
 from gui.features.status import StatusFeature
 from ilf.data.presets import preset

@@ -250,7 +250,7 @@ class BatchDialog(QDialog):
         """Return the folder for the results."""
         return Path(self.folder.text().strip()).expanduser().absolute()
 
-    def pictures(self) -> list[Callable[[Path, Sequence[FrameOutcome]], Path]]:
+    def pictures(self) -> Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]:
         """Return what writes the pictures that the user wants."""
         return [write_contact_sheet] * self.sheet.isChecked() + [write_video] * self.video.isChecked()
 

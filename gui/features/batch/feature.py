@@ -26,8 +26,8 @@ from ..context import Context, Feature, PendingWork
 from ..documents.export import stored_options
 from ..documents.feature import DocumentsFeature
 from ..frame_list.feature import FramesFeature
-from ..sequence.moments import BatchResult
 from .dialog import SELECTED_FRAMES, BatchDialog
+from .result import BatchResult
 
 # A batch, step by step, for any thread.
 

@@ -423,7 +423,9 @@ def _check(text: str, hint: str) -> QCheckBox:
 
 def _combo(texts: Mapping[str, str], hint: str = "", name: str = "") -> QComboBox:
     """Return a list of values, shown by their texts."""
-    combo = QComboBox(toolTip=hint, accessibleName=name)
+    combo = QComboBox()
+    combo.setToolTip(hint)
+    combo.setAccessibleName(name)
     for value, text in texts.items():
         combo.addItem(text, value)
     return combo

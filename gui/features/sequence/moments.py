@@ -4,45 +4,21 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.flicker import flicker
-from ilf.io.depth import depth_in_metres, read_depth_values
 from ilf.project.facts import present_completion
-from ilf.run.options import DEPTH_FILES
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...views.material import Before, Depth
-
-
-class BatchResult(NamedTuple):
-    """Where a batch has written the completed depth of a frame: its folder, and the units per metre of a depth PNG."""
-
-    folder: Path
-    units: float
-
-    def read(self) -> NDArray[np.float32] | None:
-        """Read the depth [m], float32 (H, W), NaN = missing; None if it was not written.
-
-        Raises
-        ------
-        IlfError
-            If it cannot be read.
-        """
-        for name, units in (("npy", 1.0), ("tiff", 1.0), ("png", self.units)):
-            path = self.folder / DEPTH_FILES[name]
-            if path.exists():
-                return depth_in_metres(read_depth_values(path), units)
-        return None
+from ..batch.result import BatchResult
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,11 +25,12 @@ from ...state.entries import Entry
 from ...state.session import Session
 from ...views.material import Before
 from ...work.jobs import Worker
+from ..batch.result import BatchResult
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
 from ..views import ViewsFeature
-from .moments import BatchResult, Moment
+from .moments import Moment
 
 # Playing, in the worker's thread.
 
