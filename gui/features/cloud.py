@@ -277,7 +277,7 @@ class CloudFeature(Feature):
     def _range(self, kind: str) -> Range:
         """Range mode of a kind, with its fixed levels if any; depth uses the levels of the images."""
         if kind == "depth":
-            return Range(FIXED, self._views.levels)
+            return Range(FIXED, self._views.ranges.depth)
         one = self._views.ranges.of(kind)
         return replace(one) if one.locked or one.mode == FIXED else replace(one, levels=None)
 

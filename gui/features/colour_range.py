@@ -349,7 +349,7 @@ class ColourRangeFeature(Feature):
         context.refresh.add("range", self.show, (*changed, *shown, self.panel.shown), later)
         self.panel.modeChosen.connect(self._set_mode)
         self.panel.levelsSet.connect(self._set_levels)
-        self.panel.mapChosen.connect(views.set_depth_map)
+        self.panel.mapChosen.connect(views.ranges.set_depth_map)
 
     def show(self) -> None:
         """Show the range of the active view if the panel is visible; always show whether it is locked."""

@@ -168,7 +168,7 @@ def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     texts = {name: name.capitalize() for name in DEPTH_MAPS}
     actions = _choices(menu, texts, next(iter(DEPTH_MAPS)))
     for name, action in actions.items():
-        action.triggered.connect(lambda _=False, name=name: views.set_depth_map(name))
+        action.triggered.connect(lambda _=False, name=name: views.ranges.set_depth_map(name))
     views.rangeChanged.connect(lambda: actions[views.ranges.depth_map].setChecked(True))
     return menu
 

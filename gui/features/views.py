@@ -351,7 +351,7 @@ class ErrorFeature(Feature):
             completion is not None
             and error is None
             and completion is not self._failed_completion
-            and (self._views.shows_expected_error or any(is_seen() for is_seen in self._watchers))
+            and (self._views.shows("expected") or any(is_seen() for is_seen in self._watchers))
             and self._runs.state in (RunState.IDLE, RunState.PAUSED)
         ):
             self._questions.ask(_Question(session, completion))

@@ -131,15 +131,15 @@ def _are_same(some: tuple[NDArray[Any], ...], others: tuple[NDArray[Any], ...]) 
 
 def _look_same(former: Layer, layer: Layer) -> bool:
     """Whether only pixels can differ: the same arrays of the same size are there, in the same colours."""
-    there = [(one is None, one.shape if one is not None else None) for one in (former.stale, former.extrapolated)]
-    now = [(one is None, one.shape if one is not None else None) for one in (layer.stale, layer.extrapolated)]
+    there = [one is None for one in (former.stale, former.extrapolated, former.mark_table)]
+    now = [one is None for one in (layer.stale, layer.extrapolated, layer.mark_table)]
+    former_marks, marks = (one.mark_table for one in (former, layer))
     return (
         former.levels == layer.levels
         and there == now
         and [part.shape for part in former.parts] == [part.shape for part in layer.parts]
         and np.array_equal(former.table, layer.table)
-        and (former.mark_table is None) == (layer.mark_table is None)
-        and (layer.mark_table is None or np.array_equal(former.mark_table, layer.mark_table))
+        and (former_marks is None or marks is None or np.array_equal(former_marks, marks))
     )
 
 

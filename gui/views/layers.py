@@ -106,7 +106,7 @@ def content_of(name: str) -> Content:
 
 def uses(name: str, material: Material) -> frozenset[str]:
     """Parts of the material that a concrete content uses now."""
-    depths = operands_of(name) or ((name,) if name in COMPARABLE else ())
+    depths: tuple[str, ...] = operands_of(name) or ((name,) if name in COMPARABLE else ())
     if name == "depth-in":  # the invalid mask does not change it
         return content_of(name).uses | {"frame"}
     more = {"swipe", "runs"} if name == "result" else set()

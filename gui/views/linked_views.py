@@ -18,7 +18,6 @@ from ..base import theme
 from ..widgets.basics import Themed
 from .cells import Cell, Sheet
 from .colour_ranges import ColourRanges
-from .colours import FIXED
 from .image_view import ImageView, ViewTransform
 from .interaction import PointerHandler, Preview
 from .layouts import CELLS
@@ -30,12 +29,6 @@ from .screen_layers import ScreenLayers
 from .side_comparison import SideComparison
 from .stages import StageModel
 
-_ALL = (
-    *("frame", "invalid_mask", "result", "moment", "expected", "ground_truth", "guide", "runs"),
-    "from_neighbours",
-    *("before", "interpolated", "edges", "stage", "spectrum", "levels"),
-)
-"""All parts of the material (names for `Content.uses`)."""
 _PARTS = {"earlier": "runs", "result_number": "runs", "error_is_outdated": "expected"}
 """Parts that some data belong to; the others are parts of their own."""
 _MARKS = {"invalid_mask", "by_hand", "suspect", "unsupported"}
@@ -179,7 +172,7 @@ class LinkedViews(Themed, QWidget):
         self.ranges.reset_for_frame()
         self._pages.setCurrentWidget(self._sheet)
         self._sheet.set_aspect(self._transform.aspect)
-        self._changed(*_ALL)
+        self._changed()
         self.material.outside_view = outside_view
         self._show_marks()
 
@@ -188,7 +181,7 @@ class LinkedViews(Themed, QWidget):
         self._navigation.set_frame(None)
         self._forget()
         self._pages.setCurrentWidget(self._empty)
-        self._changed(*_ALL)
+        self._changed()
 
     def _forget(self) -> None:
         self.material.forget()
@@ -317,11 +310,11 @@ class LinkedViews(Themed, QWidget):
                 raise ValueError(f"{what} of shape {data.shape} does not belong to the frame shown")
 
     def _changed(self, *parts: str) -> None:
-        """Redraw the cells that use any of these parts."""
+        """Redraw the cells that use any of these parts, or all cells."""
         for cell in self.cells.values():
             cell.follow()
-            cell.redraw(set(parts))
-        if not {"runs", "result"}.isdisjoint(parts):
+            cell.redraw(set(parts) or cell.uses)
+        if not parts or not {"runs", "result"}.isdisjoint(parts):
             self.sides.update_labels()
         levels = self.ranged.bar.levels
         if levels != self._last_levels:
@@ -368,16 +361,6 @@ class LinkedViews(Themed, QWidget):
     def shows(self, part: str) -> bool:
         """Whether a visible cell uses a part of the material, such as "edges"."""
         return any(cell.isVisible() and part in cell.uses for cell in self.cells.values())
-
-    @property
-    def shows_expected_error(self) -> bool:
-        """Whether a view of the expected error is visible."""
-        return self.shows("expected")
-
-    @property
-    def shows_extraction(self) -> bool:
-        """Whether a view of the extraction is visible."""
-        return self.shows("stage")
 
     @property
     def shown(self) -> tuple[Cell, ...]:
@@ -476,21 +459,6 @@ class LinkedViews(Themed, QWidget):
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y), as if the pointer were there; None hides it."""
         self._navigation.point_at(pixel)
-
-    # colours
-
-    @property
-    def levels(self) -> tuple[float, float]:
-        """Depth [m] at the ends of the depth colours."""
-        return self.ranges.depth
-
-    def set_levels(self, low: float, high: float) -> None:
-        """Set the depth [m] at the ends of the depth colours, for all depths."""
-        self.ranges.set("depth", FIXED, (low, high))
-
-    def set_depth_map(self, name: str) -> None:
-        """Set the depth colour map by a name of `colours.DEPTH_MAPS`."""
-        self.ranges.set_depth_map(name)
 
     def _follow_ranges(self) -> None:
         self._changed("levels")

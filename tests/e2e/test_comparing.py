@@ -224,27 +224,27 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(
     opened.refresh.now()
     assert panel.isVisible()
     assert "Depth in [m]" in panel.title.text(), "the first view that has a range"
-    robust = views.levels
+    robust = views.ranges.depth
     assert panel.histogram.levels == pytest.approx(robust)
     panel.histogram._region.setRegion((1.2, 1.9))
-    qtbot.waitUntil(lambda: views.levels == pytest.approx((1.2, 1.9)))
+    qtbot.waitUntil(lambda: views.ranges.depth == pytest.approx((1.2, 1.9)))
     opened.refresh.now()
     assert panel.mode.currentData() == "fixed"
     panel.high.setValue(2.5)
-    assert views.levels == pytest.approx((1.2, 2.5))
+    assert views.ranges.depth == pytest.approx((1.2, 2.5))
     opened.actions_["lock_range"].trigger()
     open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "another", small_frame))))
-    assert views.levels == pytest.approx((1.2, 2.5))
+    assert views.ranges.depth == pytest.approx((1.2, 2.5))
     opened.refresh.now()
     assert not panel.high.isEnabled()
     opened.actions_["lock_range"].trigger()
     opened.refresh.now()
     panel.mode.setCurrentIndex(panel.mode.findData("robust"))
     panel.mode.activated.emit(0)
-    assert views.levels == pytest.approx(robust, abs=0.01)
+    assert views.ranges.depth == pytest.approx(robust, abs=0.01)
     panel.low.setValue(9.0)
     opened.refresh.now()
-    assert views.levels == pytest.approx(robust, abs=0.01), "the lower end must be below the upper one"
+    assert views.ranges.depth == pytest.approx(robust, abs=0.01), "the lower end must be below the upper one"
     assert panel.low.value() == pytest.approx(robust[0], abs=0.01)
 
 

@@ -81,16 +81,16 @@ def test_one_click_fits_the_colours_to_the_selection_or_to_what_is_visible(opene
     views, fit = opened.views, opened.actions_["fit_range"]
     depth = opened.workspace.session.frame.depth
     fit.trigger()
-    assert views.levels == pytest.approx(np.nanpercentile(depth, (1, 99)))
+    assert views.ranges.depth == pytest.approx(np.nanpercentile(depth, (1, 99)))
     views.zoom_to(slice(2, 8), slice(4, 12))
     opened.refresh.now()
     fit.trigger()
-    assert np.nanmin(depth[:, :30]) <= views.levels[0] < views.levels[1] <= np.nanmax(depth[:, :30])
+    assert np.nanmin(depth[:, :30]) <= views.ranges.depth[0] < views.ranges.depth[1] <= np.nanmax(depth[:, :30])
     right = int(opened.workspace.session.labels[5, 60])
     opened.workspace.blocks.select([right])
     fit.trigger()
     chosen = depth[opened.workspace.session.labels == right]
-    assert views.levels == pytest.approx(np.nanpercentile(chosen, (1, 99)))
+    assert views.ranges.depth == pytest.approx(np.nanpercentile(chosen, (1, 99)))
 
 
 def test_outlines_belong_to_the_layout(opened: MainWindow) -> None:

@@ -216,7 +216,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert ("equal within" in shown.state.text()) == (len(marked) > 1)
     assert "over the pixels that all values filled" in shown.state.text()
     assert sweep.found.errors.keys() == {0, 1, 2}
-    window.views.set_depth_map("grey")
+    window.views.ranges.set_depth_map("grey")
     settle(window)
     np.testing.assert_array_equal(shown.bar._scale.table, depth_table("grey"))
     shown.multiples.tiles[2].click()

@@ -195,7 +195,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters())
     staged.views.set_layout("grid")
     _click(staged, "Preview")
-    assert staged.views.shows_extraction, "switching the preview on shows it"
+    assert staged.views.shows("stage"), "switching the preview on shows it"
     _settle(staged, qtbot)
     np.testing.assert_array_equal(_picture(staged), before)
 
@@ -341,7 +341,7 @@ def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWind
     _slide(opened, "dilation", 5)
     assert not opened.feature(ExtractionFeature).busy
     opened.actions_["stage_strength"].trigger()
-    assert opened.views.shows_extraction
+    assert opened.views.shows("stage")
     _settle(opened, qtbot)
     assert _picture(opened).ndim == 2
     assert opened.feature(ViewsFeature).bar.layouts.currentData() == "grid-extraction"

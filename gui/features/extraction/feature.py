@@ -166,7 +166,7 @@ class ExtractionFeature(Feature):
             self._slow.stop()
             self._found, self._failure = None, ""
         self._is_waiting = False
-        if frame is not None and self._views.shows_extraction:
+        if frame is not None and self._views.shows("stage"):
             self._ask(frame)
             self._watch()
         self.describe()
@@ -187,7 +187,7 @@ class ExtractionFeature(Feature):
 
     def describe(self) -> None:
         """Show the summary of the parameters' result in the panel, with the blocks that are kept."""
-        panel, shown = self.panel, self._views.shows_extraction
+        panel, shown = self.panel, self._views.shows("stage")
         if self._frame is None or not self._workspace.has_session:
             panel.show_summary("")
         elif not shown and self._has_new_values() and panel.previews:
@@ -223,7 +223,7 @@ class ExtractionFeature(Feature):
     def show_view(self) -> None:
         """Show the view of the extraction if it is not visible."""
         self.context.centre.show_images()
-        if not self._views.shows_extraction:
+        if not self._views.shows("stage"):
             self._views.set_content("extraction", "extraction")
             self._views.set_layout(LAYOUT)
 

@@ -33,7 +33,7 @@ def _entry(window: MainWindow, menu: str, text: str) -> QAction:
 def test_the_menu_marks_the_depth_colours_however_they_were_chosen(window: MainWindow) -> None:
     entries = {name: _entry(window, "Depth &colours", name.capitalize()) for name in ("turbo", "viridis", "grey")}
     for name in ("viridis", "turbo"):
-        window.views.set_depth_map(name)
+        window.views.ranges.set_depth_map(name)
         assert [other for other, entry in entries.items() if entry.isChecked()] == [name]
     entries["grey"].trigger()
     assert window.views.ranges.depth_map == "grey"

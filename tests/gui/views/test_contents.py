@@ -178,7 +178,7 @@ def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
 def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     heard = []
     views.set_pointer_handler(lambda event: heard.append(event.kind.name))
-    views.set_levels(1.0, 3.0)
+    views.ranges.set("depth", "fixed", (1.0, 3.0))
     views.set_result(flat(2.9))
     views.show_data(runs=(ShownRun("Run 1", flat(1.1), colour=(1, 2, 3)),))
     cell = views.cells["depth-out"]
@@ -204,7 +204,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert colour_at(cell, 45.5, 40.5) == run_2
     views.set_frame(views.material.rgb, flat(1.1))
     assert views.material.swipe_column == views.sides.swipe.x == WIDTH / 2, "of another frame, it stands in the middle"
-    views.set_levels(1.0, 3.0)
+    views.ranges.set("depth", "fixed", (1.0, 3.0))
     views.set_result(flat(2.9))
     views.sides.set_swiping(False)
     assert colour_at(cell, 60.5, 40.5) == run_2
@@ -265,18 +265,18 @@ def test_ranges_are_robust_full_or_fixed_and_stay_when_they_are_locked(views):
     depth[:, 60:] = 3.0
     rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     views.set_frame(rgb, depth)
-    assert views.levels == (2.0, 3.0)
+    assert views.ranges.depth == (2.0, 3.0)
     views.ranges.set("depth", FULL)
-    assert views.levels == (2.0, 9.0)
-    views.set_levels(1.5, 2.5)
+    assert views.ranges.depth == (2.0, 9.0)
+    views.ranges.set("depth", "fixed", (1.5, 2.5))
     assert views.cells["depth-in"].bar.levels == (1.5, 2.5)
     views.set_frame(rgb, depth)
-    assert views.levels == (2.0, 3.0), "numbers were for the frame before"
+    assert views.ranges.depth == (2.0, 3.0), "numbers were for the frame before"
     views.ranges.set("depth", ROBUST, (1.0, 4.0), locked=True)
     views.set_frame(rgb, depth)
-    assert views.levels == (1.0, 4.0)
+    assert views.ranges.depth == (1.0, 4.0)
     views.ranges.set("depth", ROBUST, locked=False)
-    assert views.levels == (2.0, 3.0)
+    assert views.ranges.depth == (2.0, 3.0)
 
 
 def test_values_under_the_pointer_are_marked_on_the_bars(views):

@@ -328,16 +328,16 @@ def test_logarithmic_ticks_are_as_many_as_there_is_room_for():
 
 
 def test_depth_colours_follow_levels_and_map(views):
-    views.set_levels(1.0, 3.0)
+    views.ranges.set("depth", "fixed", (1.0, 3.0))
     view = view_of(views, "depth-in")
     for name in ("viridis", "grey"):
-        views.set_depth_map(name)
+        views.ranges.set_depth_map(name)
         expected = depth_table(name)[to_indices(np.float32([[2.0]]), 1.0, 3.0)[0, 0], :3]
         assert colour_at(view, place(view, 40, 40)) == tuple(expected)
     with pytest.raises(ValueError, match="below"):
-        views.set_levels(2, 2)
+        views.ranges.set("depth", "fixed", (2, 2))
     with pytest.raises(ValueError, match="turbo"):
-        views.set_depth_map("rainbow")
+        views.ranges.set_depth_map("rainbow")
 
 
 def test_indices_keep_zero_for_missing():
@@ -568,12 +568,12 @@ def test_layouts_and_the_double_click_on_a_title(views, qtbot):
     shown = []
     views.layoutChanged.connect(shown.append)
     views.set_layout("row")
-    assert views.shows_expected_error
+    assert views.shows("expected")
     assert not views.cells["difference"].isVisible()
     strip = views.cells["depth-out"].strip
     QTest.mouseDClick(strip, LEFT)
     assert [name for name, cell in views.cells.items() if cell.isVisible()] == ["depth-out"]
-    assert not views.shows_expected_error
+    assert not views.shows("expected")
     qtbot.waitUntil(lambda: view_of(views, "depth-out").viewport().width() > 700)
     QTest.mouseDClick(strip, LEFT)
     assert shown == ["row", "depth-out", "row"]
