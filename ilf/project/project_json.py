@@ -18,7 +18,7 @@ from ..data.frame import FrameInputs
 from ..errors import FormatError, InputError
 from ..sources.frame_source import FrameSource
 from .archive import Parts
-from .codec import UNREADABLE, from_plain, to_plain
+from .codec import UNREADABLE, Read, Write, from_plain, to_plain
 from .project import FrameSummary, Project, ProjectFrame, Stage
 from .sources import FilePlace, Places
 from .state_codec import PROGRAM, SCHEMA, FrameHead, frame_part, read_head
@@ -60,7 +60,7 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         Whether the files are embedded whenever the project is saved.
     """
     known = places or Places()
-    hooks = {FrameSource: FrameSource.to_json}
+    hooks: dict[type, Write] = {FrameSource: FrameSource.to_json}
     data = {
         "program": PROGRAM,
         "schema": SCHEMA,
@@ -141,7 +141,7 @@ def _decoded(data: Mapping[str, Any], path: Path | None, stated_in: str | None) 
         read = FrameSource.from_json(Section("source", converted(data, dict, "source")), stated_in)
         return read.with_paths(lambda path: _present(path, places)) if moved else read
 
-    hooks = {FrameSource: source}
+    hooks: dict[type, Read] = {FrameSource: source}
     frames = tuple(from_plain(row, ProjectFrame, hooks) for row in stored.frames)
     for frame in frames:
         if not re.fullmatch(_ID, frame.id):
