@@ -154,7 +154,7 @@ _ALL = (
     Format("bench-result", "earlier.json", program_seeds.earlier, of_json, readers.earlier),
     Format("interrupted-set", "names", program_seeds.interrupted, of_text, readers.unfinished),
     Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
-    Format("autosave", "left/left.work/index.json", program_seeds.autosave, of_json, readers.autosave),
+    Format("autosave", "left.work/index.json", program_seeds.autosave, of_json, readers.autosave),
 )
 
 FORMATS = {form.name: form for form in _ALL}
