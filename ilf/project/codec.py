@@ -100,8 +100,8 @@ def to_plain(value: Any, hooks: Mapping[type, Write]) -> Any:
         history = value if isinstance(value, CompactHistory) else CompactHistory(value)
         return {history.kind.__name__: to_plain(history.columns, hooks)}
     if dataclasses.is_dataclass(value) or hasattr(value, "_fields"):
-        of: Any = type(value)
-        return {name: to_plain(getattr(value, name), hooks) for name in stored_fields(of)}
+        record: Any = type(value)
+        return {name: to_plain(getattr(value, name), hooks) for name in stored_fields(record)}
     if _is_list(value):
         return [to_plain(part, hooks) for part in value]
     raise TypeError(f"a {type(value).__name__} cannot be stored")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,7 +18,7 @@ from ..data.frame import FrameInputs
 from ..errors import FormatError, InputError
 from ..sources.frame_ref import FrameRef
 from .archive import Parts
-from .codec import UNREADABLE, from_plain, to_plain
+from .codec import UNREADABLE, Read, Write, from_plain, to_plain
 from .project import FrameSummary, Project, ProjectFrame, Stage
 from .sources import FilePlace, Places
 from .state_codec import PROGRAM, SCHEMA, FrameHead, frame_part, read_head
@@ -60,7 +60,7 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         Whether the files are embedded whenever the project is saved.
     """
     known = places or Places()
-    hooks: dict[type, Callable[[Any], Any]] = {FrameRef: FrameRef.to_json}
+    hooks: dict[type, Write] = {FrameRef: FrameRef.to_json}
     data = {
         "program": PROGRAM,
         "schema": SCHEMA,
@@ -141,7 +141,7 @@ def _decoded(data: Mapping[str, Any], path: Path | None, stated_in: str | None) 
         read = FrameRef.from_json(Section("source", converted(data, dict, "source")), stated_in)
         return read.with_paths(lambda path: _present(path, places)) if moved else read
 
-    hooks: dict[type, Callable[[Any, Any], Any]] = {FrameRef: source}
+    hooks: dict[type, Read] = {FrameRef: source}
     frames = tuple(from_plain(row, ProjectFrame, hooks) for row in stored.frames)
     for frame in frames:
         if not re.fullmatch(_ID, frame.id):

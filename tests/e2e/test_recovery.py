@@ -281,5 +281,5 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     assert window.workspace.session.info(1).name == "roof"
     unsaved = [entry.unsaved for entry in window.workspace.frames.entries]
     assert unsaved == ([False, False, True] if file_is_there else [True, True, True])
-    assert window.project.project_words() == ("extraction parameters" if sets_more else "")
+    assert window.project.present.words() == ("extraction parameters" if sets_more else "")
     window.close()

@@ -152,7 +152,7 @@ _ALL = (
     Format("scheduler-file", "scheduler.json", seeds.scheduler, of_json, lambda path: scheduler_address(str(path))),
     Format("bench-result", "earlier.json", program_seeds.earlier, of_json, readers.earlier),
     Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
-    Format("autosave", "left/left.work/index.json", program_seeds.autosave, of_json, readers.autosave),
+    Format("autosave", "left.work/index.json", program_seeds.autosave, of_json, readers.autosave),
 )
 
 FORMATS = {form.name: form for form in _ALL}

@@ -231,7 +231,7 @@ def window(path: Path) -> None:
 def autosave(path: Path) -> None:
     """Work in a window's autosave."""
     folder = path.parent
-    for file in (folder.parent.parent / "sound").iterdir():
+    for file in (folder.parent / "sound").iterdir():
         if file.name != path.name:
             shutil.copy(file, folder)
     for left in find_recoverable_work(folder.parent):

@@ -58,7 +58,7 @@ def test_only_what_has_changed_is_another_object_in_the_next_state(workspace: Wo
     first, second = session.snapshot(), session.snapshot()
     assert second.blocks.labels is first.blocks.labels
     assert second.blocks.drawn is first.blocks.drawn is not None
-    assert session.run(QUICK).blocks is first.blocks.labels, "a run shares them, too"
+    assert session.run(QUICK).blocks.labels is first.blocks.labels, "a run shares them, too"
 
     before = first.blocks.labels.copy()
     session.set_labels(painted(session, 1, np.s_[20:30]))

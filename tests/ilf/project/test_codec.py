@@ -51,7 +51,7 @@ def test_a_state_comes_back_as_it_was(origin, state):
     assert found.problems == ()
     assert_same(wanted, found.state)
     assert found.state.runs[1].run.frame is found.state.frame, "what runs share, they share again"
-    assert found.state.runs[1].run.blocks is found.state.blocks.labels
+    assert found.state.runs[1].run.blocks.labels is found.state.blocks.labels
     assert found.state.runs[1].results[1] is found.state.results[1]
 
 
