@@ -22,6 +22,7 @@ from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.entries import Entries, Entry
 from gui.state.workspace import Workspace
 from ilf.project.project import FrameSummary, Stage
+from ilf.project.recovery import Copied
 from ilf.project.thumbnail import thumbnail_part
 from ilf.sources.frame_ref import FrameRef
 from tests.gui.naming import unnamed
@@ -284,7 +285,7 @@ def test_stored_thumbnails_are_those_of_the_windows_store(qtbot: QtBot) -> None:
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     frames = window.feature(FramesFeature)
-    frames.context.recorder.store.keep({thumbnail_part("a1"): b"picture"}, {"a1": frozenset()})
+    frames.context.recorder.store.adopt(Copied({thumbnail_part("a1"): b"picture"}, {"a1": frozenset()}, {}))
     assert frames.panel.thumbnails.stored("a1") == b"picture"
     assert frames.panel.thumbnails.stored("b2") is None
     window.close()
