@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-import sqlite3
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from ..errors import FormatError
 
@@ -45,24 +43,6 @@ class TimeLimit:
     def is_exceeded(self) -> bool:
         """Whether the statement has exceeded its time."""
         return time.thread_time() - self._began > self._seconds
-
-
-class LimitedConnection(sqlite3.Connection):
-    """A sqlite3 connection whose statements are limited by an `TimeLimit`, and whose values are limited to `LONGEST`
-    bytes; for `sqlite3.connect(path, factory=LimitedConnection)`."""
-
-    def __init__(self, database: Path, *args: Any, **options: Any) -> None:
-        super().__init__(database, *args, **options)
-        self._allowance = TimeLimit(database.stat().st_size)
-        self.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LONGEST)
-        self.set_progress_handler(self._allowance.is_exceeded, STEPS)
-
-    def execute(self, *statement: Any) -> sqlite3.Cursor:
-        self._allowance.begin()
-        return super().execute(*statement)
-
-    def executemany(self, statement: str, rows: Iterable[Any], /) -> sqlite3.Cursor:
-        return super().executemany(statement, (row for row in rows if self._allowance.begin()))
 
 
 def check_plain(path: Path, schema: Iterable[tuple[str, str]]) -> list[str]:

@@ -318,6 +318,6 @@ def _below(root: Path | Address, path: str) -> Path:
 
 def _key(root: Path | Address, source: FrameRef) -> str:
     path = _below(root, source.rgb)
-    if source.depth is not None:
+    if source.depth is not None and path.name:  # damaged lists may name the folder itself
         path = path.with_suffix("")
     return root.name if path == Path(".") else path.as_posix()

@@ -104,4 +104,6 @@ def _resume_in_store(out: Path, listed: Callable[[], list[BatchFrame]], count: i
 
 
 if __name__ == "__main__":
+    from tests.bench.shards import main  # a child process imports what it calls by the name of its module
+
     main()

@@ -365,6 +365,16 @@ def test_depth_beside_the_images_of_a_transforms_json(tmp_path: Path) -> None:
         ilf.open_source(tmp_path)
 
 
+def test_a_transforms_json_that_names_its_own_folder_as_colour_is_told(tmp_path: Path) -> None:
+    _transforms(tmp_path, depth=False)
+    data = json.loads((tmp_path / "transforms.json").read_text())
+    data["frames"] = [data["frames"][0] | {"file_path": "", "depth_file_path": "depth.png"}]
+    (tmp_path / "transforms.json").write_text(json.dumps(data))
+    _write(tmp_path / "depth.png", METRES, 1000)
+    with pytest.raises(InputError, match="is a folder"):
+        ilf.open_source(tmp_path)[0]
+
+
 def test_images_of_one_name_in_two_folders_keep_their_own_depth_and_pose(tmp_path: Path) -> None:
     frames = []
     for camera, pose in zip("ab", _poses(2), strict=True):
