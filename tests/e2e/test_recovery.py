@@ -34,6 +34,12 @@ from tests.gui.naming import unnamed
 from .conftest import WAIT_MS, open_frame, write_frame
 
 
+@pytest.fixture(autouse=True)
+def prompt_autosave(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Changes are stored at once instead of after two seconds."""
+    monkeypatch.setattr("gui.project.recorder.AFTER_MS", 50)
+
+
 @pytest.fixture
 def left(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Path:
     """Autosaves of two windows that were killed, one with two frames, and one that cannot be read."""

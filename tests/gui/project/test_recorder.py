@@ -21,6 +21,12 @@ from ilf.segmentation.editing.patches import patch_between
 from ..recording import WAIT_MS, Recording, assert_holds
 
 
+@pytest.fixture(autouse=True)
+def prompt_autosave(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Changes are stored at once instead of after two seconds."""
+    monkeypatch.setattr("gui.project.recorder.AFTER_MS", 50)
+
+
 @pytest.fixture
 def context(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Iterator[Recording]:
     context = Recording(tmp_path / "autosave", tmp_path / "aside", small_frame, small_labels)
