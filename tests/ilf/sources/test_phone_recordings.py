@@ -7,6 +7,7 @@ import argparse
 import contextlib
 import json
 import struct
+import warnings
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,7 +21,7 @@ from hypothesis import strategies as st
 import ilf
 from ilf.cli import main
 from ilf.cli.parsing import add_frame, add_invalid_mask, frame_from
-from ilf.errors import FormatError, IlfError, InputError, ParameterError
+from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.sources.opening import close_all
 from ilf.sources.record3d import unpacked
 from ilf.sources.recording import part_of
@@ -375,7 +376,8 @@ def test_whatever_bytes_change_nothing_but_errors_of_ours_comes(tmp_path, data):
     for _ in range(data.draw(st.integers(1, 4))):
         content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     path.write_bytes(content)
-    with contextlib.suppress(IlfError):
+    with contextlib.suppress(IlfError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", DepthWarning)  # damaged numbers of a camera are doubted
         _read_first(path)
     close_all()
 
