@@ -16,7 +16,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand
 
-from ilf.data.blocks import OwnValues, differing_names, own_values, parameter_labels
+from ilf.data.blocks import OwnValues, own_values
 from ilf.data.parameters import DEFAULT_PRESET, BlockParameters, Parameters
 from ilf.data.presets import preset
 from ilf.project.run_history import StoredRun
@@ -295,7 +295,7 @@ class WorkspaceParameters(QObject):
 
 def names_in(changes: OwnChange) -> set[str]:
     """Return the names of the parameters that change."""
-    return {name for before, after in changes.values() for name in differing_names(before or {}, after or {})}
+    return {name for before, after in changes.values() for name in _differing_names(before or {}, after or {})}
 
 
 class EditParameters(QUndoCommand):
@@ -411,3 +411,14 @@ class ShareParameters(QUndoCommand):
         before = host.shared, session.state.common, session.state.own_parameters
         host.take_shared(self._shared, session, self._common, self._own)
         self._shared, self._common, self._own = before
+
+
+def _differing_names(one: OwnValues, other: OwnValues) -> set[str]:
+    """Return the names whose values differ, or that only one of the two has."""
+    return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}
+
+
+def parameter_labels(names: Iterable[str]) -> list[str]:
+    """Return the labels of parameters, in the order in which they are declared."""
+    declarations = Parameters.declarations()
+    return [declarations[name].label for name in declarations if name in set(names)]

@@ -253,12 +253,3 @@ def _corrected(
         return replace(result, notes=(*result.notes, *notes))
     depth = correction.applied(task.block, task.raw, result.depth, task.by_hand)
     return replace(result, depth=depth, correction=correction.networks)
-
-
-def _parameters_for(parameters: Parameters | Mapping[int, Parameters | str], label: int) -> Parameters:
-    if isinstance(parameters, Parameters):
-        return parameters
-    try:
-        return as_parameters(parameters[label])
-    except KeyError:
-        raise InputError(f"No parameters are given for block {label}.") from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Self
 
@@ -162,14 +162,3 @@ def own_values(parameters: Parameters, common: Parameters) -> OwnValues:
     """Return the values in which a block's parameters differ from the common ones."""
     ours, values = parameters.to_dict(), common.to_dict()
     return {name: value for name, value in ours.items() if value != values[name]}
-
-
-def differing_names(one: OwnValues, other: OwnValues) -> set[str]:
-    """Return the names whose values differ, or that only one of the two has."""
-    return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}
-
-
-def parameter_labels(names: Iterable[str]) -> list[str]:
-    """Return the labels of parameters in the window."""
-    declarations = Parameters.declarations()
-    return [declarations[name].label for name in declarations if name in set(names)]

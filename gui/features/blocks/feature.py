@@ -11,12 +11,12 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QMenu
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import parameter_labels
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
 from ilf.drawing.blocks import block_colour
 
 from ...base.commands import Command
+from ...state.parameters import parameter_labels
 from ...state.results import BlockCounts
 from ...state.session import Session
 from ...work.runs import RunController

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ilf.data.blocks import OwnValues, own_values, parameter_labels
+from ilf.data.blocks import OwnValues, own_values
 from ilf.data.parameters import Parameters
 
 from ...base.commands import Command
+from ...state.parameters import parameter_labels
 from ...state.session import Session
 from ..context import Context, Feature
 from .panel import FilterPanel, Sharing
