@@ -47,6 +47,7 @@ from ..features.tools import ToolsFeature
 from ..features.views import ErrorFeature, ViewsFeature
 from ..project.recorder import Recorder
 from ..project.store import WorkStore
+from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.centre import Centre
@@ -133,7 +134,9 @@ class MainWindow(QMainWindow):
         self.recorder = Recorder(self.workspace, WorkStore(autosave_folder() if persistent else None), self)
         self.loader = FrameLoader(self.workspace, self)
         self.runs = RunController(self.workspace, self)
-        self.refresh = Refresh(self)
+        self.runs.state_changed.connect(lambda: self.workspace.note(Part.RUNNING))
+        self.loader.busy_changed.connect(lambda: self.workspace.note(Part.LOADING))
+        self.refresh = Refresh(self.workspace, self)
 
     def _make_display(self, persistent: bool) -> None:
         """Make the widgets that several features use, and the context of the features."""
@@ -147,7 +150,7 @@ class MainWindow(QMainWindow):
         self.drops = FileDrops(self)
         self.editor = Editor(self.workspace, self.views, self)
         reasons = Reasons(self.workspace, self.runs, self.loader)
-        self.actions_ = Actions(self, reasons.update)
+        self.actions_ = Actions(self, reasons.missing)
         self.context = Context(
             window=self,
             workspace=self.workspace,

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QMainWindow, QMenu, QWidget
 from shiboken6 import isValid
 
 from . import theme
+from .needs import NOTHING, Need, sentence
 
 WHY_NOT = "why_not"
 """The property of an action that stores why it is disabled."""
@@ -40,8 +41,11 @@ class Command:
     handler : callable, optional
         Executes the command. If it is checkable, it is called with the state at each change, also by the program; of
         a group, it is called when the user chooses the command.
+    needs : Need
+        What must be there for it.
     why_off : callable, optional
-        Returns why the command cannot be used now, as a sentence with what to do first; "" if it can.
+        Given that this is there, returns why the command cannot be used now, as a sentence with what to do first; ""
+        if it can.
     """
 
     name: str
@@ -53,6 +57,7 @@ class Command:
     checkable: bool = False
     held: str = ""
     handler: Callable[..., object] | None = None
+    needs: Need = NOTHING
     why_off: Callable[[], str] | None = None
 
 
@@ -62,13 +67,13 @@ class Actions:
     Parameters
     ----------
     window : QWidget
-    prepare : callable
-        Called before the commands are asked why they cannot be used.
+    missing : callable
+        Returns what is missing of all that commands may need.
     """
 
-    def __init__(self, window: QWidget, prepare: Callable[[], None]) -> None:
+    def __init__(self, window: QWidget, missing: Callable[[], Need]) -> None:
         self._window = window
-        self._prepare = prepare
+        self._missing = missing
         self.commands: dict[str, Command] = {}
         """All commands by name, in the order in which they were added."""
         self._icons: dict[str, str] = {}
@@ -114,10 +119,12 @@ class Actions:
 
     def refresh(self) -> None:
         """Enable the commands that can be used now; store the reasons of the others."""
-        self._prepare()
+        missing = self._missing()
         for name, command in self.commands.items():
-            if command.why_off is not None:
-                reason = command.why_off()
+            if command.needs or command.why_off is not None:
+                reason = sentence(command.needs & missing)
+                if not reason and command.why_off is not None:
+                    reason = command.why_off()
                 if reason != self._reasons.get(name):
                     self._reasons[name] = reason
                     self[name].setEnabled(not reason)

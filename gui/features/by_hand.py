@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from ..base.commands import Command
+from ..base.needs import Need
 from ..tools.depth_by_hand import DepthByHandTool
 from .context import Context
 
@@ -37,7 +38,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             "State the depth in the tool bar at all missing depth of the selected blocks",
             icon="ph.paint-bucket",
             handler=with_tool(lambda: tool.fill(editor)),
-            why_off=reasons.none_selected,
+            needs=Need.SELECTION,
         ),
         Command(
             "continue_plane",
@@ -46,7 +47,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             icon="ph.square-half",
             keys="Ctrl+Shift+U",
             handler=with_tool(lambda: tool.propose_plane(editor)),
-            why_off=reasons.none_selected,
+            needs=Need.SELECTION,
         ),
         Command(
             "nearer_surface",
@@ -54,7 +55,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             "Continue the nearer of the two surfaces around a hole of the selected blocks into it",
             icon="ph.arrow-line-down",
             handler=with_tool(lambda: tool.propose_surface(editor, nearer=True)),
-            why_off=reasons.none_selected,
+            needs=Need.SELECTION,
         ),
         Command(
             "farther_surface",
@@ -62,7 +63,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             "Continue the farther of the two surfaces around a hole of the selected blocks into it",
             icon="ph.arrow-line-up",
             handler=with_tool(lambda: tool.propose_surface(editor, nearer=False)),
-            why_off=reasons.none_selected,
+            needs=Need.SELECTION,
         ),
         Command(
             "remove_by_hand",

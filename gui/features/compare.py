@@ -21,6 +21,7 @@ from ilf.project.run_history import StoredRun
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from ..base.commands import Command
+from ..base.needs import Need
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.contents import EARLIER, RUNS
@@ -312,7 +313,7 @@ class CompareFeature(Feature):
             changed.connect(lambda *_: actions["blink"].setChecked(False))  # an edit must show its effect on the result
 
     def _commands(self) -> Sequence[Command]:
-        views, no_frame = self.context.views, self.context.reasons.no_frame
+        views = self.context.views
         return (
             Command(
                 "view_content",
@@ -322,7 +323,7 @@ class CompareFeature(Feature):
                 icon="ph.list",
                 keys="Ctrl+Shift+V",
                 handler=views.choose_content,
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "reset_contents",
@@ -338,7 +339,7 @@ class CompareFeature(Feature):
                 keys="Shift+F4",
                 checkable=True,
                 handler=self._compare_two,
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "swipe",
@@ -348,7 +349,7 @@ class CompareFeature(Feature):
                 keys="Ctrl+Shift+X",
                 checkable=True,
                 handler=self._swipe,
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "blink",
@@ -358,7 +359,7 @@ class CompareFeature(Feature):
                 checkable=True,
                 held="V",
                 handler=self.comparison.show_a_as_result,
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "swap_sides",
@@ -366,7 +367,7 @@ class CompareFeature(Feature):
                 "Swap the two sides of the comparison",
                 icon="ph.swap",
                 handler=lambda: views.sides.choose(*reversed(views.sides.names)),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
         )
 

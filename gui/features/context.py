@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow
 
 from ..base.commands import Actions
+from ..base.needs import NOTHING, Need, sentence
 from ..project.recorder import Recorder
 from ..state.session import Session
 from ..state.workspace import Workspace
@@ -46,7 +47,7 @@ class Reasons:
         self._workspace = workspace
         self._runs = runs
         self._loader = loader
-        self._has_blocks = False
+        self._missing = Need.UNLOCKED
         self.selected: set[int] = set()
         """The selected blocks that have pixels."""
         self.unlocked: set[int] = set()
@@ -54,37 +55,41 @@ class Reasons:
         self.playing = False
         """Whether the frames are played: none is open meanwhile."""
 
-    def update(self) -> None:
-        """Count the blocks of the current frame once for all commands."""
+    def missing(self) -> Need:
+        """Return what is missing now of all that commands may need."""
         session = self._workspace.session if self._workspace.has_session else None
         counts = session.counts() if session else {}
-        self._has_blocks = bool(counts)
         self.selected = set(session.selected) & counts.keys() if session else set()
         self.unlocked = self.selected - session.locked if session else set()
+        there = NOTHING if self.playing else Need.NOT_PLAYING
+        if self._runs.free and not self._loader.busy:
+            there |= Need.IDLE
+        for need, given in (
+            (Need.FRAME, session),
+            (Need.BLOCKS, counts),
+            (Need.SELECTION, self.selected),
+            (Need.UNLOCKED, self.unlocked),
+        ):
+            if given:
+                there |= need
+        self._missing = ~there
+        return self._missing
 
     def no_frame(self) -> str:
         """No frame is shown."""
-        if self._workspace.has_session:
-            return ""
-        return "Pause playing first." if self.playing else "Open a frame first."
+        return sentence(Need.FRAME & self._missing)
 
     def busy(self) -> str:
         """The frame is being read, extracted or run."""
-        free = self._runs.free and not self._loader.busy
-        return self.no_frame() or ("" if free else "Wait until the work in progress has ended, or cancel it.")
+        return sentence((Need.FRAME | Need.IDLE) & self._missing)
 
     def no_blocks(self) -> str:
         """The frame has no blocks."""
-        return self.no_frame() or ("" if self._has_blocks else "There are no blocks: extract or draw some first.")
+        return sentence(Need.BLOCKS & self._missing)
 
     def none_selected(self) -> str:
         """No block is selected."""
-        return self.no_blocks() or ("" if self.selected else "Select a block first.")
-
-    def locked(self) -> str:
-        """All selected blocks are locked."""
-        locked = "" if self.unlocked else "The selected blocks are locked: unlock them first."
-        return self.none_selected() or locked
+        return sentence(Need.SELECTION & self._missing)
 
 
 FeatureType = TypeVar("FeatureType", bound="Feature")

@@ -16,6 +16,7 @@ from ilf.errors import IlfError
 from ilf.io.frame_additions import load_guide
 
 from ..base.commands import Command
+from ..base.needs import Need
 from ..state.session import Session
 from ..widgets.basics import label_of, row
 from ..widgets.file_choice import choose_file
@@ -111,7 +112,7 @@ class GuideFeature(Feature):
                     "Use depth or inverse depth from another source, or a network that predicts it, where it helps",
                     icon="ph.compass",
                     handler=self.ask,
-                    why_off=context.reasons.no_frame,
+                    needs=Need.FRAME,
                 ),
                 Command(
                     "remove_guide",

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QMenu
 
 from ..base import theme
 from ..base.commands import Command
+from ..base.needs import Need
 from .context import Context, Feature
 from .filter.feature import FilterFeature
 from .menus import insert_menu
@@ -29,7 +30,6 @@ class OnUseFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        why = context.reasons
         installed = find_spec("pyrealsense2") is not None
         no_camera = "" if installed else 'Install pyrealsense2 first: pip install "ilf-studio[sensors]".'
         context.actions.add(
@@ -41,7 +41,7 @@ class OnUseFeature(Feature):
                     "ground truth or on hold-outs",
                     icon="ph.chart-bar",
                     handler=lambda: self._sweep().open(),
-                    why_off=why.no_frame,
+                    needs=Need.FRAME,
                 ),
                 Command(
                     "report",
@@ -50,7 +50,7 @@ class OnUseFeature(Feature):
                     "pictures, blocks, parameters, curves, errors",
                     icon="ph.file-text",
                     handler=lambda: self._report().ask(),
-                    why_off=why.no_frame,
+                    needs=Need.FRAME,
                 ),
                 Command(
                     "batch",
@@ -67,7 +67,7 @@ class OnUseFeature(Feature):
                     icon="ph.export",
                     keys="Ctrl+Alt+E",
                     handler=lambda: self._export_all().ask(),
-                    why_off=why.no_frame,
+                    needs=Need.FRAME,
                 ),
                 Command(
                     "play_recording",

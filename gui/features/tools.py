@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 from ilf._runtime.formatting import counted
 
 from ..base.commands import Command
+from ..base.needs import Need
 from ..tools.keys import ToolKeys
 from ..tools.options_row import OptionsRow
 from ..views.interaction import PointerEvent
@@ -56,7 +57,7 @@ class ToolsFeature(Feature):
         return self._editor.shutdown()
 
     def _commands(self) -> Sequence[Command]:
-        editor, no_frame = self._editor, self.context.reasons.no_frame
+        editor = self._editor
         return (
             Command(
                 "tool_select",
@@ -66,7 +67,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+1",
                 group="tool",
                 handler=partial(self._choose, "select"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_smart_select",
@@ -76,7 +77,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+G",
                 group="tool",
                 handler=partial(self._choose, "smart_select"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_border",
@@ -86,7 +87,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+2",
                 group="tool",
                 handler=partial(self._choose, "border"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_refine",
@@ -96,7 +97,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+T",
                 group="tool",
                 handler=partial(self._choose, "refine"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_outline",
@@ -106,7 +107,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+3",
                 group="tool",
                 handler=partial(self._choose, "outline"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_split",
@@ -116,7 +117,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+4",
                 group="tool",
                 handler=partial(self._choose, "split"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_paint",
@@ -126,7 +127,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+5",
                 group="tool",
                 handler=partial(self._choose, "paint"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_erase",
@@ -136,7 +137,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+6",
                 group="tool",
                 handler=partial(self._choose, "erase"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_give",
@@ -146,7 +147,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+7",
                 group="tool",
                 handler=partial(self._choose, "give"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_mark_invalid",
@@ -156,7 +157,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+8",
                 group="tool",
                 handler=partial(self._choose, "mark_invalid"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_depth_by_hand",
@@ -166,7 +167,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+U",
                 group="tool",
                 handler=partial(self._choose, "depth_by_hand"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_profile",
@@ -176,7 +177,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+I",
                 group="tool",
                 handler=partial(self._choose, "profile"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_rectangle",
@@ -186,7 +187,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+R",
                 group="tool",
                 handler=partial(self._choose, "rectangle"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "tool_measure",
@@ -196,7 +197,7 @@ class ToolsFeature(Feature):
                 keys="Ctrl+D",
                 group="tool",
                 handler=partial(self._choose, "measure"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "cancel_stroke",
@@ -206,9 +207,9 @@ class ToolsFeature(Feature):
                 handler=editor.escape,
             ),
             Command(
-                "brush_smaller", "Smaller brush", keys="[", handler=lambda: editor.step_brush(-1), why_off=no_frame
+                "brush_smaller", "Smaller brush", keys="[", handler=lambda: editor.step_brush(-1), needs=Need.FRAME
             ),
-            Command("brush_larger", "Larger brush", keys="]", handler=lambda: editor.step_brush(1), why_off=no_frame),
+            Command("brush_larger", "Larger brush", keys="]", handler=lambda: editor.step_brush(1), needs=Need.FRAME),
             Command(
                 "similar_only",
                 "&Similar only",
@@ -216,7 +217,7 @@ class ToolsFeature(Feature):
                 icon="ph.eyedropper",
                 keys="Ctrl+Shift+K",
                 checkable=True,
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "to_no_block",
@@ -225,7 +226,7 @@ class ToolsFeature(Feature):
                 icon="ph.selection-slash",
                 keys="Ctrl+Shift+E",
                 checkable=True,
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
         )
 

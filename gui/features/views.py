@@ -16,6 +16,7 @@ from ilf.data.label_map import Box
 from ilf.data.results import Completion
 
 from ..base.commands import Command
+from ..base.needs import Need
 from ..state.results import ErrorEstimate
 from ..state.session import Session
 from ..state.workspace import Workspace
@@ -213,7 +214,6 @@ class ViewsFeature(Feature):
         super().__init__(context)
         workspace, views = context.workspace, context.views
         self.presenter = presenter = ViewsPresenter(workspace, views)
-        no_frame = context.reasons.no_frame
         context.actions.add(
             (
                 Command(
@@ -223,7 +223,7 @@ class ViewsFeature(Feature):
                     icon="ph.magnifying-glass-plus",
                     keys="Ctrl+J",
                     handler=presenter.zoom_to_blocks,
-                    why_off=context.reasons.none_selected,
+                    needs=Need.SELECTION,
                 ),
                 Command(
                     "fit",
@@ -232,7 +232,7 @@ class ViewsFeature(Feature):
                     icon="ph.arrows-out",
                     keys="Ctrl+0",
                     handler=views.fit,
-                    why_off=no_frame,
+                    needs=Need.FRAME,
                 ),
                 Command(
                     "one_to_one",
@@ -241,7 +241,7 @@ class ViewsFeature(Feature):
                     icon="ph.frame-corners",
                     keys="Ctrl+9",
                     handler=views.one_to_one,
-                    why_off=no_frame,
+                    needs=Need.FRAME,
                 ),
                 Command(
                     "contours_only",

@@ -22,7 +22,8 @@ class LatestRequest(QObject, Generic[Request, Answer]):
     Parameters
     ----------
     answer : callable
-        Given a question, returns its answer; called in the background thread.
+        Given a question, returns its answer, or is a generator that yields shares done (0-1) and returns it; called
+        in the background thread.
 
     Signals
     -------
@@ -30,17 +31,30 @@ class LatestRequest(QObject, Generic[Request, Answer]):
         A question and its answer.
     failed(object, object)
         A question and the exception that was raised.
+    progressed(float)
+        The share done of the question in progress.
+    begun(), ended()
+        Work on a question has begun, has ended in any way.
     """
 
     answered = Signal(object, object)
     failed = Signal(object, object)
+    progressed = Signal(float)
+    begun = Signal()
+    ended = Signal()
 
-    def __init__(self, answer: Callable[[Request], Answer], parent: QObject | None = None) -> None:
+    def __init__(
+        self,
+        answer: Callable[[Request], Answer | Generator[float, None, Answer]],
+        parent: QObject | None = None,
+    ) -> None:
         super().__init__(parent)
         self._answer = answer
         self._worker = Worker(self)
         self._worker.finished.connect(self._take)
         self._worker.failed.connect(self._fail)
+        self._worker.cancelled.connect(self._go_on)
+        self._worker.progressed.connect(self._show_share)
         self._waiting: list[Request] = []
         self._current: list[Request] = []
         """The question in progress; empty once its answer is no longer needed."""
@@ -60,6 +74,11 @@ class LatestRequest(QObject, Generic[Request, Answer]):
         self._waiting = []
         self._current = []
 
+    def cancel(self) -> None:
+        """Drop all questions asked so far, and end the work on the one in progress."""
+        self.forget()
+        self._worker.cancel()
+
     def shutdown(self) -> bool:
         """Stop permanently, before the window closes. True if the thread has ended."""
         self.forget()
@@ -71,20 +90,32 @@ class LatestRequest(QObject, Generic[Request, Answer]):
         self._current, self._waiting = self._waiting, []
         question = self._current[0]
 
-        def job() -> Generator[None, None, Answer]:
+        def job() -> Generator[float | None, None, Answer]:
             yield None
-            return self._answer(question)
+            answer = self._answer(question)
+            if isinstance(answer, Generator):
+                answer = yield from answer
+            return answer
 
+        self.begun.emit()
         self._worker.start(job)
+
+    def _show_share(self, shares: list[float | None]) -> None:
+        if shares[-1] is not None:
+            self.progressed.emit(shares[-1])
 
     def _take(self, answer: Answer) -> None:
         asked, self._current = self._current, []
         for question in asked:
             self.answered.emit(question, answer)
-        self._start()
+        self._go_on()
 
     def _fail(self, error: Exception) -> None:
         asked, self._current = self._current, []
         for question in asked:
             self.failed.emit(question, error)
+        self._go_on()
+
+    def _go_on(self) -> None:
+        self.ended.emit()
         self._start()

@@ -7,6 +7,9 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal, SignalInstance
 
+from ..state.parts import EVERY_PART, NO_PART, Part
+from ..state.workspace import Workspace
+
 _INTERVAL_S = 0.15
 """Minimum time [s] between redraws of deferrable parts."""
 
@@ -15,17 +18,21 @@ _COST_FACTOR = 6.0
 
 
 class Refresh(QObject):
-    """The parts of the window by name, each with its draw function.
+    """What the window draws, by name, each with its draw function.
 
-    Signals mark parts as stale. Parts that respond to user input are drawn at the next turn of the event loop; parts
-    that change several times a second by themselves, as in a run, can wait. In a turn every part is drawn at most
-    once, in the order in which they were added.
+    Changed parts of the state and signals mark it as stale. What responds to user input is drawn at the next turn of
+    the event loop; what changes several times a second by itself, as in a run, can wait. In a turn everything is drawn
+    at most once, in the order in which it was added.
     """
 
     _wanted = Signal()
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self._workspace = workspace
+        self._parts: dict[str, tuple[Part, Part]] = {}
+        self._changed: dict[str, Part] = {}
+        """What has changed since something was drawn last."""
         self._draw: dict[str, Callable[[], None]] = {}
         self._stale: set[str] = set()
         self._deferred: set[str] = set()
@@ -36,20 +43,52 @@ class Refresh(QObject):
         self._wanted.connect(self._turn, Qt.ConnectionType.QueuedConnection)
         self._later = QTimer(self, singleShot=True)
         self._later.timeout.connect(self._turn)
+        workspace.changed.connect(self._take)
 
     def add(
         self,
-        part: str,
+        name: str,
         draw: Callable[[], None],
-        on: tuple[SignalInstance, ...],
-        deferred_on: tuple[SignalInstance, ...] = (),
+        on: Part | tuple[SignalInstance, ...],
+        deferred_on: Part | tuple[SignalInstance, ...] = NO_PART,
+        also: tuple[SignalInstance, ...] = (),
     ) -> None:
-        """Add a part; signals in `on` mark it for the next turn, those in `deferred_on` for later."""
-        self._draw[part] = draw
-        for signal in on:
-            signal.connect(lambda *_: self.mark(part))
-        for signal in deferred_on:
-            signal.connect(lambda *_: self.mark_deferred(part))
+        """Add something to be drawn.
+
+        Parameters
+        ----------
+        name : str
+        draw : callable
+        on, deferred_on : Part
+            Parts of the state that mark it for the next turn, and for later.
+        also : tuple of signals
+            Of widgets, that mark it for the next turn.
+        """
+        self._draw[name] = draw
+        self._changed[name] = EVERY_PART
+        self._parts[name] = (
+            on if isinstance(on, Part) else NO_PART,
+            deferred_on if isinstance(deferred_on, Part) else NO_PART,
+        )
+        for signal in (*also, *(() if isinstance(on, Part) else on)):
+            signal.connect(lambda *_: self.mark(name))
+        for signal in () if isinstance(deferred_on, Part) else deferred_on:
+            signal.connect(lambda *_: self.mark_deferred(name))
+
+    def changed(self, name: str) -> Part:
+        """Return what has changed since this was asked last, for one that draws only that."""
+        changed, self._changed[name] = self._changed[name], NO_PART
+        return changed
+
+    def _take(self, part: Part) -> None:
+        """Draw now what the changed parts concern."""
+        self._changed = {name: changed | part for name, changed in self._changed.items()}
+        self._stale.update(name for name, (on, _) in self._parts.items() if on & part)
+        self._deferred.update(name for name, (_, later) in self._parts.items() if later & part)
+        if self._stale:
+            self._turn()
+        else:
+            self._schedule()
 
     def mark(self, *parts: str) -> None:
         """Mark parts as stale, to be drawn at the next turn of the event loop."""
@@ -63,6 +102,7 @@ class Refresh(QObject):
 
     def now(self) -> None:
         """Draw now what would be drawn at the next turn."""
+        self._workspace.tell()
         if self._stale:
             self._turn()
 

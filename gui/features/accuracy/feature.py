@@ -14,6 +14,7 @@ from ilf.data.results import BlockResult
 from ilf.errors import IlfError
 
 from ...base.commands import Command
+from ...base.needs import Need
 from ...state.results import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.session import Session
 from ...widgets.docks import PanelGroup
@@ -31,7 +32,7 @@ class AccuracyFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        actions, why = context.actions, context.reasons
+        actions = context.actions
         actions.add(
             (
                 Command(
@@ -40,7 +41,7 @@ class AccuracyFeature(Feature):
                     "Load the true depth of the frame, to evaluate results against it",
                     icon="ph.check-circle",
                     handler=self.ask_ground_truth,
-                    why_off=why.no_frame,
+                    needs=Need.FRAME,
                 ),
                 Command(
                     "remove_ground_truth",
@@ -56,7 +57,7 @@ class AccuracyFeature(Feature):
                     "Hide some known depth, complete the frame without it, and compare the result with it",
                     icon="ph.test-tube",
                     handler=self.ask_test,
-                    why_off=why.no_frame,
+                    needs=Need.FRAME,
                 ),
             )
         )

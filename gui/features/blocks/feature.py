@@ -16,6 +16,7 @@ from ilf.data.results import BlockResult
 from ilf.drawing.blocks import block_colour
 
 from ...base.commands import Command
+from ...base.needs import Need
 from ...state.parameters import parameter_labels
 from ...state.results import BlockCounts
 from ...state.session import Session
@@ -142,7 +143,7 @@ class BlocksFeature(Feature):
         )
 
     def _declared(self) -> Sequence[Command]:
-        do, why = self.commands, self.context.reasons
+        do = self.commands
         return (
             Command(
                 "new_block",
@@ -151,7 +152,7 @@ class BlocksFeature(Feature):
                 icon="ph.selection-plus",
                 keys="Ctrl+N",
                 handler=do.new,
-                why_off=why.no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "delete_blocks",
@@ -160,7 +161,7 @@ class BlocksFeature(Feature):
                 icon="ph.trash",
                 keys="Ctrl+Del",
                 handler=do.delete,
-                why_off=why.locked,
+                needs=Need.UNLOCKED,
             ),
             Command(
                 "merge_blocks",
@@ -187,7 +188,7 @@ class BlocksFeature(Feature):
                 icon="ph.selection-all",
                 keys="Ctrl+A",
                 handler=do.select_all,
-                why_off=why.no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "clean_up",
@@ -196,7 +197,7 @@ class BlocksFeature(Feature):
                 icon="ph.sparkle",
                 keys="Ctrl+K",
                 handler=do.clean_up,
-                why_off=why.no_blocks,
+                needs=Need.BLOCKS,
             ),
             Command(
                 "grow_blocks",
@@ -205,7 +206,7 @@ class BlocksFeature(Feature):
                 icon="ph.arrows-out-simple",
                 keys="Ctrl++",
                 handler=do.grow,
-                why_off=why.locked,
+                needs=Need.UNLOCKED,
             ),
             Command(
                 "shrink_blocks",
@@ -214,7 +215,7 @@ class BlocksFeature(Feature):
                 icon="ph.arrows-in-simple",
                 keys="Ctrl+-",
                 handler=do.shrink,
-                why_off=why.locked,
+                needs=Need.UNLOCKED,
             ),
             Command(
                 "smooth_blocks",
@@ -223,7 +224,7 @@ class BlocksFeature(Feature):
                 icon="ph.waves",
                 keys="Ctrl+Alt+S",
                 handler=do.smooth,
-                why_off=why.locked,
+                needs=Need.UNLOCKED,
             ),
             Command(
                 "hide_blocks",

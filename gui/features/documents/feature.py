@@ -26,6 +26,7 @@ from ilf.run.writing import Written, write
 from ilf.sources.frame_ref import FrameRef
 
 from ...base.commands import Command
+from ...base.needs import Need
 from ...base.paths import sort_paths
 from ...state.entries import Entry
 from ...state.results import same_depth, same_mask
@@ -99,7 +100,6 @@ class DocumentsFeature(Feature):
         loader.message.connect(notes.show_message)
 
     def _commands(self) -> Sequence[Command]:
-        why = self.context.reasons
         return (
             Command(
                 "open",
@@ -130,14 +130,14 @@ class DocumentsFeature(Feature):
                 "Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks",
                 icon="ph.squares-four",
                 handler=self.ask_load_blocks,
-                why_off=why.busy,
+                needs=Need.FRAME | Need.IDLE,
             ),
             Command(
                 "save_blocks",
                 "Save b&locks…",
                 "Write the blocks and their names as label map (PNG), COCO or labelme file",
                 handler=self.ask_save_blocks,
-                why_off=why.no_blocks,
+                needs=Need.BLOCKS,
             ),
             Command(
                 "export",
@@ -146,7 +146,7 @@ class DocumentsFeature(Feature):
                 icon="ph.export",
                 keys="Ctrl+E",
                 handler=self.ask_export,
-                why_off=why.no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "save_picture",
@@ -162,7 +162,7 @@ class DocumentsFeature(Feature):
                 icon="ph.x",
                 keys="Ctrl+W",
                 handler=self.close_frame,
-                why_off=why.no_frame,
+                needs=Need.FRAME,
             ),
         )
 

@@ -13,6 +13,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import STAGES
 
 from ...base.commands import Command
+from ...base.needs import Need
 from ...views.layouts import LAYOUT_TEXTS
 from ...widgets.notices import error_text
 from ...work.found_blocks import FoundBlocks, describe_blocks
@@ -80,7 +81,6 @@ class ExtractionFeature(Feature):
         context.refresh.add("extraction", self.describe, changed)
 
     def _commands(self) -> Sequence[Command]:
-        no_frame = self.context.reasons.no_frame
         return (
             Command(
                 "extract",
@@ -89,7 +89,7 @@ class ExtractionFeature(Feature):
                 icon="ph.polygon",
                 keys="Ctrl+B",
                 handler=self.extract,
-                why_off=self.context.reasons.busy,
+                needs=Need.FRAME | Need.IDLE,
             ),
             Command(
                 "stage_strength",
@@ -98,7 +98,7 @@ class ExtractionFeature(Feature):
                 keys="Alt+1",
                 group="stage",
                 handler=partial(self.show_stage, "strength"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "stage_binarised",
@@ -107,7 +107,7 @@ class ExtractionFeature(Feature):
                 keys="Alt+2",
                 group="stage",
                 handler=partial(self.show_stage, "binarised"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "stage_dilated",
@@ -116,7 +116,7 @@ class ExtractionFeature(Feature):
                 keys="Alt+3",
                 group="stage",
                 handler=partial(self.show_stage, "dilated"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "stage_contracted",
@@ -125,7 +125,7 @@ class ExtractionFeature(Feature):
                 keys="Alt+4",
                 group="stage",
                 handler=partial(self.show_stage, "contracted"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "stage_blocks",
@@ -134,7 +134,7 @@ class ExtractionFeature(Feature):
                 keys="Alt+5",
                 group="stage",
                 handler=partial(self.show_stage, "blocks"),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
         )
 

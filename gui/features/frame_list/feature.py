@@ -18,6 +18,7 @@ from ilf.sources.listing import Listing
 
 from ...base import theme
 from ...base.commands import Command
+from ...base.needs import Need
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.session import Session
@@ -210,7 +211,7 @@ class FramesFeature(Feature):
                 icon="ph.check-circle",
                 keys="Ctrl+Return",
                 handler=self.mark_done,
-                why_off=self.context.reasons.no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "note_frame",

@@ -15,6 +15,7 @@ from ilf.evaluation.measuring import Line
 from ilf.project.frame_state import Point
 
 from ...base.commands import Command
+from ...base.needs import Need
 from ...views.linked_views import LinkedViews
 from ...views.scene_items import ViewItem
 from ...widgets.docks import PanelGroup
@@ -211,7 +212,6 @@ class InspectFeature(Feature):
         self.measure.failed.connect(lambda error: context.notes.report("Statistics", error))
 
     def _commands(self) -> Sequence[Command]:
-        no_frame = self.context.reasons.no_frame
         return (
             Command(
                 "remove_marks",
@@ -219,7 +219,7 @@ class InspectFeature(Feature):
                 "Remove the profile line and the rectangle",
                 icon="ph.x",
                 handler=self._remove_marks,
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "save_profile",
@@ -227,7 +227,7 @@ class InspectFeature(Feature):
                 "Write the depth along the profile line as CSV",
                 icon="ph.table",
                 handler=lambda: self.profile.save_table(),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "save_profile_picture",
@@ -235,7 +235,7 @@ class InspectFeature(Feature):
                 "Write the plot as PNG or SVG",
                 icon="ph.image",
                 handler=lambda: self.profile.save_picture(),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "copy_statistics",
@@ -243,7 +243,7 @@ class InspectFeature(Feature):
                 "Copy the statistics as a tab-separated table",
                 icon="ph.copy",
                 handler=lambda: self.measure.copy_statistics(),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "copy_measurements",
@@ -251,7 +251,7 @@ class InspectFeature(Feature):
                 "Copy the measurements as a tab-separated table",
                 icon="ph.copy",
                 handler=lambda: self.measure.copy(),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "save_measurements",
@@ -259,7 +259,7 @@ class InspectFeature(Feature):
                 "Write the measurements as CSV",
                 icon="ph.floppy-disk",
                 handler=lambda: self.measure.save(),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "delete_measurements",
@@ -267,14 +267,14 @@ class InspectFeature(Feature):
                 "Delete the measurements selected in the list, or all if none is selected",
                 icon="ph.trash",
                 handler=lambda: self.measure.delete(),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "restore_measurements",
                 "Restore measurements",
                 "Restore the measurements that were deleted last",
                 handler=lambda: self.measure.restore(),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
         )
 

@@ -24,6 +24,7 @@ from ilf.evaluation.quality.remedies import Remedy, find_remedy
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from ...base.commands import Command
+from ...base.needs import Need
 from ...state.session import Session
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
@@ -110,7 +111,6 @@ class QualityCheckFeature(Feature):
             changed.connect(self._show_remedy)
 
     def _commands(self) -> Sequence[Command]:
-        no_frame = self.context.reasons.no_frame
         return (
             Command(
                 "next_check",
@@ -119,7 +119,7 @@ class QualityCheckFeature(Feature):
                 icon="ph.crosshair",
                 keys="F8",
                 handler=lambda: self.go(1),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "previous_check",
@@ -128,7 +128,7 @@ class QualityCheckFeature(Feature):
                 icon="ph.caret-left",
                 keys="Shift+F8",
                 handler=lambda: self.go(-1),
-                why_off=no_frame,
+                needs=Need.FRAME,
             ),
             Command(
                 "apply_remedy",

@@ -15,6 +15,7 @@ from ilf.evaluation.quality.invalid_depth import suggest_invalid
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from ...base.commands import Command
+from ...base.needs import Need
 from ...views.pixel_items import boundary_path
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
@@ -45,7 +46,7 @@ class InvalidDepthFeature(Feature):
                     "Find known depth that is probably wrong (flying pixels, speckles, glass), to accept or reject",
                     icon="ph.warning",
                     handler=self.suggest,
-                    why_off=context.reasons.no_frame,
+                    needs=Need.FRAME,
                 ),
                 Command(
                     "mark_suggested",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+from gui.base.needs import Need, sentence
 from gui.features.context import Reasons
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -13,8 +14,11 @@ def test_the_first_thing_that_a_command_lacks_is_named(workspace: Workspace, ses
     reasons = Reasons(workspace, SimpleNamespace(free=True), SimpleNamespace(busy=False))
 
     def told() -> tuple[str, str, str]:
-        reasons.update()
-        return reasons.no_blocks(), reasons.none_selected(), reasons.locked()
+        missing = reasons.missing()
+        blocks, selection, unlocked = (
+            sentence(need & missing) for need in (Need.BLOCKS, Need.SELECTION, Need.UNLOCKED)
+        )
+        return blocks, selection, unlocked
 
     assert told() == ("", "Select a block first.", "Select a block first.")
     workspace.blocks.select([1])
@@ -24,4 +28,7 @@ def test_the_first_thing_that_a_command_lacks_is_named(workspace: Workspace, ses
     session.labels[:] = 0
     session.set_labels(session.labels)
     assert told() == ("There are no blocks: extract or draw some first.",) * 3
-    assert Reasons(Workspace(), SimpleNamespace(), SimpleNamespace()).locked() == "Open a frame first."
+    empty = Reasons(Workspace(), SimpleNamespace(free=True), SimpleNamespace(busy=False))
+    assert sentence(Need.UNLOCKED & empty.missing()) == "Open a frame first."
+    empty.playing = True
+    assert sentence(Need.FRAME & empty.missing()) == "Pause playing first."

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from gui.state.workspace import Workspace
 from gui.work import refresh as refresh_module
 from gui.work.refresh import Refresh
 
@@ -24,7 +25,7 @@ class _Bench:
 
     def __init__(self) -> None:
         self.source = _Source()
-        self.refresh = Refresh()
+        self.refresh = Refresh(Workspace())
         self.drawn: list[str] = []
         source = self.source
         self.refresh.add("first", self._note("first"), (source.urgent, source.urgent_with_data))
@@ -137,7 +138,7 @@ def test_an_error_in_one_part_keeps_no_other_from_being_drawn(bench: _Bench, qtb
     def broken() -> None:
         raise RuntimeError("broken part")
 
-    refresh = Refresh()
+    refresh = Refresh(Workspace())
     refresh.add("broken", broken, ())
     refresh.add("whole", lambda: bench.drawn.append("whole"), ())
     refresh.mark("broken", "whole")

@@ -1,0 +1,124 @@
+"""The base of panels: shown parts of the state, and what is computed for them in a worker."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from PySide6.QtCore import QEvent, QObject
+from PySide6.QtWidgets import QWidget
+
+from ..state.parts import NO_PART, Part
+from ..widgets.docks import PanelGroup
+from ..widgets.work_row import WorkRow
+from ..work.latest_request import LatestRequest
+from .context import Context, Feature
+
+
+class Panel(Feature):
+    """A panel of the window: a widget in a dock, drawn only while it is visible.
+
+    A subclass declares the attributes, adds its commands, makes its widget in `make` and draws it in `refresh`. What
+    takes time it asks for: `compute` answers in a worker thread, `take` shows the answer.
+
+    Attributes
+    ----------
+    title, icon : str
+        Of its dock ("ph.target").
+    group : PanelGroup
+    parts : Part
+        The parts of the state that it shows: it is drawn in the turn in which one of them changes.
+    deferred : Part
+        Those that change several times a second by themselves, as in a run: it is drawn when there is time.
+    open_at_first : bool
+        Whether it is open at the first start.
+    what : str
+        What is computed, as in "hold-out test": named beside the progress and in errors.
+    widget : QWidget
+    work : WorkRow
+        Progress of the computation, with *Cancel*; a panel whose `compute` yields shares places it in its widget.
+    """
+
+    title: ClassVar[str]
+    icon: ClassVar[str]
+    group: ClassVar[PanelGroup]
+    parts: ClassVar[Part]
+    deferred: ClassVar[Part] = NO_PART
+    open_at_first: ClassVar[bool] = False
+    what: ClassVar[str] = "computation"
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._requests = LatestRequest[Any, Any](self.compute, self)
+        self._requests.answered.connect(self.take)
+        self._requests.failed.connect(self.fail)
+        self.work = WorkRow(self.what)
+        self.work.cancelled.connect(self._requests.cancel)
+        self._requests.begun.connect(self.work.begin)
+        self._requests.progressed.connect(self.work.show_share)
+        self._requests.ended.connect(self.work.end)
+        self.widget = self.make()
+        self.widget.installEventFilter(self)
+        context.panels.add(self.title, self.widget, self.group, self.icon, self.open_at_first)
+        context.refresh.add(self.title, self._draw, self.parts, self.deferred)
+
+    def make(self) -> QWidget:
+        """Make the widget of the panel."""
+        raise NotImplementedError
+
+    def refresh(self, parts: Part) -> None:
+        """Draw the panel; `parts` have changed since it was drawn last. Called only while it is visible."""
+        raise NotImplementedError
+
+    def compute(self, request: Any) -> Any:
+        """Return the answer to a request, or be a generator that yields shares done (0-1) and returns it. Called in a
+        worker thread: it uses nothing but the request."""
+        raise NotImplementedError
+
+    def take(self, request: Any, answer: Any) -> None:
+        """Show an answer. Called for requests that were not forgotten; a newer one may be in progress, as in a drag."""
+        raise NotImplementedError
+
+    def fail(self, request: Any, error: Exception) -> None:
+        """Handle an error of `compute`."""
+        self.context.notes.report(f"The {self.what} failed", error)
+
+    @property
+    def visible(self) -> bool:
+        """Whether the panel is open, in front of the other tabs of its place."""
+        return self.widget.isVisible()
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer is pending."""
+        return self._requests.busy
+
+    def reveal(self) -> None:
+        """Open the panel in front of the other tabs of its place."""
+        self.context.panels.reveal(self.title)
+
+    def redraw(self) -> None:
+        """Draw the panel at the next turn, as after a change of one of its own controls."""
+        self.context.refresh.mark(self.title)
+
+    def ask(self, request: Any) -> None:
+        """Have `compute` answer a request; it replaces the one that waits, and is not computed again if it equals the
+        one in progress."""
+        self._requests.ask(request)
+
+    def forget(self) -> None:
+        """Drop what was asked so far, as when its frame is not shown any more."""
+        self._requests.forget()
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if the thread has ended."""
+        return self._requests.shutdown()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Draw what has changed while the panel was not visible."""
+        if watched is self.widget and event.type() == QEvent.Type.Show:
+            self.redraw()
+        return super().eventFilter(watched, event)
+
+    def _draw(self) -> None:
+        if self.visible:
+            self.refresh(self.context.refresh.changed(self.title))
