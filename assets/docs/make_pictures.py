@@ -89,7 +89,7 @@ class Tour:
         """Open the sample and run it."""
         window, workspace = self.window, self.window.workspace
         window.documents.open_paths([asset_path("samples/room")])
-        self.wait(lambda: workspace.has_session and workspace.session.counts() and not window.loader.busy)
+        self.wait(lambda: workspace.has_current and workspace.current.counts() and not window.loader.busy)
         self.do("run")
         self.settle()
 
@@ -124,11 +124,11 @@ class Tour:
 
     def errors(self) -> tuple[float, float]:
         """RMSE [mm] against the ground truth, of the frame and of the block, over filled pixels."""
-        session = self.window.workspace.session
-        completion = session.completion()
+        document = self.window.workspace.current
+        completion = document.completion()
         assert completion is not None
-        whole = evaluate_completion(session.frame, completion)
-        block = evaluate_blocks(session.frame, completion, session.labels)[BLOCK]
+        whole = evaluate_completion(document.frame, completion)
+        block = evaluate_blocks(document.frame, completion, document.labels)[BLOCK]
         assert whole is not None
         assert block is not None
         return 1000 * whole.rmse, 1000 * block.rmse
@@ -182,13 +182,13 @@ def run_tour(tour: Tour) -> None:
     """Perform the steps of the tour."""
     window, workspace = tour.window, tour.window.workspace
     tour.open()
-    session = workspace.session
+    document = workspace.current
     whole, block = tour.errors()
     tour.figures |= {"frame": f"{whole:.0f} mm", "block": f"{block:.0f} mm"}
 
     # which block
     window.panels.reveal("Accuracy")
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     window.feature(BlocksFeature).table.view.sortByColumn(_column(window, "Error"), Qt.SortOrder.DescendingOrder)
     tour.settle()
     tour.save(PICTURES / "1-which.jpg")
@@ -196,7 +196,7 @@ def run_tour(tour: Tour) -> None:
     # why
     tour.do("layout_inspect")
     tour.settle()
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     tour.do("zoom_block", "tool_profile")
     pause(300)
     tour.drag("colour", *PROFILE)
@@ -204,7 +204,7 @@ def run_tour(tour: Tour) -> None:
     tour.save(PICTURES / "2-why.jpg")
 
     # what helps
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     window.panels.reveal("Parameters")
     sweep = window.feature(SweepFeature)
     sweep.open("edge_scale")
@@ -217,7 +217,7 @@ def run_tour(tour: Tour) -> None:
     sweep.window_.apply_button.click()
     sweep.window_.close()
     tour.settle()
-    taken = session.parameters_of(BLOCK).edge_scale
+    taken = document.parameters_of(BLOCK).edge_scale
     whole, block = tour.errors()
     tour.figures |= {"edge scale": f"{taken:g}", "block, better": f"{block:.0f} mm", "frame, better": f"{whole:.0f} mm"}
 
@@ -225,10 +225,10 @@ def run_tour(tour: Tour) -> None:
     tour.save(PICTURES / "4-better.jpg")
 
     # side by side with the run before
-    workspace.runs.compare([session.state.runs[0]])
+    workspace.current.compare_runs([document.state.runs[0]])
     tour.do("compare_two")
     tour.settle()
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     tour.do("zoom_block")
     tour.settle()
     tour.save(PICTURES / "5-compare.jpg")
@@ -237,7 +237,7 @@ def run_tour(tour: Tour) -> None:
     tour.do("layout_tune")
     tour.settle()
     tour.do("fit")
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     accuracy = window.feature(AccuracyFeature)
     tour.do("hold_out_test")
     dialog = window.findChild(HoldOutDialog)
@@ -248,9 +248,9 @@ def run_tour(tour: Tour) -> None:
     tour.save(PICTURES / "6-hold-out.jpg")
     outcome = accuracy.hidden.outcome
     assert outcome is not None
-    common = session.state.common.replace(edge_scale=taken)
-    everywhere = Run(session.frame, replace(session.blocks, own={}), common)
-    completion = evaluate_completion(session.frame, everywhere.complete())
+    common = document.state.common.replace(edge_scale=taken)
+    everywhere = Run(document.frame, replace(document.blocks, own={}), common)
+    completion = evaluate_completion(document.frame, everywhere.complete())
     assert completion is not None
     tour.figures |= {
         "frame, all blocks": f"({1000 * completion.rmse:.0f} mm)",

@@ -80,13 +80,13 @@ class HeadlessRun(QObject):
         workspace = self._workspace
         if self.status or not self._run:
             self.finish()
-        elif not workspace.has_session:
+        elif not workspace.has_current:
             if self._picture is None:  # the user can open one
                 return
             self.stop("There is no frame to run: give a frame folder, or a colour file and its depth file.")
-        elif not workspace.session.counts():
+        elif not workspace.current.counts():
             self.stop(
-                f"{workspace.session.name} has no blocks to complete: "
+                f"{workspace.current.name} has no blocks to complete: "
                 "draw blocks in the window, or extract them with other parameters."
             )
         else:
@@ -103,11 +103,11 @@ class HeadlessRun(QObject):
         if not self._runs.free:
             self._await_end()
             return
-        session = self._workspace.session
-        results = session.valid_results().values()
+        document = self._workspace.current
+        results = document.valid_results().values()
         if results and all(result.outcome.status is Status.NOT_RECOVERABLE for result in results):
             reason = next(iter(results)).outcome.message
-            self.note_failure(f"{session.name}: no block could be completed. First block: {reason}")
+            self.note_failure(f"{document.name}: no block could be completed. First block: {reason}")
         self.finish()
 
     def finish(self) -> None:

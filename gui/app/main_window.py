@@ -192,9 +192,9 @@ class MainWindow(QMainWindow):
 
     def _refresh_commands(self) -> None:
         """Enable commands at once when the state changes: the next one may come before the next turn."""
-        workspace, entries = self.workspace, self.workspace.frames.entries
+        workspace, entries = self.workspace, self.workspace.entries
         for signal in (
-            *(workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.blocks.infos_changed),
+            *(workspace.frames.session_changed, workspace.labels_changed, workspace.blocks.infos_changed),
             *(workspace.blocks.selection_changed, workspace.parameters.changed),
             *(workspace.blocks.guide_changed, workspace.blocks.neighbours_changed),
             *(workspace.runs.results_changed, workspace.runs.results_added, workspace.runs.history_changed),

@@ -28,7 +28,7 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
         return handler
 
     def no_by_hand() -> str:
-        has_any = context.workspace.has_session and context.workspace.session.blocks.by_hand is not None
+        has_any = context.workspace.has_current and context.workspace.current.blocks.by_hand is not None
         return reasons.no_frame() or ("" if has_any else "There is no depth by hand.")
 
     return (

@@ -14,7 +14,7 @@ from ilf.data.camera import Camera
 
 from ..base import theme
 from ..base.commands import Command
-from ..state.session import Session
+from ..state.document import Document
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.cloud.canvas import CloudCanvas
@@ -72,13 +72,13 @@ class CloudLinks(QObject):
             self._choose(x, y, adds)
 
     def _choose(self, x: int, y: int, adds: bool) -> None:
-        session = self._workspace.session
-        label = int(session.labels[y, x])
+        document = self._workspace.current
+        label = int(document.labels[y, x])
         if label and adds:
-            chosen = [one for one in session.selected if one != label]
-            self._workspace.blocks.select(chosen if label in session.selected else [*chosen, label])
+            chosen = [one for one in document.selected if one != label]
+            self._workspace.select(chosen if label in document.selected else [*chosen, label])
         elif not adds:
-            self._workspace.blocks.select([label] if label else [])
+            self._workspace.select([label] if label else [])
 
 
 _NO_INTRINSICS = (
@@ -160,8 +160,8 @@ class CloudFeature(Feature):
         cloud.canvas.failed.connect(self._report)
         for changed in (
             workspace.frames.session_changed,
-            workspace.blocks.labels_changed,
-            workspace.blocks.stroke_changed,
+            workspace.labels_changed,
+            workspace.stroke_changed,
             workspace.blocks.infos_changed,
         ):
             changed.connect(self._forget_blocks)
@@ -182,7 +182,7 @@ class CloudFeature(Feature):
             signal.connect(self.changed)
         errors = context.feature(ErrorFeature)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
-        blocks = workspace.blocks.labels_changed, workspace.blocks.infos_changed, workspace.blocks.selection_changed
+        blocks = workspace.labels_changed, workspace.blocks.infos_changed, workspace.blocks.selection_changed
         context.refresh.add(
             "cloud",
             self.show,
@@ -200,26 +200,26 @@ class CloudFeature(Feature):
 
     def show(self) -> None:
         """Show the cloud, or the reason why there is none."""
-        session = self._workspace.session if self._workspace.has_session else None
-        if self._request is not None and (session is None or session.key != self._request.key):
+        document = self._workspace.current if self._workspace.has_current else None
+        if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()  # release the data of closed frames
         if not self._cloud.isVisible():
             return
-        if session is None:
+        if document is None:
             self._cloud.set_message()
             self._cloud.set_unavailable({})
             return
-        self._cloud.set_unavailable(self._unavailable(session))
-        has_raw = session.completion() is not None
+        self._cloud.set_unavailable(self._unavailable(document))
+        has_raw = document.completion() is not None
         if has_raw != self._has_raw:
             self._has_raw = has_raw
             self.context.actions.refresh()
-        if session.frame.intrinsics is None:
+        if document.frame.intrinsics is None:
             self._drop(_NO_INTRINSICS)
-        elif self._cloud.chosen_only.isChecked() and not session.selected:
+        elif self._cloud.chosen_only.isChecked() and not document.selected:
             self._drop(_NONE_SELECTED)
         else:
-            request = self._present_request(session, session.frame.intrinsics)
+            request = self._present_request(document, document.frame.intrinsics)
             if not request.is_same(self._request):
                 self._request = request
                 self._questions.ask(_Request(request, self._scene_before(request)))
@@ -231,47 +231,47 @@ class CloudFeature(Feature):
     def _report(self, error: Exception) -> None:
         self.context.notes.report("Point cloud", error)
 
-    def _present_request(self, session: Session, intrinsics: Camera) -> CloudRequest:
-        completion, by = session.completion(), self._cloud.colour_by
-        if by in self._unavailable(session):
+    def _present_request(self, document: Document, intrinsics: Camera) -> CloudRequest:
+        completion, by = document.completion(), self._cloud.colour_by
+        if by in self._unavailable(document):
             by = ColourBy.COLOUR
         raw = completion is not None and self._cloud.raw.isChecked()
-        viewed_iteration = None if raw else self._workspace.runs.viewed_iteration
+        viewed_iteration = None if raw else self._workspace.viewed_iteration
         title = f"{by.text} of the raw depth" if raw else by.text
         if viewed_iteration is not None:
             depth, title = viewed_iteration.depth, f"{by.text} {viewed_iteration.text}"
         else:
-            depth = session.frame.depth if completion is None or raw else completion.depth
-            if session.proposal is not None and not raw:
-                depth, title = self._with_proposal(session, depth), f"{title}, with the proposed surface"
-        chosen = frozenset(session.selected) if self._cloud.chosen_only.isChecked() else None
+            depth = document.frame.depth if completion is None or raw else completion.depth
+            if document.proposal is not None and not raw:
+                depth, title = self._with_proposal(document, depth), f"{title}, with the proposed surface"
+        chosen = frozenset(document.selected) if self._cloud.chosen_only.isChecked() else None
         if chosen is None and by is not ColourBy.BLOCK:
             self._blocks = None
-        labels, block_colours = self._present_blocks(session) if chosen or by is ColourBy.BLOCK else (None, None)
-        other = session.compared[0] if session.compared else None
+        labels, block_colours = self._present_blocks(document) if chosen or by is ColourBy.BLOCK else (None, None)
+        other = document.compared[0] if document.compared else None
         subject = Subject(
-            session.frame.rgb,
+            document.frame.rgb,
             depth,
             theme.colours(self._cloud.palette()),
             self._views.material.depth_table,
             {kind: self._range(kind) for kind in KINDS},
             labels,
             block_colours,
-            expected=session.expected_error() if by is ColourBy.EXPECTED else None,
-            unsupported=session.unsupported() if by is ColourBy.EXPECTED else None,
-            ground_truth=session.frame.ground_truth if by is ColourBy.ERROR else None,
+            expected=document.expected_error() if by is ColourBy.EXPECTED else None,
+            unsupported=document.unsupported() if by is ColourBy.EXPECTED else None,
+            ground_truth=document.frame.ground_truth if by is ColourBy.ERROR else None,
             other=other.completion.depth if other is not None and by is ColourBy.DIFFERENCE else None,
             other_name=other.name if other is not None else "",
             filled=completion.filled if completion is not None and by is ColourBy.FILLED else None,
             extrapolated=completion.extrapolated if completion is not None and by is ColourBy.FILLED else None,
         )
-        return CloudRequest(session.key, intrinsics, subject, by, chosen, title)
+        return CloudRequest(document.key, intrinsics, subject, by, chosen, title)
 
-    def _with_proposal(self, session: Session, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    def _with_proposal(self, document: Document, depth: NDArray[np.float32]) -> NDArray[np.float32]:
         """The depth with the proposal; the same object for the same two, so that the cloud is not built again."""
         known = self._proposed
-        if known is None or known[0] is not depth or known[1] is not session.proposal:
-            self._proposed = known = depth, session.proposal, session.with_proposal(depth)
+        if known is None or known[0] is not depth or known[1] is not document.proposal:
+            self._proposed = known = depth, document.proposal, document.with_proposal(depth)
         return known[2]
 
     def _range(self, kind: str) -> Range:
@@ -281,9 +281,9 @@ class CloudFeature(Feature):
         one = self._views.ranges.of(kind)
         return replace(one) if one.locked or one.mode == FIXED else replace(one, levels=None)
 
-    def _present_blocks(self, session: Session) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+    def _present_blocks(self, document: Document) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
         if self._blocks is None:
-            self._blocks = session.labels.copy(), colour_table(session, int(session.labels.max()))
+            self._blocks = document.labels.copy(), colour_table(document, int(document.labels.max()))
         return self._blocks
 
     def _forget_blocks(self) -> None:
@@ -320,19 +320,19 @@ class CloudFeature(Feature):
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""
         made = self._made
-        return made is not None and self._workspace.has_session and self._workspace.session.key == made[0].key
+        return made is not None and self._workspace.has_current and self._workspace.current.key == made[0].key
 
     @staticmethod
-    def _unavailable(session: Session) -> dict[ColourBy, str]:
+    def _unavailable(document: Document) -> dict[ColourBy, str]:
         """Colourings that are not available -> reason."""
-        completion, lacking = session.completion(), {}
+        completion, lacking = document.completion(), {}
         if completion is None:
             for by in (ColourBy.EXPECTED, ColourBy.DIFFERENCE, ColourBy.FILLED):
                 lacking[by] = "No completed depth yet: run the frame first"
-        elif not session.compared:
+        elif not document.compared:
             lacking[ColourBy.DIFFERENCE] = "No run is ticked for comparison: tick one in the panel Runs"
-        if session.frame.ground_truth is None:
+        if document.frame.ground_truth is None:
             lacking[ColourBy.ERROR] = "This frame has no ground truth: load one"
-        if not session.counts():
+        if not document.counts():
             lacking[ColourBy.BLOCK] = "There are no blocks yet: extract them first"
         return lacking

@@ -355,7 +355,7 @@ class ColourRangeFeature(Feature):
         """Show the range of the active view if the panel is visible; always show whether it is locked."""
         views = self.context.views
         cell, kind = views.ranged, views.ranged.range_kind
-        there = self.context.workspace.has_session and bool(kind) and cell.bar.levels is not None
+        there = self.context.workspace.has_current and bool(kind) and cell.bar.levels is not None
         with QSignalBlocker(self._lock):
             self._lock.setChecked(there and views.ranges.of(kind).locked)
         if there != self._has_range:
@@ -372,9 +372,9 @@ class ColourRangeFeature(Feature):
 
     def fit(self) -> None:
         """Set the range of the active view to the values of the selected blocks, or of its visible part."""
-        cell, session = self.context.views.ranged, self.context.workspace.session
+        cell, document = self.context.views.ranged, self.context.workspace.current
         kind, box = cell.range_kind, cell.view.visible_box()
-        of_blocks = cell.picture.values(np.isin(session.labels, session.selected))
+        of_blocks = cell.picture.values(np.isin(document.labels, document.selected))
         found = None if of_blocks is None else range_of(of_blocks, kind)
         where = "the view" if found is None else "the selected blocks"
         seen = cell.picture.values(box) if found is None else None

@@ -22,7 +22,7 @@ from ilf.segmentation.edges.frame_edges import find_edges
 
 from ..base.commands import Command
 from ..base.needs import Need
-from ..state.session import Session
+from ..state.document import Document
 from ..state.workspace import Workspace
 from ..views.contents import EARLIER, RUNS
 from ..views.layouts import COMPARE
@@ -43,32 +43,32 @@ class Comparison(QObject):
         self._workspace = workspace
         self._views = views
         self._presenter = presenter
-        self._session: Session | None = None
+        self._document: Document | None = None
         self._earlier: Completion | None = None
         self._has_other_blocks = False
 
     def show(self) -> None:
         """Show ground truth and runs of the current frame."""
-        self._session = session = self._workspace.session if self._workspace.has_session else None
-        if session is None:
+        self._document = document = self._workspace.current if self._workspace.has_current else None
+        if document is None:
             self._earlier = None
             return
-        earlier = earlier_run(session)
+        earlier = earlier_run(document)
         self._earlier = None if earlier is None else earlier.completion  # keeps it from being composed again every time
         self._views.show_data(
-            ground_truth=session.frame.ground_truth,
-            runs=tuple(_shown(kept, session) for kept in session.compared),
-            earlier=None if earlier is None else _shown(earlier, session),
-            result_number=_number_of_result(session),
+            ground_truth=document.frame.ground_truth,
+            runs=tuple(_shown(kept, document) for kept in document.compared),
+            earlier=None if earlier is None else _shown(earlier, document),
+            result_number=_number_of_result(document),
         )
 
     def show_a_as_result(self, on: bool) -> None:
         """Show side A with the blocks of its run instead of the result, or go back."""
-        session, side = self._session, self._views.sides.names[0]
-        kept = None if session is None else _stored_run(session, side)
-        if on and session is not None and kept is not None:
+        document, side = self._document, self._views.sides.names[0]
+        kept = None if document is None else _stored_run(document, side)
+        if on and document is not None and kept is not None:
             labels = kept.run.blocks.labels
-            if not np.array_equal(labels, session.labels):
+            if not np.array_equal(labels, document.labels):
                 self._has_other_blocks = True
                 self._presenter.show_other_blocks(labels)
         self._views.sides.show_a_as_result(on)
@@ -77,34 +77,34 @@ class Comparison(QObject):
             self._presenter.show_present()
 
 
-def earlier_run(session: Session) -> StoredRun | None:
+def earlier_run(document: Document) -> StoredRun | None:
     """The latest stored run whose results are not the current ones."""
-    return next((kept for kept in reversed(session.state.runs) if not _is_present(kept, session)), None)
+    return next((kept for kept in reversed(document.state.runs) if not _is_present(kept, document)), None)
 
 
-def _number_of_result(session: Session) -> int:
+def _number_of_result(document: Document) -> int:
     """The number of the latest stored run whose results are the current ones; 0 for none."""
-    there = reversed(session.state.runs) if session.valid_results() else ()
-    return next((kept.number for kept in there if _is_present(kept, session)), 0)
+    there = reversed(document.state.runs) if document.valid_results() else ()
+    return next((kept.number for kept in there if _is_present(kept, document)), 0)
 
 
-def _is_present(kept: StoredRun, session: Session) -> bool:
+def _is_present(kept: StoredRun, document: Document) -> bool:
     """Whether the results of a stored run are the current ones."""
-    return all(kept.results.get(label) is result for label, result in session.valid_results().items())
+    return all(kept.results.get(label) is result for label, result in document.valid_results().items())
 
 
-def _stored_run(session: Session, side: str) -> StoredRun | None:
+def _stored_run(document: Document, side: str) -> StoredRun | None:
     """The run of one side of the comparison; None if the side is no run."""
     if side == EARLIER:
-        return earlier_run(session)
-    number = RUNS.index(side) if side in RUNS else len(session.compared)
-    return session.compared[number] if number < len(session.compared) else None
+        return earlier_run(document)
+    number = RUNS.index(side) if side in RUNS else len(document.compared)
+    return document.compared[number] if number < len(document.compared) else None
 
 
-def _shown(kept: StoredRun, session: Session) -> ShownRun:
+def _shown(kept: StoredRun, document: Document) -> ShownRun:
     completion, labels = kept.completion, kept.run.blocks.labels
     extrapolated = completion.extrapolated if completion.extrapolated.any() else None
-    others = None if np.array_equal(labels, session.labels) else (labels, colour_table(session, int(labels.max())))
+    others = None if np.array_equal(labels, document.labels) else (labels, colour_table(document, int(labels.max())))
     return ShownRun(kept.name, completion.depth, extrapolated, kept.colour, others, kept.number)
 
 
@@ -204,7 +204,7 @@ class DerivedPresenter(QObject):
         super().__init__(views)
         self._workspace = workspace
         self._views = views
-        self._session: Session | None = None
+        self._document: Document | None = None
         self._edges = _Derived("edges", None, views)
         self._interpolated = _Derived("interpolated", None, views)
         self._guide = _Derived("guide", None, views)
@@ -221,14 +221,14 @@ class DerivedPresenter(QObject):
 
     def show(self) -> None:
         """Request what is visible and not yet computed."""
-        session = self._workspace.session if self._workspace.has_session else None
-        if session is not self._session:
-            self._session = session
+        document = self._workspace.current if self._workspace.has_current else None
+        if document is not self._document:
+            self._document = document
             for one in self._all:
                 one.request(None)
-        if session is None:
+        if document is None:
             return
-        frame, extraction = session.frame, session.blocks.extraction or BlockParameters()
+        frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
         if self._views.shows("edges"):
             self._edges.request(_Request((frame, extraction), lambda: find_edges(frame, extraction)))
         if self._views.shows("interpolated"):
@@ -236,22 +236,22 @@ class DerivedPresenter(QObject):
         # also while it is not visible: a run needs it, too
         self._guide.request(None if frame.guide is None else _Request((frame,), lambda: _fitted(frame)))
         if self._views.shows("spectrum"):
-            self._ask_spectrum(session)
+            self._ask_spectrum(document)
 
-    def _ask_spectrum(self, session: Session) -> None:
-        label = self._workspace.blocks.chosen
-        result = session.valid_results().get(label)
+    def _ask_spectrum(self, document: Document) -> None:
+        label = self._workspace.chosen
+        result = document.valid_results().get(label)
         if not label:
             self._spectrum.request(None, "Select a block")
         elif result is None or not result.history:
-            self._spectrum.request(None, f"{session.info(label).name} has not been run")
+            self._spectrum.request(None, f"{document.info(label).name} has not been run")
         elif not isinstance(last := result.history[-1], PassBandRecord):
             self._spectrum.request(
                 None,
-                f"{session.info(label).name} has no pass band: select a preset of the paper and run it again",
+                f"{document.info(label).name} has no pass band: select a preset of the paper and run it again",
             )
         else:
-            radii, name, padding = last.radii, session.info(label).name, result.parameters.padding
+            radii, name, padding = last.radii, document.info(label).name, result.parameters.padding
             depth = np.full(result.block.mask.shape, np.nan, np.float32)
             depth[result.block.mask] = result.depth
             self._spectrum.request(_Request((result,), lambda: _spectrum(depth, padding, radii, name)))
@@ -292,7 +292,7 @@ class CompareFeature(Feature):
             workspace.runs.compared_changed,
             workspace.blocks.ground_truth_changed,
         )
-        results = workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.runs.results_changed
+        results = workspace.frames.session_changed, workspace.labels_changed, workspace.runs.results_changed
         turned, *later = results
         context.refresh.add("comparison", self.comparison.show, (turned, *compared), tuple(later))
         context.refresh.add(
@@ -307,7 +307,7 @@ class CompareFeature(Feature):
             (workspace.runs.results_added,),
         )
         views.layoutChanged.connect(self._follow_layout)
-        edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.blocks.invalid_mask_changed
         inputs = workspace.frames.session_changed, workspace.blocks.guide_changed, workspace.blocks.neighbours_changed
         for changed in (*inputs, *edits):
             changed.connect(lambda *_: actions["blink"].setChecked(False))  # an edit must show its effect on the result

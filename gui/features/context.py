@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QMainWindow
 from ..base.commands import Actions
 from ..base.needs import NOTHING, Need, sentence
 from ..project.recorder import Recorder
-from ..state.session import Session
+from ..state.document import Document
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.centre import Centre
@@ -37,7 +37,7 @@ class PendingWork(NamedTuple):
     """
 
     what: str
-    session: Session | None = None
+    document: Document | None = None
 
 
 class Reasons:
@@ -57,15 +57,15 @@ class Reasons:
 
     def missing(self) -> Need:
         """Return what is missing now of all that commands may need."""
-        session = self._workspace.session if self._workspace.has_session else None
-        counts = session.counts() if session else {}
-        self.selected = set(session.selected) & counts.keys() if session else set()
-        self.unlocked = self.selected - session.locked if session else set()
+        document = self._workspace.current if self._workspace.has_current else None
+        counts = document.counts() if document else {}
+        self.selected = set(document.selected) & counts.keys() if document else set()
+        self.unlocked = self.selected - document.locked if document else set()
         there = NOTHING if self.playing else Need.NOT_PLAYING
         if self._runs.free and not self._loader.busy:
             there |= Need.IDLE
         for need, given in (
-            (Need.FRAME, session),
+            (Need.FRAME, document),
             (Need.BLOCKS, counts),
             (Need.SELECTION, self.selected),
             (Need.UNLOCKED, self.unlocked),

@@ -16,8 +16,8 @@ from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, IterationRecord, Status
 from ilf.run.key_frames import KeyFrame, Track, depth_at_key_frames
 
+from ..state.document import Document
 from ..state.results import ViewedIteration
-from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.curves.curve import Curve
 from ..views.curves.panel import EMPTY_TEXT, CurvesPanel
@@ -47,60 +47,60 @@ class CurvesPresenter(QObject):
         """
         if not self._panel.isVisible():
             return
-        session = self._workspace.session if self._workspace.has_session else None
-        labels = [] if session is None else _shown_labels(session)
-        if session is None or not labels:
+        document = self._workspace.current if self._workspace.has_current else None
+        labels = [] if document is None else _shown_labels(document)
+        if document is None or not labels:
             self._panel.set_hint()
             self._panel.show_curves([])
             return
-        self._panel.set_hint(_hint(session, labels[0]))
-        curves = [_block_curve(session, label) for label in labels]
-        self._panel.show_curves([*curves, *_compared_curves(session, labels)][:MAX_CURVES])
+        self._panel.set_hint(_hint(document, labels[0]))
+        curves = [_block_curve(document, label) for label in labels]
+        self._panel.show_curves([*curves, *_compared_curves(document, labels)][:MAX_CURVES])
 
 
-def _shown_labels(session: Session) -> list[int]:
+def _shown_labels(document: Document) -> list[int]:
     """The blocks whose curves are shown; if there are none, the block whose reason is shown."""
-    with_records = [label for label in session.selected if session.records_of(label)]
+    with_records = [label for label in document.selected if document.records_of(label)]
     if with_records:
         return with_records
-    if session.results.running:
-        return session.results.running[-1:]
-    if session.selected:
-        return session.selected[:1]
-    lengths = {label: len(result.history) for label, result in session.valid_results().items()}
+    if document.results.running:
+        return document.results.running[-1:]
+    if document.selected:
+        return document.selected[:1]
+    lengths = {label: len(result.history) for label, result in document.valid_results().items()}
     longest = max(lengths, key=lambda label: lengths[label], default=0)
     return [longest] if lengths.get(longest) else []
 
 
-def _block_curve(session: Session, label: int) -> Curve:
-    info = session.info(label)
-    parameters = session.parameters_of(label)
+def _block_curve(document: Document, label: int) -> Curve:
+    info = document.info(label)
+    parameters = document.parameters_of(label)
     metres = _criterion(parameters)
-    remarks = ["own"] if "s_criteria" in session.blocks.own.get(label, {}) else []
-    result = session.valid_results().get(label)
-    if result is not None and result.history and label not in session.results.live:
+    remarks = ["own"] if "s_criteria" in document.blocks.own.get(label, {}) else []
+    result = document.valid_results().get(label)
+    if result is not None and result.history and label not in document.results.live:
         then = _criterion(result.parameters)
         if then is not None and then != metres:
             remarks.append(f"run used {length_text(then)}")
     return Curve(
         info.name or f"Block {label}",
         info.colour,
-        session.records_of(label),
+        document.records_of(label),
         s_criteria=metres,
         remark=", ".join(remarks),
-        limit="" if label in session.results.live else _limit(result),
-        corrected=math.nan if result is None else _corrected_error(result, session.frame),
+        limit="" if label in document.results.live else _limit(result),
+        corrected=math.nan if result is None else _corrected_error(result, document.frame),
     )
 
 
-def _compared_curves(session: Session, labels: Sequence[int]) -> list[Curve]:
+def _compared_curves(document: Document, labels: Sequence[int]) -> list[Curve]:
     """Curves of the same blocks in the compared runs, run by run."""
     curves = []
-    for kept in session.compared:
+    for kept in document.compared:
         for label in labels:
             result = kept.results.get(label)
             if result is not None and result.history:
-                name = kept.name if len(labels) == 1 else f"{kept.name}: {session.info(label).name}"
+                name = kept.name if len(labels) == 1 else f"{kept.name}: {document.info(label).name}"
                 corrected = _corrected_error(result, kept.run.frame)
                 curves.append(Curve(name, kept.colour, result.history, dashed=True, corrected=corrected))
     return curves
@@ -122,9 +122,9 @@ def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:
     return float(np.sqrt(np.mean(off * off))) if off.size else math.nan
 
 
-def _hint(session: Session, label: int) -> str:
+def _hint(document: Document, label: int) -> str:
     """The reason why a block has no curves."""
-    result = session.valid_results().get(label)
+    result = document.valid_results().get(label)
     if result is None or result.history:
         return EMPTY_TEXT
     return result.outcome.message or EMPTY_TEXT
@@ -145,7 +145,7 @@ _ACTIVE_STATES = (RunState.RUNNING, RunState.RESOLVING)
 class _ViewedIteration:
     """The current depth and the blocks that continued after an iteration, to compose the depth after it."""
 
-    session: Session
+    document: Document
     iteration: int
     present: NDArray[np.float32]
     blocks: list[tuple[Track, KeyFrame]]
@@ -170,7 +170,7 @@ class ScrubPresenter(QObject):
         self._questions = LatestRequest[_ViewedIteration, NDArray[np.float32]](_compose_depth, self)
         self._questions.answered.connect(self._take)
         self._bar.moved.connect(lambda _: self._show_iteration())
-        edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.blocks.invalid_mask_changed
         inputs = workspace.frames.session_changed, workspace.blocks.guide_changed, workspace.blocks.neighbours_changed
         for changed in (*inputs, *edits):
             changed.connect(lambda *_: self._bar.go_to_end())
@@ -178,11 +178,11 @@ class ScrubPresenter(QObject):
 
     def show(self) -> None:
         """Update the range and tooltip of the slider."""
-        session = self._workspace.session if self._workspace.has_session else None
-        last = 0 if session is None else max((len(records) for records, _ in _tracks(session)), default=0)
+        document = self._workspace.current if self._workspace.has_current else None
+        last = 0 if document is None else max((len(records) for records, _ in _tracks(document)), default=0)
         self._bar.set_range(last)
-        self._bar.set_hint("" if session is None else _scrub_hint(session))
-        if not self._bar.at_end or self._workspace.runs.viewed_iteration is not None:
+        self._bar.set_hint("" if document is None else _scrub_hint(document))
+        if not self._bar.at_end or self._workspace.viewed_iteration is not None:
             self._show_iteration()
 
     def _follow_run(self) -> None:
@@ -192,21 +192,21 @@ class ScrubPresenter(QObject):
 
     def _show_iteration(self) -> None:
         """Show the depth at the slider's iteration."""
-        if self._bar.at_end or not self._workspace.has_session:
+        if self._bar.at_end or not self._workspace.has_current:
             self._questions.forget()
             self._panel.look_at(None)
-            self._workspace.runs.view_iteration(None)
+            self._workspace.view_iteration(None)
             return
-        session, iteration = self._workspace.session, self._bar.position
+        document, iteration = self._workspace.current, self._bar.position
         self._panel.look_at(iteration)
-        present = session.current_depth()
-        base = (session.frame.depth if present is None else present).copy()
-        blocks = [(track, track.at(iteration)) for records, track in _tracks(session) if iteration < len(records)]
-        self._questions.ask(_ViewedIteration(session, iteration, base, blocks))
+        present = document.current_depth()
+        base = (document.frame.depth if present is None else present).copy()
+        blocks = [(track, track.at(iteration)) for records, track in _tracks(document) if iteration < len(records)]
+        self._questions.ask(_ViewedIteration(document, iteration, base, blocks))
 
     def _take(self, moment: _ViewedIteration, depth: NDArray[np.float32]) -> None:
-        if self._workspace.has_session and moment.session is self._workspace.session and not self._bar.at_end:
-            self._workspace.runs.view_iteration(ViewedIteration(depth, moment.iteration))
+        if self._workspace.has_current and moment.document is self._workspace.current and not self._bar.at_end:
+            self._workspace.view_iteration(ViewedIteration(depth, moment.iteration))
 
 
 def _compose_depth(moment: _ViewedIteration) -> NDArray[np.float32]:
@@ -214,20 +214,20 @@ def _compose_depth(moment: _ViewedIteration) -> NDArray[np.float32]:
     return depth_at_key_frames(moment.present, moment.blocks)
 
 
-def _tracks(session: Session) -> list[tuple[Sequence[IterationRecord], Track]]:
+def _tracks(document: Document) -> list[tuple[Sequence[IterationRecord], Track]]:
     """Records and key frames of all blocks that have key frames."""
     found = []
-    for label in session.counts():
-        records = session.records_of(label)
-        track = session.key_frames.track(records)
+    for label in document.counts():
+        records = document.records_of(label)
+        track = document.key_frames.track(records)
         if track is not None:
             found.append((records, track))
     return found
 
 
-def _scrub_hint(session: Session) -> str:
-    frames = session.key_frames
-    strides = {track.stride for _, track in _tracks(session)}
+def _scrub_hint(document: Document) -> str:
+    frames = document.key_frames
+    strides = {track.stride for _, track in _tracks(document)}
     every = f" Of long runs, one iteration in {max(strides)} is kept." if strides and max(strides) > 1 else ""
     return (
         "View earlier iterations: the views show the depth after iteration i of every block.\n"
@@ -246,7 +246,7 @@ class CurvesFeature(Feature):
         self.scrubbing = ScrubPresenter(workspace, context.runs, self.panel)
         turned, blocks, values = (
             workspace.frames.session_changed,
-            workspace.blocks.labels_changed,
+            workspace.labels_changed,
             workspace.parameters.changed,
         )
         results, going_on = workspace.runs.results_changed, (workspace.runs.results_added, workspace.runs.records_added)

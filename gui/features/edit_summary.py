@@ -21,9 +21,8 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
 from ..base.commands import Command
-from ..state.blocks import Change, DrawnChange
-from ..state.by_hand import HandDepthChange
-from ..state.session import Session
+from ..state.document import Document
+from ..state.edits import DrawnChange, Edit
 from ..state.workspace import Workspace
 from ..widgets.basics import Themed
 from ..work.frame_runs import RunState
@@ -210,7 +209,7 @@ class EditSummaryPresenter(QObject):
         self._views = views
         self._line = line
         self._live = live
-        self._change: Change | None = None
+        self._change: Edit | None = None
         self._asked = True
         self._edited = False
         """Whether there is a state before an edit."""
@@ -221,7 +220,7 @@ class EditSummaryPresenter(QObject):
         self._questions = LatestRequest[_Request, EditSummary](_find, self)
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
-        workspace.blocks.edited.connect(self._take)
+        workspace.edited.connect(self._take)
         workspace.frames.session_changed.connect(self._forget)
         workspace.blocks.replaced.connect(self._forget)
         workspace.blocks.guide_changed.connect(self._forget)
@@ -231,7 +230,7 @@ class EditSummaryPresenter(QObject):
         workspace.blocks.ground_truth_changed.connect(self._ask_again)
         for changed in (workspace.parameters.changed, workspace.runs.results_changed, runs.state_changed):
             changed.connect(self._go_on)
-        line.clear(workspace.has_session)
+        line.clear(workspace.has_current)
 
     @property
     def busy(self) -> bool:
@@ -244,7 +243,7 @@ class EditSummaryPresenter(QObject):
         if not on or not self._edited:
             self._views.show_present()
             return
-        labels = self._workspace.session.labels
+        labels = self._workspace.current.labels
         if self._change is not None:
             labels = _labels_before(self._change.patch, self._change.forward, labels)
         self._views.show_other(labels, None if self._before is None else self._before.depth)
@@ -253,7 +252,9 @@ class EditSummaryPresenter(QObject):
         """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
-    def _take(self, change: Change) -> None:
+    def _take(self, change: Edit) -> None:
+        if change.patch is None:
+            return
         self._change, self._asked, self._edited = change, False, True
         self._before = self._present
         self._questions.forget()
@@ -264,12 +265,12 @@ class EditSummaryPresenter(QObject):
 
     def _take_invalid_mask(self) -> None:
         """Handle a change of the invalid mask, which affects all blocks."""
-        frame = self._workspace.session.frame
+        frame = self._workspace.current.frame
         self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.own)))
 
-    def _take_by_hand(self, change: HandDepthChange) -> None:
+    def _take_by_hand(self, change: Edit) -> None:
         """Handle a change of depth by hand."""
-        by_hand = change.session.blocks.by_hand
+        by_hand = change.document.blocks.by_hand
         self._take_other("Depth by hand", 0 if by_hand is None else int(np.count_nonzero(by_hand.pixels)))
 
     def _take_other(self, title: str, count: int) -> None:
@@ -282,21 +283,21 @@ class EditSummaryPresenter(QObject):
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
         self._questions.forget()
-        self._line.clear(self._workspace.has_session)
+        self._line.clear(self._workspace.has_current)
         self._note_present()
 
     def _go_on(self) -> None:
-        if self._runs.state is not RunState.IDLE or not self._workspace.has_session:
+        if self._runs.state is not RunState.IDLE or not self._workspace.has_current:
             return
         self._note_present()
         if self._asked or self._change is None:
             return
-        session = self._change.session
-        solved = bool(session.results.kept) or not self._live.isChecked()
-        if solved and not all(session.is_up_to_date(label) for label in self._there(session)):
+        document = self._change.document
+        solved = bool(document.results.kept) or not self._live.isChecked()
+        if solved and not all(document.is_up_to_date(label) for label in self._there(document)):
             return  # they are not completed yet
         self._asked = True
-        run = session.run(self._workspace.parameters.current)
+        run = document.run(self._workspace.parameters.current)
         change = self._change
         self._questions.ask(_Request(change.patch, change.forward, change.drawn, run, self._before, self._present))
 
@@ -305,11 +306,11 @@ class EditSummaryPresenter(QObject):
         self._asked = self._change is None
         self._go_on()
 
-    def _there(self, session: Session) -> frozenset[int]:
-        return frozenset() if self._change is None else self._change.blocks & session.counts().keys()
+    def _there(self, document: Document) -> frozenset[int]:
+        return frozenset() if self._change is None else self._change.blocks & document.counts().keys()
 
     def _note_present(self) -> None:
-        self._present = self._workspace.session.completion() if self._workspace.has_session else None
+        self._present = self._workspace.current.completion() if self._workspace.has_current else None
 
     def _say(self, question: _Request, effect: EditSummary | None, note: str = "") -> None:
         change = self._change
@@ -341,7 +342,7 @@ class EditSummaryFeature(Feature):
         context.centre.add_strip(self.line)
         views = context.feature(ViewsFeature).presenter
         self.presenter = EditSummaryPresenter(workspace, runs, views, self.line, actions["live"])
-        edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.blocks.invalid_mask_changed
         for changed in (
             *(workspace.frames.session_changed, *edits),
             *(workspace.by_hand.changed, workspace.blocks.neighbours_changed),
@@ -355,7 +356,7 @@ class EditSummaryFeature(Feature):
             self.context.notes.show_briefly(text)
 
 
-def _title(change: Change) -> str:
+def _title(change: Edit) -> str:
     return change.text if change.forward else f"Undone: {change.text}"
 
 

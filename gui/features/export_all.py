@@ -28,8 +28,8 @@ from ilf.run.run import Run
 from ilf.sources.reading import read_frame
 
 from ..project.store import WorkStore
+from ..state.document import Document
 from ..state.entries import Entry
-from ..state.session import Session
 from ..widgets.basics import Message, stack
 from ..widgets.file_choice import EXPORTS, remember_folder, save_folder
 from ..widgets.work_row import WorkRow
@@ -76,19 +76,19 @@ def frames_to_export(
 
 
 def _reader(entry: Entry, store: WorkStore, make_run: MakeRun, for_all: Parameters | None) -> Read:
-    if entry.session is not None and entry.session.counts():
-        present = _of_session(entry.session)
+    if entry.document is not None and entry.document.counts():
+        present = _of_session(entry.document)
         return lambda: present
-    if entry.session is None and entry.has_state and store.has(entry.id):
+    if entry.document is None and entry.has_state and store.has(entry.id):
         return partial(_of_store, entry, store, for_all)
     return partial(_of_files, entry, make_run)
 
 
-def _of_session(session: Session) -> tuple[Run, Completion | None]:
+def _of_session(document: Document) -> tuple[Run, Completion | None]:
     """The run of an open frame, and its completion if every block has a result."""
-    if session.counts().keys() - session.valid_results().keys():
-        return session.run(session.state.common, extrapolate=session.state.extrapolate), None
-    return session.run(session.state.common, extrapolate=session.extrapolated), session.completion()
+    if document.counts().keys() - document.valid_results().keys():
+        return document.run(document.state.common, extrapolate=document.state.extrapolate), None
+    return document.run(document.state.common, extrapolate=document.extrapolated), document.completion()
 
 
 def _of_store(entry: Entry, store: WorkStore, for_all: Parameters | None) -> tuple[Run, Completion | None]:
@@ -138,10 +138,10 @@ class ExportAllFeature(Feature):
         if self.worker.busy:
             self.progress.show()
             return
-        session = self.context.workspace.session
+        document = self.context.workspace.current
         scopes = {name: (text, len(self._chosen(name))) for name, (text, _) in _CHOICES.items()}
         dialog = ExportDialog(
-            session.run(session.state.common), True, str(save_folder() / "export"), self.context.window, scopes=scopes
+            document.run(document.state.common), True, str(save_folder() / "export"), self.context.window, scopes=scopes
         )
         usual = next(name for name in _CHOICES if scopes[name][1])
         dialog.scope.setCurrentIndex(dialog.scope.findData(usual))
@@ -180,7 +180,7 @@ class ExportAllFeature(Feature):
 
     def _chosen(self, scope: str) -> list[Entry]:
         _, includes = _CHOICES[scope]
-        return [entry for entry in self.context.workspace.frames.entries if includes(entry)]
+        return [entry for entry in self.context.workspace.entries if includes(entry)]
 
     def _take(self, done: list[ExportedFrame]) -> None:
         self._done += done

@@ -17,7 +17,7 @@ from ilf.io.frame_additions import load_guide
 
 from ..base.commands import Command
 from ..base.needs import Need
-from ..state.session import Session
+from ..state.document import Document
 from ..widgets.basics import label_of, row
 from ..widgets.file_choice import choose_file
 from ..work.latest_request import LatestRequest
@@ -127,49 +127,49 @@ class GuideFeature(Feature):
         self._reader = LatestRequest[GuideSource, GuidedFrame](read_guided_frame, self)
         for changed in (workspace.frames.session_changed, workspace.blocks.guide_changed):
             changed.connect(self._tell_guide)
-        self._reported: WeakSet[Session] = WeakSet()
+        self._reported: WeakSet[Document] = WeakSet()
         """Frames whose guide has been reported, or loaded here."""
 
     def ask(self) -> None:
         """Load a guide for the current frame by the dialog."""
-        session = self.context.workspace.session
-        dialog = GuideDialog(session.frame, self._reader, self.context.window)
+        document = self.context.workspace.current
+        dialog = GuideDialog(document.frame, self._reader, self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take(session, dialog.found()))
+        dialog.accepted.connect(lambda: self._take(document, dialog.found()))
         dialog.open()
 
     def load(self, path: str) -> bool:
         """Load the guide of the current frame from a file; return False, with a message, if that fails."""
-        session = self.context.workspace.session
+        document = self.context.workspace.current
         try:
-            found = read_guided_frame(GuideSource(session.frame, path))
+            found = read_guided_frame(GuideSource(document.frame, path))
         except IlfError as error:
             self.context.notes.report("Load guide", error)
             return False
-        self._take(session, found)
+        self._take(document, found)
         return True
 
     def remove(self) -> None:
         """Complete the current frame without a guide."""
-        self.context.workspace.blocks.set_guide(None, "Remove guide")
+        self.context.workspace.current.set_guide(None, "Remove guide")
         self.context.notes.show_message("Guide removed.")
 
-    def _take(self, session: Session, found: GuidedFrame) -> None:
+    def _take(self, document: Document, found: GuidedFrame) -> None:
         workspace, guide = self.context.workspace, found.frame.guide
-        if session not in workspace.frames.sessions or guide is None:
+        if document not in workspace.open or guide is None:
             return
-        workspace.frames.show(session)  # another frame may have been opened meanwhile
-        self._reported.add(session)
-        workspace.blocks.set_guide(guide, "Load guide")
+        workspace.show(document)  # another frame may have been opened meanwhile
+        self._reported.add(document)
+        workspace.current.set_guide(guide, "Load guide")
         name = "" if guide.path is None else f" {Path(guide.path).name}"
         self.context.notes.show_message(f"Guide{name}: {describe_guide(found)}")
 
     def _tell_guide(self) -> None:
         """Tell once that a frame was opened with a guide."""
         workspace = self.context.workspace
-        if self._has_guide and workspace.session not in self._reported:
-            self._reported.add(workspace.session)
-            name = workspace.session.name
+        if self._has_guide and workspace.current not in self._reported:
+            self._reported.add(workspace.current)
+            name = workspace.current.name
             self.context.notes.show_message(
                 f"{name} has a guide, which the runs use. To run without it: File > Remove guide."
             )
@@ -177,7 +177,7 @@ class GuideFeature(Feature):
     @property
     def _has_guide(self) -> bool:
         workspace = self.context.workspace
-        return workspace.has_session and workspace.session.frame.guide is not None
+        return workspace.has_current and workspace.current.frame.guide is not None
 
     def _why_no_guide(self) -> str:
         return self.context.reasons.no_frame() or ("" if self._has_guide else "This frame has no guide.")

@@ -28,8 +28,8 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.neighbours import around, neighbour_steps
 
 from ..base.commands import Command
+from ..state.document import Document
 from ..state.entries import Entry
-from ..state.session import Session
 from ..widgets.basics import Message
 from ..widgets.notices import error_text
 from ..widgets.work_row import WorkRow
@@ -64,15 +64,15 @@ class NeighboursDialog(QDialog):
     found : NeighbourDepth or None
     """
 
-    def __init__(self, session: Session, sides: Sides, worker: Worker, parent: QWidget | None = None) -> None:
+    def __init__(self, document: Document, sides: Sides, worker: Worker, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle(f"Use Neighbours of {session.name}")
+        self.setWindowTitle(f"Use Neighbours of {document.name}")
         self.found: NeighbourDepth | None = None
         self.note = ""
         """What was found, and which frames were left out."""
         self._frame, self._run, self._sides, self._worker = (
-            session.frame,
-            session.run(session.state.common),
+            document.frame,
+            document.run(document.state.common),
             sides,
             worker,
         )
@@ -268,33 +268,33 @@ class NeighboursFeature(Feature):
 
     def ask(self) -> None:
         """Use depth of neighbours in the current frame by the dialog."""
-        session = self.context.workspace.session
-        dialog = NeighboursDialog(session, self._sides(), self._worker, self.context.window)
+        document = self.context.workspace.current
+        dialog = NeighboursDialog(document, self._sides(), self._worker, self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take(session, dialog.found, dialog.note))
+        dialog.accepted.connect(lambda: self._take(document, dialog.found, dialog.note))
         dialog.open()
 
     def remove(self) -> None:
         """Complete the current frame without depth of neighbours."""
-        self.context.workspace.blocks.set_neighbours(None, "Remove depth of neighbours")
+        self.context.workspace.current.set_neighbours(None, "Remove depth of neighbours")
         self.context.notes.show_message("Depth of neighbours removed.")
 
-    def _take(self, session: Session, found: NeighbourDepth | None, note: str) -> None:
+    def _take(self, document: Document, found: NeighbourDepth | None, note: str) -> None:
         workspace = self.context.workspace
-        if session not in workspace.frames.sessions or found is None:
+        if document not in workspace.open or found is None:
             return
-        workspace.frames.show(session)  # another frame may have been opened meanwhile
-        workspace.blocks.set_neighbours(found, "Use neighbours")
-        self.context.notes.show_message(f"{session.name}: {note}")
+        workspace.show(document)  # another frame may have been opened meanwhile
+        workspace.current.set_neighbours(found, "Use neighbours")
+        self.context.notes.show_message(f"{document.name}: {note}")
 
     def _sides(self) -> Sides:
         """The other frames of the current frame's folder or recording."""
         entry, place = self._entry(), place_of(self._entry())
-        same = [one for one in self.context.workspace.frames.entries if place_of(one) == place]
+        same = [one for one in self.context.workspace.entries if place_of(one) == place]
         return around([one.source for one in same if one.source is not None], same.index(entry), len(same))
 
     def _entry(self) -> Entry:
-        entry = self.context.workspace.frames.entries.of(self.context.workspace.session.id)
+        entry = self.context.workspace.entries.of(self.context.workspace.current.id)
         assert entry is not None  # every open frame is in the list
         return entry
 
@@ -302,15 +302,15 @@ class NeighboursFeature(Feature):
         if reason := self.context.reasons.no_frame():
             return reason
         entry, place = self._entry(), place_of(self._entry())
-        others = (one for one in self.context.workspace.frames.entries if one is not entry)
+        others = (one for one in self.context.workspace.entries if one is not entry)
         if place is None or all(place_of(one) != place for one in others):
             return "The list has no other frame of this sequence: open its folder or recording."
-        if self.context.workspace.session.frame.intrinsics is None:
+        if self.context.workspace.current.frame.intrinsics is None:
             return "The camera's intrinsics of this frame are not known: open it with intrinsics."
         return ""
 
     def _why_none(self) -> str:
         reason = self.context.reasons.no_frame()
-        if not reason and self.context.workspace.session.frame.neighbours is None:
+        if not reason and self.context.workspace.current.frame.neighbours is None:
             reason = "No depth of neighbours is used in this frame."
         return reason

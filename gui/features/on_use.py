@@ -141,5 +141,5 @@ class OnUseFeature(Feature):
         return self.context.feature(PaletteFeature)
 
     def _why_no_files(self) -> str:
-        entries = self.context.workspace.frames.entries
+        entries = self.context.workspace.entries
         return "" if any(entry.source is not None for entry in entries) else "Open a frame first."

@@ -38,7 +38,7 @@ class RunsFeature(Feature):
             "Their depth is of other parameters or an earlier state of the block; the views show it in grey"
         )
         self._rest.clicked.connect(lambda: context.actions["run"].trigger())
-        changed = workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.parameters.changed
+        changed = workspace.frames.session_changed, workspace.labels_changed, workspace.parameters.changed
         later = workspace.runs.results_changed, workspace.runs.results_added, runs.state_changed
         context.refresh.add("stale blocks", self._offer_rest, changed, later)
         runs.ended.connect(context.notes.show_message)
@@ -54,10 +54,10 @@ class RunsFeature(Feature):
     def _offer_rest(self) -> None:
         """Offer to run the blocks with stale depth, unless they are running."""
         stale: set[int] = set()
-        if self._workspace.has_session and self._runs.free:
-            session = self._workspace.session
-            session.update_depth()
-            stale = set(session.stale_blocks()).difference(self._runs.resolving)
+        if self._workspace.has_current and self._runs.free:
+            document = self._workspace.current
+            document.update_depth()
+            stale = set(document.stale_blocks()).difference(self._runs.resolving)
         self._rest.setVisible(bool(stale))
         is_are = "is" if len(stale) == 1 else "are"
         keys = keys_text(self.context.actions["run"].shortcuts())
@@ -173,13 +173,13 @@ class RunsFeature(Feature):
 
     def _why_no_results(self) -> str:
         no_frame = self.context.reasons.no_frame()
-        return no_frame or ("" if self._workspace.session.results.kept else "There are no results yet.")
+        return no_frame or ("" if self._workspace.current.results.kept else "There are no results yet.")
 
     def _why_no_extrapolation(self) -> str:
         why = self._why_no_results() or self.context.reasons.busy()
         if why:
             return why
-        session = self._workspace.session
-        if not session.valid_results():
+        document = self._workspace.current
+        if not document.valid_results():
             return "Run the blocks first."
-        return "The rest is extrapolated already." if session.extrapolated else ""
+        return "The rest is extrapolated already." if document.extrapolated else ""

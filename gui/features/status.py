@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
 
-from ..state.session import Session
+from ..state.document import Document
 from ..state.workspace import Workspace
 from ..views.cloud.canvas import HINT, MOVES
 from ..views.contents import FLICKERS
@@ -96,7 +96,7 @@ class StatusFeature(Feature):
         self._editor = editor = context.editor
         self._pace = Pace()
         self._playing = ""
-        self._paced_sessions: list[Session] = []
+        self._paced_sessions: list[Document] = []
         """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
@@ -108,7 +108,7 @@ class StatusFeature(Feature):
         add("hint", self.show_hint, (turned, loading, context.centre.turned, *hinted))
         exporting = documents.exporting_changed
         add("progress", self.show_progress, (turned, runs.state_changed, loading, exporting), (coming,))
-        frame = turned, workspace.blocks.labels_changed, workspace.blocks.infos_changed, workspace.runs.results_changed
+        frame = turned, workspace.labels_changed, workspace.blocks.infos_changed, workspace.runs.results_changed
         shown = workspace.runs.error_changed, workspace.runs.viewed_iteration_changed
         compared = workspace.runs.compared_changed, workspace.blocks.ground_truth_changed
         add("readout", self.readout.show, (*frame, *shown, *compared), (coming, workspace.runs.previews_changed))
@@ -122,7 +122,7 @@ class StatusFeature(Feature):
     def show_hint(self) -> None:
         """Show what is being played, opened or extracted, or else the effect of a click."""
         hint = self._hint_of_cloud() or self._editor.tool.hint
-        idle = hint if self._workspace.has_session else _NO_FRAME
+        idle = hint if self._workspace.has_current else _NO_FRAME
         self.bar.hint.setText(self._playing or self._loader.present or idle)
         self.bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
 
@@ -155,8 +155,8 @@ class StatusFeature(Feature):
         runs, present = self._runs, not self._runs.free
         if runs.state is RunState.EXTRAPOLATING:
             return runs.state.value, None
-        going = [self._workspace.session] if present else runs.running
-        shares = [runs.of(session).share_done for session in going]
+        going = [self._workspace.current] if present else runs.running
+        shares = [runs.of(document).share_done for document in going]
         share = sum(shares) / len(shares)
         if going != self._paced_sessions:
             self._paced_sessions = going
@@ -190,34 +190,34 @@ class ReadoutPresenter(QObject):
         self._label.setText("" if self._pixel is None else "  |  ".join(self._parts(*self._pixel)))
 
     def _parts(self, x: int, y: int) -> list[str]:
-        if not self._workspace.has_session:
+        if not self._workspace.has_current:
             return self._played(x, y)
-        session = self._workspace.session
-        height, width = session.frame.shape
+        document = self._workspace.current
+        height, width = document.frame.shape
         if x >= width or y >= height:  # the cursor has not moved since another frame was shown
             return []
-        label = int(session.labels[y, x])
-        block = session.info(label).name if label else "no block"
-        depth_in, measured = float(session.frame.depth[y, x]), float(session.frame.measured[y, x])
+        label = int(document.labels[y, x])
+        block = document.info(label).name if label else "no block"
+        depth_in, measured = float(document.frame.depth[y, x]), float(document.frame.measured[y, x])
         invalid_mask = np.isfinite(measured) and not np.isfinite(depth_in)
         given = f"invalid {_metres(measured)}" if invalid_mask else f"in {_metres(depth_in)}"
-        outside = session.frame.outside_view
+        outside = document.frame.outside_view
         if outside is not None and outside[y, x]:
             given = "outside the depth camera's view"
-        added = session.frame.from_neighbours
+        added = document.frame.from_neighbours
         if added is not None and added[y, x]:
             given = f"from neighbours {_metres(depth_in)}"
-        if session.blocks.by_hand is not None and np.isfinite(session.blocks.by_hand.depth[y, x]):
+        if document.blocks.by_hand is not None and np.isfinite(document.blocks.by_hand.depth[y, x]):
             own = np.isfinite(depth_in) and (added is None or not added[y, x])
             if not own and (outside is None or not outside[y, x]):
-                given = f"by hand {_metres(float(session.blocks.by_hand.depth[y, x]))}"
-        locked = " (locked)" if label in session.locked else ""
+                given = f"by hand {_metres(float(document.blocks.by_hand.depth[y, x]))}"
+        locked = " (locked)" if label in document.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
-        viewed_iteration, error = self._workspace.runs.viewed_iteration, session.expected_error()
-        depth = session.current_depth() if viewed_iteration is None else viewed_iteration.depth
+        viewed_iteration, error = self._workspace.viewed_iteration, document.expected_error()
+        depth = document.current_depth() if viewed_iteration is None else viewed_iteration.depth
         if depth is not None:
             depth_out = float(depth[y, x])
-            completion = session.completion()
+            completion = document.completion()
             extrapolated = completion is not None and completion.extrapolated[y, x]
             if viewed_iteration is not None:
                 parts.append(f"after iteration {viewed_iteration.iteration} {_metres(depth_out)}")
@@ -226,15 +226,15 @@ class ReadoutPresenter(QObject):
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
         parts += self._flicker(x, y)
-        if session.proposal is not None and np.isfinite(session.proposal[y, x]):
-            parts.append(f"proposed {_metres(float(session.proposal[y, x]))}")
+        if document.proposal is not None and np.isfinite(document.proposal[y, x]):
+            parts.append(f"proposed {_metres(float(document.proposal[y, x]))}")
         if viewed_iteration is None and error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
-            unsupported = session.unsupported()
+            unsupported = document.unsupported()
             if unsupported is not None and unsupported[y, x]:
                 parts.append("unsupported")
-        runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
-        return [*parts, *_evaluated(session, depth, x, y), *runs]
+        runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in document.compared]
+        return [*parts, *_evaluated(document, depth, x, y), *runs]
 
     def _played(self, x: int, y: int) -> list[str]:
         """Return the values of a frame that is played; none if the pixel is outside."""
@@ -255,9 +255,9 @@ class ReadoutPresenter(QObject):
         return parts
 
 
-def _evaluated(session: Session, depth: NDArray[np.float32] | None, x: int, y: int) -> list[str]:
+def _evaluated(document: Document, depth: NDArray[np.float32] | None, x: int, y: int) -> list[str]:
     """Return ground truth and the error of completed depth as texts."""
-    ground_truth = session.frame.ground_truth
+    ground_truth = document.frame.ground_truth
     if ground_truth is None or not np.isfinite(ground_truth[y, x]):
         return []
     parts = [f"ground truth {_metres(float(ground_truth[y, x]))}"]

@@ -17,8 +17,8 @@ from ilf.data.results import Completion
 
 from ..base.commands import Command
 from ..base.needs import Need
+from ..state.document import Document
 from ..state.results import ErrorEstimate
-from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.linked_views import LinkedViews
 from ..views.material import Before
@@ -43,7 +43,7 @@ class ViewsPresenter(QObject):
         super().__init__(views)
         self._workspace = workspace
         self._views = views
-        self._shown: Session | None = None
+        self._shown: Document | None = None
         self._table: NDArray[np.uint8] | None = None
         self._boxes: list[Box] = []
         self._colours_valid = False
@@ -53,7 +53,7 @@ class ViewsPresenter(QObject):
         """Whether the views temporarily show other blocks and depth."""
         self._shows_played = False
         """Whether the views show frames that are played, until another frame is open."""
-        for signal in (workspace.blocks.labels_changed, workspace.blocks.stroke_changed):
+        for signal in (workspace.labels_changed, workspace.stroke_changed):
             signal.connect(self._boxes.append)
         for doubtful in (workspace.blocks.infos_changed, workspace.frames.session_changed):
             doubtful.connect(self._invalidate_colours)
@@ -61,24 +61,24 @@ class ViewsPresenter(QObject):
         workspace.blocks.selection_changed.connect(
             self._invalidate_colours
         )  # a new block is selected before it is painted
-        workspace.blocks.labels_changed.connect(self._invalidate_names)
+        workspace.labels_changed.connect(self._invalidate_names)
 
     def show_frame(self) -> None:
         """Show colour and depth in of a new frame; this clears the pictures of the frame before."""
-        session = self._workspace.session if self._workspace.has_session else None
-        if session is None and self._shows_played:
+        document = self._workspace.current if self._workspace.has_current else None
+        if document is None and self._shows_played:
             self._shown = None
             return
         self._shows_played = False
-        if session is not self._shown:
-            self._shown, self._table, self._shows_other = session, None, False
-            if session is None:
+        if document is not self._shown:
+            self._shown, self._table, self._shows_other = document, None, False
+            if document is None:
                 self._views.clear()
             else:
-                frame = session.frame
+                frame = document.frame
                 self._views.set_frame(frame.rgb, frame.measured, frame.outside_view)
-        if session is not None:
-            frame, by_hand = session.frame, session.blocks.by_hand
+        if document is not None:
+            frame, by_hand = document.frame, document.blocks.by_hand
             self._views.show_data(
                 invalid_mask=frame.invalid_mask,
                 from_neighbours=frame.from_neighbours,
@@ -93,7 +93,7 @@ class ViewsPresenter(QObject):
     def keep_pictures(self, on: bool) -> None:
         """Keep the pictures while no frame is open and frames are played; with False, show that none is open."""
         self._shows_played = on
-        if not on and not self._workspace.has_session:
+        if not on and not self._workspace.has_current:
             self._views.clear()
 
     def show_blocks(self) -> None:
@@ -102,23 +102,23 @@ class ViewsPresenter(QObject):
             return
         boxes = self._boxes.copy()
         self._boxes.clear()
-        if not self._workspace.has_session:
+        if not self._workspace.has_current:
             return
-        session = self._workspace.session
-        table = self._colour_table(session, boxes)
+        document = self._workspace.current
+        table = self._colour_table(document, boxes)
         if self._table is None or not np.array_equal(table[: len(self._table)], self._table):
-            self._views.set_blocks(session.labels, table)
+            self._views.set_blocks(document.labels, table)
         else:
             if len(table) > len(self._table):
                 self._views.add_colours(table)
             for box in boxes:
-                self._views.update_blocks_region(*box, session.labels[box])
+                self._views.update_blocks_region(*box, document.labels[box])
         self._table = table
-        self._views.set_selected(session.selected)
-        self._views.set_to_check(sorted(session.state.to_check))
+        self._views.set_selected(document.selected)
+        self._views.set_to_check(sorted(document.state.to_check))
         if not self._names_valid:
             self._names_valid = True
-            names = {label: session.info(label).name for label in session.counts()} if self._shows_names else None
+            names = {label: document.info(label).name for label in document.counts()} if self._shows_names else None
             self._views.set_block_names(names)
 
     def show_names(self, on: bool) -> None:
@@ -127,15 +127,15 @@ class ViewsPresenter(QObject):
         self._names_valid = False
         self.names_toggled.emit()
 
-    def _colour_table(self, session: Session, boxes: list[Box]) -> NDArray[np.uint8]:
+    def _colour_table(self, document: Document, boxes: list[Box]) -> NDArray[np.uint8]:
         """Colour table; the last one if it cannot have changed, as in a stroke with a block that has a colour."""
         if self._table is None:
-            top, known = int(session.labels.max()), 0
+            top, known = int(document.labels.max()), 0
         else:
-            top, known = max((int(session.labels[box].max()) for box in boxes), default=0), len(self._table) - 1
+            top, known = max((int(document.labels[box].max()) for box in boxes), default=0), len(self._table) - 1
         if self._table is None or not self._colours_valid or top > known:
             self._colours_valid = True
-            return colour_table(session, max(top, known))
+            return colour_table(document, max(top, known))
         return self._table
 
     def _invalidate_colours(self) -> None:
@@ -147,18 +147,18 @@ class ViewsPresenter(QObject):
     def show_depth(self) -> None:
         """Show the completed depth, including running blocks, with stale pixels marked; or the depth of the iteration
         being viewed."""
-        if self._workspace.has_session and not self._shows_other:
-            session, viewed_iteration = self._workspace.session, self._workspace.runs.viewed_iteration
+        if self._workspace.has_current and not self._shows_other:
+            document, viewed_iteration = self._workspace.current, self._workspace.viewed_iteration
             self._views.show_data(moment="" if viewed_iteration is None else viewed_iteration.text)
             if viewed_iteration is not None:
                 self._views.set_result(viewed_iteration.depth)
                 return
-            completion = session.completion()
+            completion = document.completion()
             extrapolated = None if completion is None else _any(completion.extrapolated)
-            depth = session.current_depth()
-            if session.proposal is not None:
-                depth = session.with_proposal(session.frame.depth if depth is None else depth)
-            self._views.set_result(depth, extrapolated, None if depth is None else session.stale)
+            depth = document.current_depth()
+            if document.proposal is not None:
+                depth = document.with_proposal(document.frame.depth if depth is None else depth)
+            self._views.set_result(depth, extrapolated, None if depth is None else document.stale)
             suspect = suspect_islands(completion.frame) if completion is not None and completion.suspect else None
             self._views.show_data(suspect=suspect)
 
@@ -171,7 +171,7 @@ class ViewsPresenter(QObject):
     def show_other_blocks(self, labels: NDArray[np.int32]) -> None:
         """Show other blocks of the current frame, int32 (H, W), until `show_present`."""
         self._shows_other = True
-        table = colour_table(self._workspace.session, int(labels.max()))
+        table = colour_table(self._workspace.current, int(labels.max()))
         self._views.set_blocks(labels, table)
         self._table = None
 
@@ -184,8 +184,8 @@ class ViewsPresenter(QObject):
 
     def zoom_to_blocks(self) -> None:
         """Zoom to the selected blocks."""
-        session = self._workspace.session
-        rows, columns = np.nonzero(np.isin(session.labels, session.selected))
+        document = self._workspace.current
+        rows, columns = np.nonzero(np.isin(document.labels, document.selected))
         if rows.size:
             self._views.zoom_to(
                 slice(int(rows.min()), int(rows.max()) + 1), slice(int(columns.min()), int(columns.max()) + 1)
@@ -197,12 +197,12 @@ def _any(mask: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
     return mask if mask.any() else None
 
 
-def colour_table(session: Session, min_label: int) -> NDArray[np.uint8]:
+def colour_table(document: Document, min_label: int) -> NDArray[np.uint8]:
     """RGBA by label for the overlay, up to a label and any selected one; hidden blocks are transparent."""
-    top = max([*session.selected, min_label])
+    top = max([*document.selected, min_label])
     table = np.zeros((top + 1, 4), np.uint8)
     for label in range(1, top + 1):
-        info = session.info(label)
+        info = document.info(label)
         table[label] = (*info.colour, 255 if info.visible else 0)
     return table
 
@@ -274,7 +274,7 @@ class ViewsFeature(Feature):
         )
         shown = ("contours_only", "block_names", "show_missing", "fit")
         self.bar = ViewBar(views, context.centre, [context.actions[name] for name in shown])
-        turned, blocks, add = workspace.frames.session_changed, workspace.blocks.labels_changed, context.refresh.add
+        turned, blocks, add = workspace.frames.session_changed, workspace.labels_changed, context.refresh.add
         by_hand = workspace.by_hand.changed
         known = workspace.blocks.invalid_mask_changed, workspace.blocks.neighbours_changed
         add("picture", presenter.show_frame, (turned, *known, by_hand))
@@ -282,7 +282,7 @@ class ViewsFeature(Feature):
         add(
             "blocks",
             presenter.show_blocks,
-            (turned, blocks, workspace.blocks.stroke_changed, infos, selected, presenter.names_toggled),
+            (turned, blocks, workspace.stroke_changed, infos, selected, presenter.names_toggled),
         )
         add(
             "depth",
@@ -300,7 +300,7 @@ class ViewsFeature(Feature):
 
 
 class _Question(NamedTuple):
-    session: Session
+    document: Document
     completion: Completion
 
 
@@ -319,7 +319,7 @@ class ErrorFeature(Feature):
         self._questions.failed.connect(self._fail)
         changed = (
             workspace.frames.session_changed,
-            workspace.blocks.labels_changed,
+            workspace.labels_changed,
             workspace.runs.results_changed,
             workspace.runs.error_changed,
         )
@@ -337,15 +337,15 @@ class ErrorFeature(Feature):
 
     def show(self) -> None:
         """Show the expected error of the current results; compute it if it is visible and no run is changing them."""
-        if not self._workspace.has_session:
+        if not self._workspace.has_current:
             return
-        session = self._workspace.session
-        completion, error = session.completion(), session.expected_error()
+        document = self._workspace.current
+        completion, error = document.completion(), document.expected_error()
         # the last error stays until a newer one is available, as the depth does
         hopeless = completion is not None and completion is self._failed_completion
-        outdated = error is None and session.current_depth() is not None and not hopeless
+        outdated = error is None and document.current_depth() is not None and not hopeless
         if not outdated:
-            self._views.show_data(expected=error, unsupported=session.unsupported())
+            self._views.show_data(expected=error, unsupported=document.unsupported())
         self._views.show_data(error_is_outdated=outdated)
         if (
             completion is not None
@@ -354,10 +354,10 @@ class ErrorFeature(Feature):
             and (self._views.shows("expected") or any(is_seen() for is_seen in self._watchers))
             and self._runs.state in (RunState.IDLE, RunState.PAUSED)
         ):
-            self._questions.ask(_Question(session, completion))
+            self._questions.ask(_Question(document, completion))
 
     def _take(self, question: _Question, error_estimate: ErrorEstimate) -> None:
-        self._workspace.runs.store_error_estimate(question.session, question.completion, error_estimate)
+        question.document.store_error_estimate(question.completion, error_estimate)
 
     def _fail(self, question: _Question, error: Exception) -> None:
         self._failed_completion = question.completion

@@ -16,9 +16,9 @@ from ilf.project.recovery import autosave_folder
 from ilf.project.store import lock_of
 from ilf.sources.frame_ref import FrameRef
 
+from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parameters import SharedParameters
-from ..state.session import Session
 from ..state.workspace import Workspace
 
 # Content of a project apart from its frames' states.
@@ -28,13 +28,13 @@ def project_of(workspace: Workspace) -> Project:
     """Return the list of frames and the shared settings."""
     frames = tuple(
         ProjectFrame(
-            entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or has_content(entry.session)
+            entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or has_content(entry.document)
         )
-        for entry in workspace.frames.entries
+        for entry in workspace.entries
     )
     return Project(
         frames,
-        workspace.session.id if workspace.has_session else "",
+        workspace.current.id if workspace.has_current else "",
         workspace.parameters.of_next_frame,
         workspace.parameters.shared.on,
         workspace.parameters.extraction,
@@ -42,16 +42,16 @@ def project_of(workspace: Workspace) -> Project:
     )
 
 
-def has_content(session: Session | None) -> bool:
+def has_content(document: Document | None) -> bool:
     """Return whether a frame has anything to store: one without blocks is read from its files again."""
-    return session is not None and (bool(session.counts()) or session.unsaved or session.undo_stack.count() > 0)
+    return document is not None and (bool(document.counts()) or document.unsaved or document.undo_stack.count() > 0)
 
 
 def source_of(entry: Entry) -> FrameRef | None:
     """Return the source of an entry's frame, with absolute paths; None if it comes from no file."""
-    source, session = entry.source, entry.session
-    if source is None and session is not None and session.frame.inputs is not None:
-        source = FrameRef.of(session.frame.inputs)
+    source, document = entry.source, entry.document
+    if source is None and document is not None and document.frame.inputs is not None:
+        source = FrameRef.of(document.frame.inputs)
     return None if source is None else source.absolute()
 
 
@@ -112,7 +112,7 @@ class CurrentProject(QObject):
         self._lock: FileLock | None = None
         self._frames: tuple[tuple[str, FrameRef | None], ...] | None = None
         """The frames; None if the list has changed."""
-        for signal in (workspace.frames.entries.added, workspace.frames.entries.removed):
+        for signal in (workspace.entries.added, workspace.entries.removed):
             signal.connect(lambda *_: self._forget_frames())
         self._saved = self.current_settings()
         self._missing: dict[str, FrameSummary] = {}
@@ -128,7 +128,7 @@ class CurrentProject(QObject):
     @property
     def unsaved(self) -> bool:
         """Whether there are changes that are not in the file."""
-        return bool(self.words()) or any(entry.unsaved for entry in self._workspace.frames.entries)
+        return bool(self.words()) or any(entry.unsaved for entry in self._workspace.entries)
 
     def words(self) -> str:
         """Return a summary of unsaved changes apart from frames' states; "" for none. Without a file, the list of
@@ -144,7 +144,7 @@ class CurrentProject(QObject):
         """Return the current settings apart from frames' states."""
         workspace = self._workspace
         if self._frames is None:
-            self._frames = tuple((entry.id, entry.source) for entry in workspace.frames.entries)
+            self._frames = tuple((entry.id, entry.source) for entry in workspace.entries)
         shared = workspace.parameters.shared.values if workspace.parameters.shared.on else None
         return ProjectSettings(
             self._frames, shared, workspace.parameters.extraction, workspace.parameters.keeps_handmade

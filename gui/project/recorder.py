@@ -11,7 +11,7 @@ from ilf.errors import IlfError
 from ilf.project.project import Project
 from ilf.project.store import WorkHeader
 
-from ..state.session import Session
+from ..state.document import Document
 from ..state.workspace import Workspace
 from ..work.jobs import Worker
 from .current_project import project_of
@@ -45,11 +45,11 @@ class Recorder(QObject):
         super().__init__(parent)
         self.project = ""
         """Path of the project file; "" if there is none yet."""
-        self.is_unsaved: Callable[[], bool] = lambda: any(session.unsaved for session in workspace.frames.sessions)
+        self.is_unsaved: Callable[[], bool] = lambda: any(document.unsaved for document in workspace.open)
         """Whether there are changes that are not in the project file."""
         self._workspace = workspace
         self.store = store
-        self._touched = WeakSet[Session]()
+        self._touched = WeakSet[Document]()
         self._project_touched = True
         self._project: Project | None = None
         """The list of frames and the shared settings, if they are to be written."""
@@ -60,8 +60,8 @@ class Recorder(QObject):
         self._waiting: list[Then] = []
         self._called: list[Then] = []
         self._automatic = False
-        workspace.frames.touched.connect(self._note_touched)
-        workspace.frames.project_touched.connect(self.note_project)
+        workspace.touched.connect(self._note_touched)
+        workspace.project_touched.connect(self.note_project)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._take)
         self._worker = Worker(self, must_finish=True)
@@ -89,9 +89,9 @@ class Recorder(QObject):
 
         self.flush(drop)
 
-    def keep(self, session: Session) -> None:
+    def keep(self, document: Document) -> None:
         """Store a frame that is about to be closed: its state can be read from now on."""
-        self._touched.add(session)
+        self._touched.add(document)
         self._end_stroke()
         self._take()
 
@@ -105,8 +105,8 @@ class Recorder(QObject):
         self._timer.stop()
         return self._worker.shutdown()
 
-    def _note_touched(self, session: Session) -> None:
-        self._touched.add(session)
+    def _note_touched(self, document: Document) -> None:
+        self._touched.add(document)
         self._schedule()
 
     def _schedule(self) -> None:
@@ -114,18 +114,17 @@ class Recorder(QObject):
             self._timer.start(AFTER_MS)
 
     def _end_stroke(self) -> None:
-        if self._workspace.blocks.stroke_in_progress:
-            self._workspace.blocks.prepare_change(self._workspace.session)
+        self._workspace.end_stroke()
 
     def _take(self) -> None:
         """Take a snapshot of all changes; it is written after the previous one."""
-        if self._workspace.blocks.stroke_in_progress:  # a stroke is stored completely or not at all
+        if self._workspace.stroke_in_progress:  # a stroke is stored completely or not at all
             self._timer.start(_STROKE_MS)
             return
         self._timer.stop()
-        for session in self._workspace.frames.sessions:
-            if session in self._touched:
-                self.store.put(session.snapshot())
+        for document in self._workspace.open:
+            if document in self._touched:
+                self.store.put(document.snapshot())
         self._touched.clear()
         if self._project_touched:
             self._project_touched = False
@@ -138,7 +137,7 @@ class Recorder(QObject):
             return
         self._called, self._waiting = self._waiting, []
         self._written, frames = self._project, self._frames
-        unsaved = tuple(entry.id for entry in self._workspace.frames.entries if entry.unsaved)
+        unsaved = tuple(entry.id for entry in self._workspace.entries if entry.unsaved)
         header = WorkHeader(self.project, self.is_unsaved(), unsaved)
 
         def job() -> Generator[None, None, _Outcome]:
@@ -159,7 +158,7 @@ class Recorder(QObject):
             self._project = None
         lost = self.store.take_lost()
         if lost:
-            self._touched.update(self._workspace.frames.sessions)
+            self._touched.update(self._workspace.open)
             self._project_touched = True
         if error is not None:
             self._timer.start(_RETRY_MS)

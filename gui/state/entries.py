@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Signal
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_ref import FrameRef
 
-from .session import Session
+from .document import Document
 
 
 @dataclass(eq=False)
@@ -28,7 +28,7 @@ class Entry:
     name : str
     source : FrameRef or None
         How to read it; None if it can only be read from its stored state.
-    session : Session or None
+    document : Document or None
         None while it is not open.
     has_state : bool
         Whether its state is stored and is opened instead of the source.
@@ -42,7 +42,7 @@ class Entry:
     key: str
     name: str
     source: FrameRef | None = None
-    session: Session | None = None
+    document: Document | None = None
     has_state: bool = False
     from_folder: bool = False
     changes: int = 0
@@ -59,11 +59,11 @@ class Entry:
     @property
     def summary(self) -> FrameSummary:
         """Summary of the frame; up to date if the frame is open."""
-        session = self.session
-        if session is not None:
-            stamp = (*session.stamp, id(session.valid_results()), id(session.blocks), session.state.done)
+        document = self.document
+        if document is not None:
+            stamp = (*document.stamp, id(document.valid_results()), id(document.blocks), document.state.done)
             if stamp != self._stamp:
-                self._summary, self._stamp = session.summary(), stamp
+                self._summary, self._stamp = document.summary(), stamp
         return self._summary
 
     def set_summary(self, summary: FrameSummary) -> None:
@@ -73,12 +73,12 @@ class Entry:
     @property
     def unsaved(self) -> bool:
         """Whether it has changes that are not in the project file."""
-        return self._unsaved if self.session is None else self.session.unsaved
+        return self._unsaved if self.document is None else self.document.unsaved
 
     def unsaved_summary(self) -> str:
         """Return a summary of the unsaved changes, as "3 edits, 1 run"; "" for none."""
-        if self.session is not None:
-            return self.session.unsaved_summary()
+        if self.document is not None:
+            return self.document.unsaved_summary()
         return (self._unsaved_words or "changes") if self._unsaved else ""
 
     def set_unsaved(self, unsaved: bool) -> None:
@@ -89,7 +89,7 @@ class Entry:
     @property
     def origin(self) -> object:
         """What it was or will be opened from."""
-        return self.source if self.session is None else self.session.origin
+        return self.source if self.document is None else self.document.origin
 
     @property
     def note(self) -> str:
@@ -164,18 +164,18 @@ class Entries(QObject):
             del self._entries[first : last + 1]
             self.removed.emit(first, last)
 
-    def attach(self, session: Session) -> Entry:
+    def attach(self, document: Document) -> Entry:
         """Attach an opened frame to its entry and return it; a new entry if there is none."""
-        entry = self.of(session.id) or self.of_key(session.key)
+        entry = self.of(document.id) or self.of_key(document.key)
         if entry is None:
-            source = session.origin if isinstance(session.origin, FrameRef) else None
-            entry = Entry(session.id, session.key, session.name, source, session)
+            source = document.origin if isinstance(document.origin, FrameRef) else None
+            entry = Entry(document.id, document.key, document.name, source, document)
             self.add([entry])
             return entry
-        session.change(id=entry.id, note=entry.note, done=entry.summary.done)
+        document.change(id=entry.id, note=entry.note, done=entry.summary.done)
         if entry.unsaved:
-            session.note_other_change()
-        entry.session, entry.name = session, session.name
+            document.note_other_change()
+        entry.document, entry.name = document, document.name
         self.changed.emit(entry)
         return entry
 
@@ -184,7 +184,7 @@ class Entries(QObject):
         entry._unsaved_words = entry.unsaved_summary()
         entry.set_unsaved(entry.unsaved)
         entry.set_summary(entry.summary)
-        entry.session, entry.has_state = None, stored
+        entry.document, entry.has_state = None, stored
         self.changed.emit(entry)
 
     def mark(self, entry: Entry, note: str, done: bool) -> None:

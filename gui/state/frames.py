@@ -1,4 +1,4 @@
-"""Frames of the workspace and the current frame. No widgets."""
+"""The frames of the window, open or not, and the current one. No widgets."""
 
 from __future__ import annotations
 
@@ -8,95 +8,116 @@ from weakref import ref
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
+from .changes import Changes
+from .document import Document
 from .entries import Entries, Entry
-from .session import Session
+from .parts import Part
 
 
-class WorkspaceFrames(QObject):
+class Frames(Changes):
     """The frames, open or not, which one is the current one, and which have changed since they were saved.
 
-    Signals carry no data that could go stale: listeners read the workspace. In all parts of the workspace, signals
-    about a session are emitted for the current frame only; for other frames, `sessions_changed` is.
+    Attributes
+    ----------
+    open : list of Document
+    entries : Entries
+        All frames, open or not.
+    undo_group : QUndoGroup
+        The undo histories of all documents; that of the current one is the active one.
+
+    Signals
+    -------
+    project_touched()
+        Content of the project apart from its frames has changed: the list and its order, shared settings.
     """
 
-    sessions_changed = Signal()
-    """Frames were opened or closed, or their summaries in the list changed."""
-    leaving = Signal()
-    """Another frame is about to become the current one."""
-    session_changed = Signal()
-    """Another frame is the current one."""
-    touched = Signal(object)
-    """Content of a Session, current or not, that a project stores has changed."""
     project_touched = Signal()
-    """Content of the project apart from its frames has changed: the list and its order, shared settings."""
 
-    def __init__(self, undo_group: QUndoGroup, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.sessions: list[Session] = []
-        """The frames that are open."""
+        self.open: list[Document] = []
         self.entries = Entries(self)
-        """All frames, open or not."""
-        self._undo_group = undo_group
-        self._session: Session | None = None
+        self.undo_group = QUndoGroup(self)
         self._empty_stack = QUndoStack(self)
+        for signal in (self.entries.added, self.entries.removed, self.entries.changed):
+            signal.connect(lambda *_: self.note(Part.LIST))
 
     @property
-    def session(self) -> Session:
-        """The current frame's session; only valid while `has_session`."""
-        if self._session is None:
+    def current(self) -> Document:
+        """The document that is shown; only valid while `has_current`."""
+        if self._shown is None:
             raise RuntimeError("no frame is open")
-        return self._session
+        document: Document = self._shown
+        return document
 
     @property
-    def has_session(self) -> bool:
+    def has_current(self) -> bool:
         """Whether a frame is open."""
-        return self._session is not None
+        return self._shown is not None
 
-    def is_current(self, session: Session) -> bool:
-        """Whether this is the current frame's session."""
-        return session is self._session
+    @property
+    def chosen(self) -> int:
+        """The first selected block of the current document; 0 for none."""
+        return self.current.chosen if self.has_current else 0
 
-    def session_of(self, key: str) -> Session | None:
-        """Return the open session of a file or folder; None if there is none."""
-        return next((session for session in self.sessions if session.key == key), None)
+    def select(self, labels: Sequence[int]) -> None:
+        """Select blocks of the current document, if there is one."""
+        if self.has_current:
+            self.current.select(labels)
 
-    def add(self, session: Session, show: bool = True) -> None:
+    @property
+    def stroke_in_progress(self) -> bool:
+        """Whether a stroke is in progress."""
+        return self.has_current and self.current.stroke_in_progress
+
+    def end_stroke(self) -> None:
+        """Drop a stroke in progress, before all is stored."""
+        if self.stroke_in_progress:
+            self.current.prepare_change()
+
+    def document_of(self, key: str) -> Document | None:
+        """Return the open document of a file or folder; None if there is none."""
+        return next((document for document in self.open if document.key == key), None)
+
+    def add(self, document: Document, show: bool = True) -> None:
         """Add an open frame that has its parameters and, with `show`, make it the current one."""
-        self.sessions.append(session)
+        self.open.append(document)
+        document.changes = self
         listed = len(self.entries)
-        self.entries.attach(session)
-        self._undo_group.addStack(session.undo_stack)
-        opened = ref(session)  # a strong reference would keep the session alive through its history
-        session.undo_stack.indexChanged.connect(lambda _: self._note_step(opened()))
-        self.sessions_changed.emit()
+        self.entries.attach(document)
+        self.undo_group.addStack(document.undo_stack)
+        opened = ref(document)  # a strong reference would keep the document alive through its history
+        document.undo_stack.indexChanged.connect(lambda _: self._note_step(opened()))
+        self.note(Part.LIST)
         if show:
-            self.show(session)
+            self.show(document)
         if len(self.entries) > listed:
             self.project_touched.emit()
 
-    def show(self, session: Session | None) -> None:
+    def show(self, document: Document | None) -> None:
         """Make a frame the current one."""
-        if session is self._session:
+        if document is self._shown:
             return
-        self.leaving.emit()
-        self._session = session
-        self._undo_group.setActiveStack(session.undo_stack if session else self._empty_stack)
-        self.session_changed.emit()
+        if self._shown is not None:
+            self._shown.prepare_change()
+        self._shown = document
+        self.undo_group.setActiveStack(document.undo_stack if document else self._empty_stack)
+        self.note(Part.FRAME)
 
-    def close(self, session: Session) -> None:
+    def close(self, document: Document) -> None:
         """Close a frame permanently; the previous one in the list becomes the current one."""
-        entry = self.entries.of(session.id)
-        self._close(session)
+        entry = self.entries.of(document.id)
+        self._close(document)
         if entry is not None:
             self.remove_entries([entry])
 
-    def unload(self, session: Session, stored: bool = True) -> None:
+    def unload(self, document: Document, stored: bool = True) -> None:
         """Close a frame whose state is stored, or that has none; its entry stays, and it can be opened again in the
         same state, without its undo history."""
-        entry = self.entries.of(session.id)
+        entry = self.entries.of(document.id)
         if entry is not None:
             self.entries.detach(entry, stored)
-        self._close(session)
+        self._close(document)
 
     def add_entries(self, entries: Sequence[Entry]) -> None:
         """Add frames to the list without opening them."""
@@ -105,13 +126,13 @@ class WorkspaceFrames(QObject):
 
     def remove_entries(self, entries: Collection[Entry]) -> None:
         """Remove frames from the list permanently, and close those that are open."""
-        gone = {entry.session for entry in entries if entry.session is not None}
-        if self._session in gone:  # show the nearest remaining frame
-            position = self.sessions.index(self._session)
-            nearest = [*reversed(self.sessions[:position]), *self.sessions[position:]]
-            self.show(next((session for session in nearest if session not in gone), None))
-        for session in [session for session in self.sessions if session in gone]:
-            self._close(session)
+        gone = {entry.document for entry in entries if entry.document is not None}
+        if self._shown in gone:  # show the nearest remaining frame
+            position = self.open.index(self._shown)
+            nearest = [*reversed(self.open[:position]), *self.open[position:]]
+            self.show(next((document for document in nearest if document not in gone), None))
+        for document in [document for document in self.open if document in gone]:
+            self._close(document)
         self.entries.remove(entries)
         self.project_touched.emit()
 
@@ -120,32 +141,21 @@ class WorkspaceFrames(QObject):
         self.entries.note_problem(entry, problem)
         self.project_touched.emit()
 
-    def _close(self, session: Session) -> None:
-        position = self.sessions.index(session)
-        self.sessions.remove(session)
-        if session is self._session:
-            self.show(self.sessions[max(position - 1, 0)] if self.sessions else None)
-        self._undo_group.removeStack(session.undo_stack)
-        session.undo_stack.setParent(None)  # PySide treats it as owned by the group while the group exists
-        session.undo_stack.clear()  # commands and session reference each other and would never be freed
-        self.sessions_changed.emit()
+    def _close(self, document: Document) -> None:
+        position = self.open.index(document)
+        self.open.remove(document)
+        if document is self._shown:
+            self.show(self.open[max(position - 1, 0)] if self.open else None)
+        document.changes = None
+        self.undo_group.removeStack(document.undo_stack)
+        document.undo_stack.setParent(None)  # PySide treats it as owned by the group while the group exists
+        document.undo_stack.clear()  # commands and document reference each other and would never be freed
+        self.note(Part.LIST)
 
-    def note_saved(self, session: Session, stamp: tuple[int, int, int]) -> None:
-        """Mark the state of a session at a `Session.stamp` as saved."""
-        session.note_saved(stamp)
-        self.sessions_changed.emit()
-
-    def touch(self, session: Session, viewing: bool = False) -> None:
-        """Note a change of project content; `viewing`: only of the view, which is stored but needs no saving."""
-        if not viewing:
-            session.note_other_change()
-        if session in self.sessions:
-            self.touched.emit(session)
-
-    def _note_step(self, session: Session | None) -> None:
+    def _note_step(self, document: Document | None) -> None:
         """Note that a step of a frame was made, undone or redone."""
-        if session is not None and session in self.sessions:
-            self.touched.emit(session)
+        if document is not None and document in self.open:
+            self.touched.emit(document)
 
     def set_note(self, entry: Entry, note: str) -> None:
         """Set the user's note on a frame, open or not."""
@@ -158,10 +168,10 @@ class WorkspaceFrames(QObject):
     def _mark(self, entry: Entry, note: str, done: bool) -> None:
         if (note, done) == (entry.note, entry.summary.done):
             return
-        if entry.session is None:
+        if entry.document is None:
             self.entries.mark(entry, note, done)
         else:
-            entry.session.change(note=note, done=done)
-            self.touch(entry.session)
-        self.sessions_changed.emit()
+            entry.document.change(note=note, done=done)
+            entry.document.touch()
+        self.note(Part.LIST)
         self.project_touched.emit()

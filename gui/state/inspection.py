@@ -40,46 +40,46 @@ class Inspection(QObject):
     @property
     def line(self) -> Line | None:
         """The current frame's profile line."""
-        return self._workspace.session.state.looked.line if self._workspace.has_session else None
+        return self._workspace.current.state.looked.line if self._workspace.has_current else None
 
     def set_line(self, line: Line | None) -> None:
         """Set the profile line; None removes it."""
         if line == self.line:
             return
-        session = self._workspace.session
-        session.change(looked=replace(session.state.looked, line=line))
-        self._workspace.frames.touch(session, viewing=True)
+        document = self._workspace.current
+        document.change(looked=replace(document.state.looked, line=line))
+        document.touch(viewing=True)
         self.line_changed.emit()
 
     @property
     def region(self) -> Box | None:
         """The current frame's rectangle."""
-        return self._workspace.session.state.looked.region if self._workspace.has_session else None
+        return self._workspace.current.state.looked.region if self._workspace.has_current else None
 
     def set_region(self, box: Box | None) -> None:
         """Set the rectangle; None removes it."""
-        self._workspace.blocks.set_region(box)
+        self._workspace.current.set_region(box)
 
     @property
     def measurements(self) -> tuple[Line, ...]:
         """The current frame's measurements, oldest first."""
-        return self._workspace.session.state.looked.measurements if self._workspace.has_session else ()
+        return self._workspace.current.state.looked.measurements if self._workspace.has_current else ()
 
     def set_measurements(self, lines: Sequence[Line]) -> None:
         """Set all measurements."""
-        session = self._workspace.session
-        session.change(looked=replace(session.state.looked, measurements=tuple(lines)))
-        self._workspace.frames.touch(session)
+        document = self._workspace.current
+        document.change(looked=replace(document.state.looked, measurements=tuple(lines)))
+        document.touch()
         self.measurements_changed.emit()
 
     def has_depth(self, point: Point) -> bool:
         """Whether the pixel at image coordinates x, y has a position in space; else False, with `refused`."""
-        if not self._workspace.has_session:
+        if not self._workspace.has_current:
             return False
-        session = self._workspace.session
-        depth = session.current_depth()
+        document = self._workspace.current
+        depth = document.current_depth()
         try:
-            point_in_space(session.frame.depth if depth is None else depth, point, session.frame.intrinsics)
+            point_in_space(document.frame.depth if depth is None else depth, point, document.frame.intrinsics)
         except InputError as error:
             self.refused.emit(str(error))
             return False

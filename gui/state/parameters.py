@@ -1,4 +1,4 @@
-"""Filter and extraction parameters of the workspace, shared by all frames or separate for each, and their commands.
+"""Filter and extraction parameters of the documents, shared by all frames or separate for each, and their commands.
 
 While they are shared, a change is one undo step of the frame where it was made. Undoing it restores the former values
 in all frames, even if they were changed from another frame since: all frames without own parameters always have the
@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand
 
 from ilf.data.blocks import OwnValues, own_values
@@ -22,8 +21,9 @@ from ilf.data.presets import preset
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
-from .frames import WorkspaceFrames
-from .session import Session
+from .document import Document
+from .frames import Frames
+from .parts import Part
 
 OwnChange = Mapping[int, tuple[OwnValues | None, OwnValues | None]]
 """Block label -> its own parameters before and after, None for none."""
@@ -39,36 +39,31 @@ class SharedParameters(NamedTuple):
     values: Parameters
     """The next frame starts with these, whether they are shared or not."""
 
-    def applies_to(self, session: Session) -> bool:
+    def applies_to(self, document: Document) -> bool:
         """Whether a frame has the shared parameters."""
-        return self.on and not session.state.own_parameters
+        return self.on and not document.state.own_parameters
 
-    def apply_to(self, session: Session) -> None:
+    def apply_to(self, document: Document) -> None:
         """Set the shared parameters in a restored frame, unless it has its own."""
-        if self.applies_to(session):
-            session.change(common=self.values)
+        if self.applies_to(document):
+            document.change(common=self.values)
 
-    def apply_to_all(self, sessions: Iterable[Session], transient: bool = False) -> None:
+    def apply_to_all(self, documents: Iterable[Document], transient: bool = False) -> None:
         """Set the shared parameters in all frames without own ones; with `transient`, undo does not lead back."""
-        for session in sessions:
-            if self.applies_to(session) and session.state.common != self.values:
+        for document in documents:
+            if self.applies_to(document) and document.state.common != self.values:
                 if not transient:
-                    session.remember_parameters()
-                session.change(common=self.values)
+                    document.remember_parameters()
+                document.change(common=self.values)
 
 
-class WorkspaceParameters(QObject):
+class DocumentParameters:
     """The parameters of all frames, of one frame, or of blocks."""
 
-    changed = Signal()
-    """Filter parameters, or how they are shared."""
-    extraction_changed = Signal()
-    """Extraction parameters, or which blocks an extraction keeps."""
-    validity_changed = Signal(object)
-    """Other results of a Session, current or not, may be valid now."""
+    changed: Any
+    extraction_changed: Any
 
-    def __init__(self, frames: WorkspaceFrames, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, frames: Frames) -> None:
         self._frames = frames
         self.shared = SharedParameters(False, preset(DEFAULT_PRESET))
         """Whether parameters are shared, and which; if not, a new frame starts with those of the current frame."""
@@ -76,40 +71,41 @@ class WorkspaceParameters(QObject):
         """The parameters of the next extraction."""
         self.keeps_handmade = True
         """Whether a new extraction keeps hand-made blocks, as it keeps locked ones."""
-        frames.leaving.connect(self._leave)
 
     @property
     def current(self) -> Parameters:
         """Common parameters of the current frame: those of all blocks without own parameters."""
-        return self._frames.session.state.common if self._frames.has_session else self.shared.values
+        return self._frames.current.state.common if self._frames.has_current else self.shared.values
 
     @property
     def of_next_frame(self) -> Parameters:
         """Parameters that the next frame starts with."""
         return self.shared.values if self.shared.on else self.current
 
-    def _leave(self) -> None:
-        """Remember the parameters of the current frame for the next one."""
+    def leave(self) -> None:
+        """Remember the parameters of the current frame for the next one; called before another one is shown."""
         self.shared = SharedParameters(self.shared.on, self.of_next_frame)
 
-    def start(self, session: Session, recorded: Run | None = None, restored: bool = False) -> None:
+    def start(self, document: Document, recorded: Run | None = None, restored: bool = False) -> None:
         """Set the parameters of a frame that is about to be opened: those of the next frame, or of a recorded run.
 
         A `restored` frame keeps its own, unless it shares them.
         """
         if restored:
-            self.shared.apply_to(session)
+            self.shared.apply_to(document)
         else:
-            session.change(common=self.of_next_frame)
+            document.change(common=self.of_next_frame)
         if recorded is None:
             return
         own_parameters = self.shared.on and recorded.parameters != self.shared.values
-        session.change(common=recorded.parameters, own_parameters=own_parameters)
+        document.change(common=recorded.parameters, own_parameters=own_parameters)
         if recorded.blocks.extraction is not None:
             self.set_extraction(recorded.blocks.extraction)
-        labels = session.counts() if recorded.only is None else recorded.only
+        labels = document.counts() if recorded.only is None else recorded.only
         own = {label: own_values(recorded.parameters_of(label), recorded.parameters) for label in labels}
-        session.change_blocks(own={**session.blocks.own, **{label: values for label, values in own.items() if values}})
+        document.change_blocks(
+            own={**document.blocks.own, **{label: values for label, values in own.items() if values}}
+        )
 
     def set(self, parameters: Parameters, blocks: int | Collection[int] | None = None) -> None:
         """Set the common parameters, or those of some blocks, as one undo step.
@@ -125,7 +121,7 @@ class WorkspaceParameters(QObject):
 
     def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
         """Add own parameters to blocks; values equal to the common ones are removed."""
-        common, own = self.current.to_dict(), self._frames.session.blocks.own
+        common, own = self.current.to_dict(), self._frames.current.blocks.own
         merged = {label: {**own.get(label, {}), **values} for label in blocks}
         self._edit_own(
             {
@@ -140,7 +136,7 @@ class WorkspaceParameters(QObject):
 
     def copy_own(self, source: int, blocks: Collection[int]) -> None:
         """Copy the own parameters of a block to others."""
-        values = self._frames.session.blocks.own.get(source, {})
+        values = self._frames.current.blocks.own.get(source, {})
         self._edit_own(dict.fromkeys(blocks, values))
 
     def _edit_own(self, wanted: Mapping[int, OwnValues]) -> None:
@@ -149,7 +145,7 @@ class WorkspaceParameters(QObject):
 
     def _own_changes(self, wanted: Mapping[int, OwnValues]) -> OwnChange:
         """Return the changes that give blocks these own parameters."""
-        own = self._frames.session.blocks.own
+        own = self._frames.current.blocks.own
         return {
             label: (own.get(label), values or None)
             for label, values in wanted.items()
@@ -164,80 +160,78 @@ class WorkspaceParameters(QObject):
     ) -> None:
         if not names:
             return
-        if not self._frames.has_session:
+        if not self._frames.has_current:
             if common is not None:
                 self.set_shared(SharedParameters(self.shared.on, common[1]))
             return
-        session = self._frames.session
-        stack = session.undo_stack
+        document = self._frames.current
+        stack = document.undo_stack
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
         if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
-            session.note_edit()
-            self._frames.touched.emit(session)
+            document.note_edit()
+            self._frames.touched.emit(document)
             return
         what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} filter parameters"
-        blocks = f" of {session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
-        where = blocks if own else self.all_frames_text(session)
-        stack.push(EditParameters(self, session, common, own, names, f"Set {what}{where}"))
+        blocks = f" of {document.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
+        where = blocks if own else self.all_frames_text(document)
+        stack.push(EditParameters(self, document, common, own, names, f"Set {what}{where}"))
 
-    def all_frames_text(self, session: Session) -> str:
+    def all_frames_text(self, document: Document) -> str:
         """Return the end of the text of an undo step on a frame's common parameters."""
-        return " for all frames" if self.shared.applies_to(session) else ""
+        return " for all frames" if self.shared.applies_to(document) else ""
 
     def take(
-        self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], transient: bool = False
+        self, document: Document, common: OwnValues, own: Mapping[int, OwnValues | None], transient: bool = False
     ) -> None:
         """Set some of the common parameters and own parameters of blocks (None for none). Called by commands.
 
         With `transient`, undo does not lead back to the present ones.
         """
-        before = session.valid_results()
+        before = document.valid_results()
         if not transient:
-            session.remember_parameters()
+            document.remember_parameters()
         if own:
-            merged = {**session.blocks.own, **own}
-            session.change_blocks(own={label: values for label, values in merged.items() if values})
-        session.change(common=session.state.common.replace(**common))
-        if common and self.shared.applies_to(session):
-            self.shared = SharedParameters(True, session.state.common)
-            self.shared.apply_to_all(self._frames.sessions, transient)
+            merged = {**document.blocks.own, **own}
+            document.change_blocks(own={label: values for label, values in merged.items() if values})
+        document.change(common=document.state.common.replace(**common))
+        if common and self.shared.applies_to(document):
+            self.shared = SharedParameters(True, document.state.common)
+            self.shared.apply_to_all(self._frames.open, transient)
             self._frames.project_touched.emit()
-        if self._frames.is_current(session):
-            self.changed.emit()
-        if session.valid_results() != before:  # results of earlier parameters are valid again
-            self.validity_changed.emit(session)
+        document.note(Part.PARAMETERS)
+        if document.valid_results() != before:  # results of earlier parameters are valid again
+            document.note(Part.RESULTS)
 
-    def take_common(self, session: Session, common: Parameters, own: bool) -> None:
+    def take_common(self, document: Document, common: Parameters, own: bool) -> None:
         """Set a frame's common parameters, unless it has the shared ones. Called by commands.
 
         With `own`, they are its own while parameters are shared by all frames.
         """
-        session.change(common=common, own_parameters=own)
-        self.shared.apply_to(session)
-        if self._frames.is_current(session):
-            self.changed.emit()
+        document.change(common=common, own_parameters=own)
+        self.shared.apply_to(document)
+        document.note(Part.PARAMETERS)
 
     def set_shared(self, shared: SharedParameters) -> None:
         """Set whether parameters are shared by all frames, and which; also on loading a project, before its frames."""
         former, self.shared = self.shared, shared
-        shared.apply_to_all(self._frames.sessions)
+        shared.apply_to_all(self._frames.open)
         if former.on and not shared.on:  # from now on they are stored with each frame
-            for session in self._frames.sessions:
-                if session.counts() or session.unsaved:
-                    self._frames.touched.emit(session)
-        self.changed.emit()
+            for document in self._frames.open:
+                if document.counts() or document.unsaved:
+                    self._frames.touched.emit(document)
+        self._frames.note(Part.PARAMETERS)
         self._frames.project_touched.emit()
 
-    def share(self) -> list[Session]:
+    def share(self) -> list[Document]:
         """Share the current frame's parameters with all frames without own ones, as one undo step.
 
         Returns the open frames that had other parameters.
         """
         shared = SharedParameters(True, self.current)
-        states = {session: session.state for session in self._frames.sessions}
+        states = {document: document.state for document in self._frames.open}
         others = [one for one, state in states.items() if not state.own_parameters and state.common != self.current]
         self._push_sharing(shared, own=False, text="Use parameters for all frames")
-        return [one for one in others if not self._frames.is_current(one)]
+        return [one for one in others if one is not self._frames.current]
 
     def keep_own(self) -> None:
         """Give the current frame its own parameters while others are shared, as one undo step."""
@@ -252,44 +246,44 @@ class WorkspaceParameters(QObject):
         self._push_sharing(SharedParameters(False, self.current), own=False, text="Separate parameters for each frame")
 
     def _push_sharing(self, shared: SharedParameters, own: bool, text: str) -> None:
-        session = self._frames.session
-        session.undo_stack.push(ShareParameters(self, self._frames, session, shared, own, text))
+        document = self._frames.current
+        document.undo_stack.push(ShareParameters(self, self._frames, document, shared, own, text))
 
-    def take_shared(self, shared: SharedParameters, session: Session, common: Parameters, own: bool) -> None:
+    def take_shared(self, shared: SharedParameters, document: Document, common: Parameters, own: bool) -> None:
         """Set whether parameters are shared, the shared ones, and those of one frame. Called by commands."""
-        before = session.valid_results()
-        session.remember_parameters()
-        session.change(common=common, own_parameters=own)
+        before = document.valid_results()
+        document.remember_parameters()
+        document.change(common=common, own_parameters=own)
         self.set_shared(shared)
-        self._frames.sessions_changed.emit()
-        if session.valid_results() != before:
-            self.validity_changed.emit(session)
+        self._frames.note(Part.LIST)
+        if document.valid_results() != before:
+            document.note(Part.RESULTS)
 
     def restore(self, kept: StoredRun) -> bool:
         """Restore common and own parameters of a stored run in the current frame, as one undo step; False if they are
         the current ones."""
-        session, run = self._frames.session, kept.run
-        there = set(session.counts()).intersection(np.unique(run.blocks.labels).tolist())
+        document, run = self._frames.current, kept.run
+        there = set(document.counts()).intersection(np.unique(run.blocks.labels).tolist())
         own = {label: own_values(run.parameters_of(label), run.parameters) for label in there}
         changes = self._own_changes(own)
-        names = names_in(changes).union(own_values(run.parameters, session.state.common))
+        names = names_in(changes).union(own_values(run.parameters, document.state.common))
         if not names:
             return False
-        common = session.state.common, run.parameters
-        text = f"Restore parameters of {kept.name}{self.all_frames_text(session)}"
-        session.undo_stack.push(EditParameters(self, session, common, changes, names, text))
+        common = document.state.common, run.parameters
+        text = f"Restore parameters of {kept.name}{self.all_frames_text(document)}"
+        document.undo_stack.push(EditParameters(self, document, common, changes, names, text))
         return True
 
     def set_extraction(self, parameters: BlockParameters) -> None:
         """Set the parameters of the next extraction."""
         self.extraction = parameters
-        self.extraction_changed.emit()
+        self._frames.note(Part.EXTRACTION)
         self._frames.project_touched.emit()
 
     def set_keeps_handmade(self, on: bool) -> None:
         """Set whether the next extraction keeps hand-made blocks."""
         self.keeps_handmade = on
-        self.extraction_changed.emit()
+        self._frames.note(Part.EXTRACTION)
         self._frames.project_touched.emit()
 
 
@@ -313,8 +307,8 @@ class EditParameters(QUndoCommand):
 
     def __init__(
         self,
-        host: WorkspaceParameters,
-        session: Session,
+        host: DocumentParameters,
+        document: Document,
         common: tuple[Parameters, Parameters] | None,
         own: OwnChange,
         names: Collection[str],
@@ -322,7 +316,7 @@ class EditParameters(QUndoCommand):
     ) -> None:
         super().__init__(text)
         self._host = host
-        self._session = session
+        self._document = document
         self._common = common
         self._own = own
         self._names = frozenset(names)
@@ -355,7 +349,7 @@ class EditParameters(QUndoCommand):
     def _take(self, which: int, transient: bool = False) -> None:
         values = {} if self._common is None else self._common[which].to_dict()
         self._host.take(
-            self._session,
+            self._document,
             {name: value for name, value in values.items() if name in self._names},
             {label: values[which] for label, values in self._own.items()},
             transient,
@@ -367,9 +361,9 @@ class ShareParameters(QUndoCommand):
 
     def __init__(
         self,
-        host: WorkspaceParameters,
-        frames: WorkspaceFrames,
-        session: Session,
+        host: DocumentParameters,
+        frames: Frames,
+        document: Document,
         shared: SharedParameters,
         own: bool,
         text: str,
@@ -377,14 +371,14 @@ class ShareParameters(QUndoCommand):
         super().__init__(text)
         self._host = host
         self._frames = frames
-        self._session = session
+        self._document = document
         self._shared = shared
-        self._common, self._own = session.state.common if own or not shared.on else shared.values, own
-        self._former: WeakKeyDictionary[Session, Parameters] = WeakKeyDictionary()
+        self._common, self._own = document.state.common if own or not shared.on else shared.values, own
+        self._former: WeakKeyDictionary[Document, Parameters] = WeakKeyDictionary()
 
     def redo(self) -> None:
         """Apply the change."""
-        self._former = WeakKeyDictionary({session: session.state.common for session in self._frames.sessions})
+        self._former = WeakKeyDictionary({document: document.state.common for document in self._frames.open})
         self._swap()
         self._mark_separated()
 
@@ -392,24 +386,24 @@ class ShareParameters(QUndoCommand):
         """Undo the change."""
         self._swap()
         if not self._host.shared.on:
-            there = self._frames.sessions
-            for session, common in self._former.items():
-                if session in there and session.state.common != common:
-                    session.remember_parameters()
-                    session.change(common=common)
+            there = self._frames.open
+            for document, common in self._former.items():
+                if document in there and document.state.common != common:
+                    document.remember_parameters()
+                    document.change(common=common)
         self._mark_separated(viewing=True)  # restoring an earlier state is no unsaved change
 
     def _mark_separated(self, viewing: bool = False) -> None:
         """Mark frames that no longer share parameters as changed: their parameters are now stored with them."""
         host, was_shared = self._host, self._shared.on
-        for session in self._frames.sessions if was_shared and not host.shared.on else ():
-            if session is not self._session and not session.state.own_parameters:
-                self._frames.touch(session, viewing)
+        for document in self._frames.open if was_shared and not host.shared.on else ():
+            if document is not self._document and not document.state.own_parameters:
+                document.touch(viewing)
 
     def _swap(self) -> None:
-        host, session = self._host, self._session
-        before = host.shared, session.state.common, session.state.own_parameters
-        host.take_shared(self._shared, session, self._common, self._own)
+        host, document = self._host, self._document
+        before = host.shared, document.state.common, document.state.own_parameters
+        host.take_shared(self._shared, document, self._common, self._own)
         self._shared, self._common, self._own = before
 
 

@@ -16,6 +16,8 @@ class Part(Flag):
     LABELS = auto()
     """The label map; `STROKE` while a stroke is in progress, which may still be cancelled."""
     STROKE = auto()
+    REPLACED = auto()
+    """All blocks were replaced, or restored by undo; not an edit."""
     INFOS = auto()
     """Names, colours, locks and visibility of blocks."""
     SELECTION = auto()
@@ -23,10 +25,14 @@ class Part(Flag):
     GUIDE = auto()
     NEIGHBOURS = auto()
     BY_HAND = auto()
-    """Depth by hand, or its proposal."""
+    PROPOSAL = auto()
+    """Depth that is shown in place of the completed one until it is taken or dropped."""
     GROUND_TRUTH = auto()
     REGION = auto()
     """The rectangle."""
+    LINE = auto()
+    """The profile line."""
+    MEASUREMENTS = auto()
     IGNORED = auto()
     """Flagged places that are ignored."""
     PARAMETERS = auto()

@@ -14,7 +14,7 @@ from ilf.data.parameters import Parameters, nearest_preset, to_text
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
-from .session import Session
+from .frame_data import FrameData
 
 MAX_COMPARED = 4
 """Maximum number of runs that are compared at a time."""
@@ -78,7 +78,7 @@ def next_colour(kept: Collection[StoredRun]) -> Colour:
     return next(colour for colour in COLOURS if colour not in latest)
 
 
-def parameters_text(session: Session, run: Run, max_values: int | None = None) -> str:
+def parameters_text(document: FrameData, run: Run, max_values: int | None = None) -> str:
     """Return the nearest preset, the parameters that differ from it and own parameters of blocks; `max_values` of
     each."""
     texts = [_likeness_text(run.parameters, max_values)]
@@ -86,19 +86,19 @@ def parameters_text(session: Session, run: Run, max_values: int | None = None) -
     own = {label: words for label, words in own.items() if words}
     if max_values is not None and len(own) > 1:
         return f"{texts[0]}; {len(own)} blocks with own parameters"
-    texts += [f"{session.info(label).name}: {words}" for label, words in own.items()]
+    texts += [f"{document.info(label).name}: {words}" for label, words in own.items()]
     return "; ".join(texts)
 
 
-def run_name(session: Session, number: int, run: Run, edit: str = "", live: bool = False) -> str:
+def run_name(document: FrameData, number: int, run: Run, edit: str = "", live: bool = False) -> str:
     """Return the default name of a run: its number, the edit that started it if any, and its parameters."""
-    what = "; ".join(([edit] if edit else []) + [parameters_text(session, run, _IN_NAMES)])
+    what = "; ".join(([edit] if edit else []) + [parameters_text(document, run, _IN_NAMES)])
     return f"{'Live' if live else 'Run'} {number}: {what}"
 
 
-def title_of(name: str, session: Session, run: Run) -> str:
+def title_of(name: str, document: FrameData, run: Run) -> str:
     """Return a name without the parameters of its default name; unchanged if they are not in it."""
-    return name.removesuffix(parameters_text(session, run, _IN_NAMES)).rstrip(":; ") or name
+    return name.removesuffix(parameters_text(document, run, _IN_NAMES)).rstrip(":; ") or name
 
 
 # cached: every row needs these whenever the list changes

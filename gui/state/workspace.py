@@ -1,117 +1,66 @@
-"""The workspace: all changes of the window's state go through its five parts."""
+"""The workspace: the documents of the window, their parameters, and changes that concern both."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtGui import QUndoGroup
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from weakref import WeakKeyDictionary
 
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QUndoCommand
+
+from ilf.completion.block import Watch
+from ilf.data.blocks import OwnValues, own_values
+from ilf.data.results import BlockResult
+from ilf.project.frame_state import FrameState
+from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
+from ilf.segmentation.editing.patches import patch_between
 
-from .blocks import WorkspaceBlocks
-from .by_hand import WorkspaceByHand
-from .frames import WorkspaceFrames
-from .parameters import WorkspaceParameters
-from .parts import NO_PART, Part
-from .runs import WorkspaceRuns
-from .session import Session
+from .document import Document
+from .frames import Frames
+from .old_signals import Old
+from .parameters import DocumentParameters
+from .parts import Part
+from .results import FrameResults, ViewedIteration
+
+_MAX_WATCHED = 4
+"""Maximum number of frames with key frames at a time."""
 
 
-class Workspace(QObject):
-    """The state of the window. Every change is a method of one of its parts, which emits a signal.
-
-    Later parts know earlier ones, and listen to them.
+class Workspace(Frames):
+    """The state of the window: a list of documents, the current one, and the parameters that documents may share.
 
     Attributes
     ----------
-    frames : WorkspaceFrames
-    parameters : WorkspaceParameters
-    blocks : WorkspaceBlocks
-    by_hand : WorkspaceByHand
-    runs : WorkspaceRuns
-    undo_group : QUndoGroup
-        The undo histories of all frames; that of the current frame is the active one.
-
-    Signals
-    -------
-    changed(Part)
-        What has changed of the current frame and of the list, once per turn of the event loop.
+    parameters : DocumentParameters
+    viewed_iteration : ViewedIteration or None
+        The earlier iteration that the views show instead of the current depth.
     """
-
-    changed = Signal(object)
-    _wanted = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.undo_group = QUndoGroup(self)
-        self.frames = WorkspaceFrames(self.undo_group, self)
-        self.parameters = WorkspaceParameters(self.frames, self)
-        self.blocks = WorkspaceBlocks(self.frames, self.parameters, self)
-        self.by_hand = WorkspaceByHand(self.frames, self.blocks, self)
-        self.runs = WorkspaceRuns(self.frames, self.blocks, self.parameters, self)
-        self._stale = NO_PART
-        # not a timer with interval 0: the next user input would be handled before it
-        self._wanted.connect(self.tell, Qt.ConnectionType.QueuedConnection)
-        self._note_signals()
+        self.frames = self.blocks = self.runs = self.by_hand = self.old = Old(self)
+        self.edited.connect(lambda edit: self.old.changed.emit(edit) if edit.part & Part.BY_HAND else None)
+        self.parameters = DocumentParameters(self)
+        self.parameters.changed = self.old.parameters_changed
+        self.parameters.extraction_changed = self.old.extraction_changed
+        self.viewed_iteration: ViewedIteration | None = None
+        self._with_key_frames: WeakKeyDictionary[Document, None] = WeakKeyDictionary()
+        """Frames with key frames, the last run at the end."""
 
-    def note(self, part: Part) -> None:
-        """Note that a part has changed: `changed` tells it in the next turn of the event loop."""
-        if not self._stale:
-            self._wanted.emit()
-        self._stale |= part
+    def note(self, part: Part, document: object = None) -> None:
+        super().note(part, document)
+        self.old.tell(part if document is None or document is self._shown else Part.LIST)
 
-    def tell(self) -> None:
-        """Tell now what would be told in the next turn."""
-        part, self._stale = self._stale, NO_PART
-        if part:
-            self.changed.emit(part)
+    def show(self, document: Document | None) -> None:
+        """Make a frame the current one."""
+        if document is not self._shown:
+            self.parameters.leave()
+            super().show(document)
 
-    def _note_signals(self) -> None:
-        frames, blocks, runs = self.frames, self.blocks, self.runs
-        for signal, part in (
-            (frames.session_changed, Part.FRAME),
-            (frames.sessions_changed, Part.LIST),
-            (frames.entries.added, Part.LIST),
-            (frames.entries.removed, Part.LIST),
-            (frames.entries.changed, Part.LIST),
-            (blocks.labels_changed, Part.LABELS),
-            (blocks.stroke_changed, Part.STROKE),
-            (blocks.replaced, Part.LABELS),
-            (blocks.infos_changed, Part.INFOS),
-            (blocks.selection_changed, Part.SELECTION),
-            (blocks.invalid_mask_changed, Part.INVALID_MASK),
-            (blocks.guide_changed, Part.GUIDE),
-            (blocks.neighbours_changed, Part.NEIGHBOURS),
-            (blocks.ground_truth_changed, Part.GROUND_TRUTH),
-            (blocks.block_errors_changed, Part.BLOCK_ERRORS),
-            (blocks.ignored_changed, Part.IGNORED),
-            (blocks.region_changed, Part.REGION),
-            (self.by_hand.changed, Part.BY_HAND),
-            (self.by_hand.proposed, Part.BY_HAND),
-            (self.parameters.changed, Part.PARAMETERS),
-            (self.parameters.extraction_changed, Part.EXTRACTION),
-            (runs.results_changed, Part.RESULTS),
-            (runs.results_added, Part.SOME_RESULTS),
-            (runs.records_added, Part.RECORDS),
-            (runs.previews_changed, Part.PREVIEWS),
-            (runs.error_changed, Part.EXPECTED_ERROR),
-            (runs.history_changed, Part.HISTORY),
-            (runs.compared_changed, Part.COMPARED),
-            (runs.viewed_iteration_changed, Part.ITERATION),
-        ):
-            signal.connect(lambda *_, part=part: self.note(part))
-
-    @property
-    def session(self) -> Session:
-        """The current frame's session; only valid while `has_session`."""
-        return self.frames.session
-
-    @property
-    def has_session(self) -> bool:
-        """Whether a frame is open."""
-        return self.frames.has_session
-
-    def add_session(
-        self, session: Session, recorded: Run | None = None, restored: bool = False, show: bool = True
+    def open_document(
+        self, document: Document, recorded: Run | None = None, restored: bool = False, show: bool = True
     ) -> None:
         """Open a frame and, with `show`, make it the current one.
 
@@ -119,7 +68,121 @@ class Workspace(QObject):
         `recorded`, it takes the parameters and the extraction parameters of that run, and the blocks that were run are
         selected if they are not all.
         """
-        self.parameters.start(session, recorded, restored)
-        if recorded is not None and recorded.only is not None and set(recorded.only) != set(session.counts()):
-            session.change(selected=tuple(sorted(set(recorded.only))))
-        self.frames.add(session, show)
+        self.parameters.start(document, recorded, restored)
+        if recorded is not None and recorded.only is not None and set(recorded.only) != set(document.counts()):
+            document.change(selected=tuple(sorted(set(recorded.only))))
+        self.add(document, show)
+
+    def watch(self, document: Document, run: Run) -> Watch:
+        """Return the observer that stores key frames of a run; key frames of frames run long ago are dropped."""
+        others = [one for one in self._with_key_frames if one is not document]
+        for one in others[: 1 - _MAX_WATCHED]:
+            one.key_frames.clear()
+        self._with_key_frames = WeakKeyDictionary(dict.fromkeys([*others[1 - _MAX_WATCHED :], document]))
+        return document.key_frames.watch(run)
+
+    def view_iteration(self, viewed_iteration: ViewedIteration | None) -> None:
+        """Show the current frame's depth as of an earlier iteration; None for its current depth."""
+        if viewed_iteration is not self.viewed_iteration:
+            self.viewed_iteration = viewed_iteration
+            self.note(Part.ITERATION)
+
+    def take_propagated(self, document: Document, propagated: FrameState, text: str) -> None:
+        """Take over the blocks propagated to a frame, with all their attributes, as one undo step."""
+        document.prepare_change()
+        document.undo_stack.push(PropagateBlocks(self.parameters, document, propagated, text))
+        if not document.selected:
+            document.select(propagated.selected)
+
+    def accept_run(self, kept: StoredRun) -> list[int]:
+        """Replace the current results by those of a stored run, with its parameters, as one undo step.
+
+        Only blocks that have not changed since are replaced. Returns these blocks.
+        """
+        document = self.current
+        results = document.fitting_results(kept)
+        if results:
+            same = kept.run.parameters == document.state.common
+            where = "" if same else self.parameters.all_frames_text(document)
+            document.undo_stack.push(AcceptRun(self.parameters, document, kept, results, f"Accept {kept.name}{where}"))
+        return [result.block.label for result in results]
+
+
+class PropagateBlocks(QUndoCommand):
+    """Transfer of propagated blocks to a frame, with all their attributes and parameters."""
+
+    def __init__(self, parameters: DocumentParameters, document: Document, propagated: FrameState, text: str) -> None:
+        super().__init__(text)
+        self._parameters = parameters
+        self._document = document
+        self._patch = patch_between(document.labels, propagated.blocks.labels)
+        drawn = propagated.blocks.drawn
+        self._other = replace(
+            propagated, blocks=replace(propagated.blocks, drawn=None if drawn is None else drawn.copy())
+        )
+
+    def redo(self) -> None:
+        """Apply the change."""
+        self._swap(forward=True)
+
+    def undo(self) -> None:
+        """Undo the change."""
+        self._swap(forward=False)
+
+    def _swap(self, forward: bool) -> None:
+        document = self._document
+        document.prepare_change()
+        if self._patch is not None:
+            document.apply(self._patch, forward)
+        other, former = self._other, document.state
+        blocks = document.take_blocks(other.blocks)
+        document.change(to_check=other.to_check, extrapolate=other.extrapolate)
+        self._parameters.take_common(document, other.common, other.own_parameters)
+        self._other = replace(former, blocks=blocks)
+        document.note(Part.INFOS | Part.LIST)
+        document.note_labels_changed(self._patch)
+
+
+class AcceptRun(QUndoCommand):
+    """Replacement of the current results by those of a stored run, with its parameters."""
+
+    def __init__(
+        self,
+        parameters: DocumentParameters,
+        document: Document,
+        kept: StoredRun,
+        results: Collection[BlockResult],
+        text: str,
+    ) -> None:
+        super().__init__(text)
+        self._parameters = parameters
+        self._document = document
+        self._kept = kept
+        self._results = list(results)
+        self._before, self._accepted = FrameResults({}), FrameResults({})
+        common = kept.run.parameters
+        self._common = document.state.common.to_dict(), common.to_dict()
+        own = document.blocks.own
+        after = {
+            result.block.label: None if result.parameters.same_effect(common) else own_values(result.parameters, common)
+            for result in results
+        }
+        self._own = {label: (own.get(label), values) for label, values in after.items()}
+
+    def redo(self) -> None:
+        """Apply the change."""
+        self._take(1)
+        self._before = self._document.restore_results(self._results, self._kept.extrapolation)
+        self._accepted = self._document.results.snapshot()
+        self._document.note(Part.RESULTS)
+
+    def undo(self) -> None:
+        """Undo the change; later results stay."""
+        self._take(0)
+        newer = self._document.swap_results(FrameResults({})).without(self._accepted)
+        self._document.swap_results(self._before.with_newer(newer))
+        self._document.note(Part.RESULTS)
+
+    def _take(self, which: int) -> None:
+        own: Mapping[int, OwnValues | None] = {label: values[which] for label, values in self._own.items()}
+        self._parameters.take(self._document, self._common[which], own)

@@ -10,7 +10,7 @@ from functools import partial
 
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
-from ..state.session import Session
+from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from .base import Host, Point, Press, line_path
 from .line import LineTool, Snap, Stretch, nearest, off_line, touches
@@ -145,7 +145,7 @@ class _Applied:
     """A line after it was applied: the labels before, and the undo step that it made; None if it changes nothing."""
 
     line: AdjustableLine
-    session: Session
+    document: Document
     before: Labels
     text: str
     step: int | None
@@ -175,7 +175,7 @@ class AdjustableTool(LineTool):
         self.label = 0
         """The block that the line is drawn for; 0 for none."""
 
-    def change(self, labels: Labels, line: list[Point], session: Session) -> LabelPatch | None:
+    def change(self, labels: Labels, line: list[Point], document: Document) -> LabelPatch | None:
         """Return the change of a label map of a session by a line; also called in the background."""
         raise NotImplementedError
 
@@ -235,15 +235,15 @@ class AdjustableTool(LineTool):
 
     def apply(self, line: AdjustableLine, text: str, host: Host) -> bool:
         """Apply a line as one undo step, and keep it for adjustment; False if it changes nothing."""
-        before = host.session.labels.copy()
-        patch = self.change(before, line.points, host.session)
+        before = host.document.labels.copy()
+        patch = self.change(before, line.points, host.document)
         done = host.commit(patch, text, self.label)
         if done is None:
             if patch is None:
                 self.explain(line.points, host)
             return False
         self.after_change(before, done, host)
-        self._keep(_Applied(line, host.session, before, text, host.undo_index), host)
+        self._keep(_Applied(line, host.document, before, text, host.undo_index), host)
         return True
 
     def adjust(self, event: PointerEvent, host: Host) -> bool:
@@ -261,7 +261,7 @@ class AdjustableTool(LineTool):
                 point = event.x, event.y
                 line = grip.line.moved(grip.corner, point, event.shift, self._snap(host))
                 self._show_line(line, host)
-                find = partial(self.change, applied.before, line.points, applied.session)
+                find = partial(self.change, applied.before, line.points, applied.document)
                 host.run_in_background(find, partial(self._preview, line, host))
             case PointerKind.RELEASE if grip is not None:
                 self._grip = self._line_preview = None
@@ -290,7 +290,7 @@ class AdjustableTool(LineTool):
 
     def _apply_again(self, applied: _Applied, line: AdjustableLine, host: Host) -> None:
         """Replace the step that the line made before it was adjusted."""
-        patch = self.change(applied.before, line.points, applied.session)
+        patch = self.change(applied.before, line.points, applied.document)
         if applied.step is not None:
             host.undo()
         step = None
@@ -304,7 +304,7 @@ class AdjustableTool(LineTool):
 
     def _is_last(self, applied: _Applied, host: Host) -> bool:
         """Return whether nothing else was done since the line was applied."""
-        return applied.session is host.session and applied.step in (None, host.undo_index)
+        return applied.document is host.document and applied.step in (None, host.undo_index)
 
     def _keep(self, applied: _Applied, host: Host) -> None:
         self._applied = applied
@@ -312,7 +312,7 @@ class AdjustableTool(LineTool):
 
     def _preview(self, line: AdjustableLine, host: Host, patch: LabelPatch | None) -> None:
         if self._grip is not None:
-            self._line_preview = preview_of_patch(host.session, patch)
+            self._line_preview = preview_of_patch(host.document, patch)
             self._show_line(line, host)
 
     def _show_line(self, line: AdjustableLine, host: Host) -> None:

@@ -15,8 +15,8 @@ from PySide6.QtGui import QPainterPath
 
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
+from ..state.document import Document
 from ..state.inspection import Inspection
-from ..state.session import Session
 from ..views.interaction import PointerEvent, Preview
 from .edge_data import EdgeData
 
@@ -81,7 +81,7 @@ class Host(Protocol):
         ...
 
     @property
-    def session(self) -> Session:
+    def document(self) -> Document:
         """The current frame's session."""
         ...
 
@@ -224,10 +224,10 @@ class Press:
 
 def warn_if_locked(host: Host, label: int) -> bool:
     """Return whether a block is locked; if so, show a message."""
-    session = host.session
-    if label in session.locked:
-        host.show_message(f"{session.info(label).name} is locked. Unlock it in the table of blocks.")
-    return label in session.locked
+    document = host.document
+    if label in document.locked:
+        host.show_message(f"{document.info(label).name} is locked. Unlock it in the table of blocks.")
+    return label in document.locked
 
 
 def warn_if_any_locked(host: Host, labels: Iterable[int]) -> bool:

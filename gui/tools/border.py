@@ -11,7 +11,8 @@ from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.painting import assign_outline
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
-from ..state.session import Session, touched_by
+from ..state.document import Document
+from ..state.frame_data import touched_by
 from ..views.interaction import PointerEvent, PointerKind
 from .adjusting import AdjustableLine, AdjustableTool
 from .base import Host, Point, Press, warn_if_any_locked, warn_if_locked
@@ -50,19 +51,19 @@ class BorderTool(AdjustableTool):
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], LabelPatch | None]:
         """Return a function that computes the change by the line."""
-        return partial(redraw_border, host.session.labels.copy(), line)
+        return partial(redraw_border, host.document.labels.copy(), line)
 
     def line_preview(self, answer: LabelPatch | None, host: Host) -> LinePreview:
         """Return the preview: pixels that change their block."""
-        return preview_of_patch(host.session, answer)
+        return preview_of_patch(host.document, answer)
 
-    def change(self, labels: Labels, line: list[Point], session: Session) -> LabelPatch | None:
+    def change(self, labels: Labels, line: list[Point], document: Document) -> LabelPatch | None:
         """Return the change by the line."""
-        return redraw_border(labels, line, session.locked)
+        return redraw_border(labels, line, document.locked)
 
     def explain(self, line: list[Point], host: Host) -> None:
         """Show a message why the line moves no border."""
-        swept = redraw_border(host.session.labels, line)
+        swept = redraw_border(host.document.labels, line)
         if swept is None or not warn_if_any_locked(host, touched_by(swept)):
             host.show_message(
                 "The line moves no border: draw it next to the border that it replaces. To cut off a part, use Give."
@@ -124,18 +125,18 @@ class OutlineTool(AdjustableTool):
         closing = self._pen.reach(line[0], False, self._snap(host))
         outline = AdjustableLine.of(self._pen.stretches, [line[-1], *closing[1:-1], line[0]], self.slack)
         self.cancel(host)
-        session = host.session
-        self.label = self._target(host) or session.next_label()
-        self.apply(outline, f"Outline {session.info(self.label).name}", host)
+        document = host.document
+        self.label = self._target(host) or document.next_label()
+        self.apply(outline, f"Outline {document.info(self.label).name}", host)
         return True
 
-    def change(self, labels: Labels, line: list[Point], session: Session) -> LabelPatch | None:
+    def change(self, labels: Labels, line: list[Point], document: Document) -> LabelPatch | None:
         """Return the change by the outline."""
-        return assign_outline(labels, line, self.label, session.locked)
+        return assign_outline(labels, line, self.label, document.locked)
 
     def explain(self, line: list[Point], host: Host) -> None:
         """Show a message that the outline adds no pixels."""
-        name = host.session.info(self.label).name
+        name = host.document.info(self.label).name
         host.show_message(f"The outline adds no pixels to {name}: they belong to it already, or to locked blocks.")
 
     def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
@@ -143,15 +144,15 @@ class OutlineTool(AdjustableTool):
         host.select([self.label])
         apart = pixels_apart(before, patch, self.label)
         if apart:
-            name = host.session.info(self.label).name
+            name = host.document.info(self.label).name
             host.show_message(
                 f"{disconnected_text(name, apart)} Hold Ctrl at the start of an outline to make a new block."
             )
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
         """Return a function that computes the change by the outline and the number of disconnected pixels."""
-        session = host.session
-        labels, locked, label = session.labels.copy(), session.locked, self._target(host) or session.next_label()
+        document = host.document
+        labels, locked, label = document.labels.copy(), document.locked, self._target(host) or document.next_label()
 
         def find() -> tuple[LabelPatch | None, int]:
             patch = assign_outline(labels, line, label, locked)
@@ -161,11 +162,11 @@ class OutlineTool(AdjustableTool):
 
     def line_preview(self, answer: tuple[LabelPatch | None, int], host: Host) -> LinePreview:
         """Return the preview: pixels that the block would get."""
-        return preview_of_patch(host.session, *answer)
+        return preview_of_patch(host.document, *answer)
 
     def _target(self, host: Host) -> int:
         """Return the block that gets the inside; 0 for a new one."""
-        return 0 if self._new or not host.session.selected else host.session.selected[0]
+        return 0 if self._new or not host.document.selected else host.document.selected[0]
 
     def _begin(self, event: PointerEvent, host: Host) -> None:
         if not self._pen.down:

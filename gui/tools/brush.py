@@ -84,16 +84,16 @@ class BrushTool(Tool):
         return pending_work
 
     def _begin(self, event: PointerEvent, host: Host) -> None:
-        session = host.session
-        chosen = session.selected
-        self._label = chosen[0] if chosen else session.label_at(event.x, event.y)
+        document = host.document
+        chosen = document.selected
+        self._label = chosen[0] if chosen else document.label_at(event.x, event.y)
         self._erasing = self._erases != event.alt
         if self._label == 0:
             host.show_message("Select a block first, or start a new one with Blocks > New block.")
         elif not warn_if_locked(host, self._label) and self._look_around(event, host):
             if chosen != [self._label]:
                 host.select([self._label])
-            self._swept = Swept(session.labels.shape)
+            self._swept = Swept(document.labels.shape)
             self._last = event.x, event.y
             self._sweep(self._swept, self._last, host)
 
@@ -109,8 +109,8 @@ class BrushTool(Tool):
         return True
 
     def _sweep(self, swept: Swept, point: Point, host: Host) -> None:
-        session = host.session
-        stroke: Stroke | None = brush_stroke(session.labels.shape, [self._last, point], host.options.brush_radius)
+        document = host.document
+        stroke: Stroke | None = brush_stroke(document.labels.shape, [self._last, point], host.options.brush_radius)
         self._last = point
         if stroke is not None and self._similar is not None:
             stroke = self._similar.limit(stroke)
@@ -118,15 +118,15 @@ class BrushTool(Tool):
             return
         swept.add(stroke)
         change = erase if self._erasing else paint
-        host.stroke(change(session.labels, stroke, self._label, session.locked))
+        host.stroke(change(document.labels, stroke, self._label, document.locked))
 
     def _end(self, swept: Swept, host: Host) -> None:
         self._swept = None
-        session = host.session
-        name = session.info(self._label).name
+        document = host.document
+        name = document.info(self._label).name
         if not self._erasing:
             if not host.end_stroke(f"Paint {name}", self._label):
-                warn_if_any_locked(host, np.unique(session.labels[swept.mask]).tolist())
+                warn_if_any_locked(host, np.unique(document.labels[swept.mask]).tolist())
             return
         text = f"Erase from {name}"
         if host.options.to_no_block:
@@ -134,7 +134,7 @@ class BrushTool(Tool):
             return
         host.drop_stroke()  # the best neighbour can only be found for all pixels together
         if swept.stroke is not None:
-            patch = erase(session.labels, swept.stroke, self._label, session.locked, frame=session.frame)
+            patch = erase(document.labels, swept.stroke, self._label, document.locked, frame=document.frame)
             host.commit(patch, text, self._label)
 
 
@@ -165,7 +165,7 @@ class StrokeTool(Tool):
         """Collect pixels while the button is down; apply them on release."""
         point = event.x, event.y
         if event.kind is PointerKind.PRESS and self.begin(event, host):
-            self._swept, self._points = Swept(host.session.frame.shape), [point]
+            self._swept, self._points = Swept(host.document.frame.shape), [point]
             self._sweep(self._swept, point, host)
         elif event.kind is PointerKind.MOVE and self._swept is not None:
             self._sweep(self._swept, point, host)
@@ -194,7 +194,7 @@ class StrokeTool(Tool):
         host.show_preview(None if event.kind is PointerKind.LEAVE else brush_preview(event, host, area))
 
     def _sweep(self, swept: Swept, point: Point, host: Host) -> None:
-        stroke = brush_stroke(host.session.frame.shape, [self._points[-1], point], host.options.brush_radius)
+        stroke = brush_stroke(host.document.frame.shape, [self._points[-1], point], host.options.brush_radius)
         self._points.append(point)
         if stroke is not None:
             swept.add(stroke)
@@ -236,7 +236,7 @@ class MarkInvalidTool(StrokeTool):
 
     def apply(self, mask: NDArray[np.bool_], host: Host) -> None:
         """Mark the measured depth under the stroke."""
-        frame = host.session.frame
+        frame = host.document.frame
         before = np.zeros(frame.shape, bool) if frame.invalid_mask is None else frame.invalid_mask
         measured = mask & np.isfinite(frame.measured)
         after = before & ~measured if self._marks_valid else before | measured

@@ -14,7 +14,7 @@ from PySide6.QtGui import QPainterPath
 from ilf.completion.continuation import continue_plane, nearer_or_farther
 from ilf.errors import InputError
 
-from ..state.session import Session
+from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path, box_of
 from .base import Host, warn_if_any_locked
@@ -93,7 +93,7 @@ class DepthByHandTool(StrokeTool):
 
     def apply(self, mask: Mask, host: Host) -> None:
         """Limit the proposal to the stroke, or paint, or erase."""
-        session = host.session
+        document = host.document
         if self._surface is not None:
             kept = mask if self._kept is None else self._kept | mask
             if not np.isfinite(self._surface.depth[kept]).any():
@@ -103,16 +103,16 @@ class DepthByHandTool(StrokeTool):
             self._show(host)
             return
         if self._erases:
-            self._remove(host, mask & _selected(session))
+            self._remove(host, mask & _selected(document))
             return
-        missing = mask & session.frame.missing
-        wanted = missing & _selected(session) & (session.labels > 0)
+        missing = mask & document.frame.missing
+        wanted = missing & _selected(document) & (document.labels > 0)
         if wanted.any():
             self._state(host, _constant(host), wanted, "Paint depth")
         elif not missing.any():
             host.show_message(_NOT_MISSING)
         else:
-            host.show_message(_NOT_SELECTED if session.selected and session.labels[missing].any() else _NO_BLOCK)
+            host.show_message(_NOT_SELECTED if document.selected and document.labels[missing].any() else _NO_BLOCK)
 
     def cancel(self, host: Host) -> bool:
         """Cancel the stroke and drop the proposal."""
@@ -139,32 +139,32 @@ class DepthByHandTool(StrokeTool):
 
     def erase(self, host: Host) -> None:
         """Remove depth by hand from the selected blocks, or everywhere if none is selected."""
-        self._remove(host, _selected(host.session))
+        self._remove(host, _selected(host.document))
 
     def propose_plane(self, host: Host) -> None:
         """Propose the plane of the known depth in the rectangle, or else in the selected blocks, for their holes."""
-        session, hole = host.session, _hole_of(host)
+        document, hole = host.document, _hole_of(host)
         if hole is None:
             return
-        source = np.isin(session.labels, session.selected)
-        if session.state.looked.region is not None:
+        source = np.isin(document.labels, document.selected)
+        if document.state.looked.region is not None:
             source = np.zeros_like(source)
-            source[session.state.looked.region] = True
-        where = "in the rectangle" if session.state.looked.region is not None else "in the selected blocks"
+            source[document.state.looked.region] = True
+        where = "in the rectangle" if document.state.looked.region is not None else "in the selected blocks"
 
         def find() -> Surface:
-            found, plane = continue_plane(session.frame.depth, source, hole)
+            found, plane = continue_plane(document.frame.depth, source, hole)
             return Surface(found, f"Plane through {plane.share:.0%} of the known depth {where}", "Continue plane")
 
         self._find(host, find)
 
     def propose_surface(self, host: Host, nearer: bool) -> None:
         """Propose the nearer or the farther of the surfaces around the holes of the selected blocks."""
-        session, hole = host.session, _hole_of(host)
+        document, hole = host.document, _hole_of(host)
         if hole is None:
             return
-        text, labels = f"{'Nearer' if nearer else 'Farther'} surface", session.labels.copy()
-        self._find(host, lambda: Surface(nearer_or_farther(session.frame.depth, labels, hole, nearer), text, text))
+        text, labels = f"{'Nearer' if nearer else 'Farther'} surface", document.labels.copy()
+        self._find(host, lambda: Surface(nearer_or_farther(document.frame.depth, labels, hole, nearer), text, text))
 
     def _find(self, host: Host, find: Callable[[], Surface]) -> None:
         """Find a surface in the background and propose it."""
@@ -204,29 +204,29 @@ class DepthByHandTool(StrokeTool):
 
     def _state(self, host: Host, depth: Depth, where: Mask, text: str) -> None:
         """State depth, except in locked blocks."""
-        free = where & ~np.isin(host.session.labels, list(host.session.locked))
+        free = where & ~np.isin(host.document.labels, list(host.document.locked))
         if not free.any():
-            warn_if_any_locked(host, np.unique(host.session.labels[where]).tolist())
+            warn_if_any_locked(host, np.unique(host.document.labels[where]).tolist())
         else:
             host.state_depth(depth, free, text)
 
     def _remove(self, host: Host, where: Mask) -> None:
         """Remove depth by hand, except in locked blocks."""
-        free = where & ~np.isin(host.session.labels, list(host.session.locked))
+        free = where & ~np.isin(host.document.labels, list(host.document.locked))
         if not host.state_depth(np.full(where.shape, np.nan, np.float32), free, "Remove depth by hand"):
             host.show_message("There is no depth by hand here that can be removed.")
 
 
-def _selected(session: Session) -> Mask:
+def _selected(document: Document) -> Mask:
     """Return the pixels of the selected blocks, bool (H, W); all pixels if none is selected."""
-    if not session.selected:
-        return np.ones(session.labels.shape, bool)
-    return np.isin(session.labels, session.selected)
+    if not document.selected:
+        return np.ones(document.labels.shape, bool)
+    return np.isin(document.labels, document.selected)
 
 
 def _constant(host: Host) -> Depth:
     """Return the set depth at every pixel."""
-    return np.full(host.session.frame.shape, host.options.hand_depth, np.float32)
+    return np.full(host.document.frame.shape, host.options.hand_depth, np.float32)
 
 
 def _or_reason(find: Callable[[], Surface]) -> Surface | str:
@@ -239,11 +239,11 @@ def _or_reason(find: Callable[[], Surface]) -> Surface | str:
 
 def _hole_of(host: Host) -> Mask | None:
     """Return the missing depth of the selected blocks, bool (H, W); None, with a message, if there is none."""
-    session = host.session
-    if not session.selected:
+    document = host.document
+    if not document.selected:
         host.show_message("Select the block with the hole first.")
         return None
-    hole: Mask = session.frame.missing & np.isin(session.labels, session.selected)
+    hole: Mask = document.frame.missing & np.isin(document.labels, document.selected)
     if not hole.any():
         host.show_message("The selected blocks have no missing depth.")
         return None
@@ -252,18 +252,18 @@ def _hole_of(host: Host) -> Mask | None:
 
 def pick_depth(host: Host, x: float, y: float) -> None:
     """Set the depth to paint to that at image coordinates, completed or measured."""
-    depth = _depth_at(host.session, x, y)
+    depth = _depth_at(host.document, x, y)
     if depth is None:
         host.show_message("There is no depth to pick here.")
     else:
         host.set_option("hand_depth", depth)
 
 
-def _depth_at(session: Session, x: float, y: float) -> float | None:
+def _depth_at(document: Document, x: float, y: float) -> float | None:
     row, column = int(y // 1), int(x // 1)
-    height, width = session.frame.shape
+    height, width = document.frame.shape
     if not (0 <= row < height and 0 <= column < width):
         return None
-    completed = session.current_depth()
-    depth = float((session.frame.depth if completed is None else completed)[row, column])
+    completed = document.current_depth()
+    depth = float((document.frame.depth if completed is None else completed)[row, column])
     return depth if np.isfinite(depth) else None

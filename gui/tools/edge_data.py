@@ -12,7 +12,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.segmentation.editing.snapping import Similar, Snapper
 
-from ..state.session import Session
+from ..state.document import Document
 from ..work.found_blocks import FoundBlocks, find
 from ..work.latest_request import LatestRequest
 
@@ -40,7 +40,7 @@ class EdgeData:
 
 @dataclass(frozen=True, eq=False)
 class _Request:
-    session: Session
+    document: Document
     frame: RGBDFrame
     parameters: BlockParameters
     found: FoundBlocks | None
@@ -64,36 +64,36 @@ class EdgeDataSource(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._session: Session | None = None
+        self._document: Document | None = None
         self._edge_data: EdgeData | None = None
         self._extraction: FoundBlocks | None = None
         self._requests = LatestRequest[_Request, EdgeData](_find, self)
         self._requests.answered.connect(self._take)
         self._requests.failed.connect(lambda _, error: self.failed.emit(error))
 
-    def of(self, session: Session, parameters: BlockParameters) -> EdgeData | None:
+    def of(self, document: Document, parameters: BlockParameters) -> EdgeData | None:
         """Return the aid of a session's frame; None while it is being computed.
 
         If no extraction of the frame is stored, it is extracted with `parameters`.
         """
-        if session is not self._session:
-            self._session, self._edge_data = session, None
-            held = self._extraction if self._extraction and self._extraction.frame is session.frame else None
-            self._requests.ask(_Request(session, session.frame, parameters, held))
+        if document is not self._document:
+            self._document, self._edge_data = document, None
+            held = self._extraction if self._extraction and self._extraction.frame is document.frame else None
+            self._requests.ask(_Request(document, document.frame, parameters, held))
         return self._edge_data
 
     def hold(self, extraction: FoundBlocks) -> None:
         """Store an extraction, so that the aid of its frame needs no new one."""
         self._extraction = extraction
         if self._edge_data is not None and self._edge_data.frame is extraction.frame:
-            self._session = self._edge_data = None
+            self._document = self._edge_data = None
 
-    def turn_to(self, session: Session | None) -> None:
+    def turn_to(self, document: Document | None) -> None:
         """Drop the data of all frames but that of this session."""
-        if self._extraction is not None and (session is None or self._extraction.frame is not session.frame):
+        if self._extraction is not None and (document is None or self._extraction.frame is not document.frame):
             self._extraction = None
-        if session is not self._session:
-            self._session = self._edge_data = None
+        if document is not self._document:
+            self._document = self._edge_data = None
             self._requests.forget()
 
     def shutdown(self) -> bool:
@@ -101,7 +101,7 @@ class EdgeDataSource(QObject):
         return self._requests.shutdown()
 
     def _take(self, question: _Request, edge_data: EdgeData) -> None:
-        if question.session is self._session:
+        if question.document is self._document:
             self._edge_data = edge_data
             self.found.emit()
 

@@ -16,8 +16,9 @@ from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import count_slivers, tidied
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
+from ..state.document import Document
 from ..state.inspection import Inspection
-from ..state.session import Session
+from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.linked_views import LinkedViews
@@ -72,8 +73,8 @@ class Editor(QObject):
         self._active = "select"
         self._hint = ""
         self._pointer: PointerEvent | None = None
-        workspace.blocks.about_to_change.connect(self.cancel)
-        workspace.frames.session_changed.connect(self._turn)
+        workspace.about_to_change.connect(self.cancel)
+        workspace.changed.connect(lambda parts: self._turn() if parts & Part.FRAME else None)
 
     # the tools
 
@@ -104,23 +105,23 @@ class Editor(QObject):
     @property
     def ready(self) -> bool:
         """Whether there is a frame to edit."""
-        return self._workspace.has_session
+        return self._workspace.has_current
 
     @property
     def busy(self) -> bool:
         """Whether the tool has an action in progress."""
-        return self._workspace.has_session and self.tool.busy
+        return self._workspace.has_current and self.tool.busy
 
     def cancel(self) -> bool:
         """Cancel the tool's action in progress; False if there is none."""
         self._jobs.forget()
-        return self._update_hint(self._workspace.has_session and self.tool.cancel(self))
+        return self._update_hint(self._workspace.has_current and self.tool.cancel(self))
 
     def escape(self) -> None:
         """Cancel the tool's action in progress, or else remove its mark, or else clear the selection."""
         if self.busy:
             self.cancel()
-        elif not self._update_hint(self._workspace.has_session and self.tool.remove(self)):
+        elif not self._update_hint(self._workspace.has_current and self.tool.remove(self)):
             self.cancel()
             self.select([])
 
@@ -131,15 +132,15 @@ class Editor(QObject):
 
     def finish(self) -> bool:
         """Complete the tool's action in progress; False if there is none."""
-        return self._update_hint(self._workspace.has_session and self.tool.finish(self))
+        return self._update_hint(self._workspace.has_current and self.tool.finish(self))
 
     def undo_last(self) -> bool:
         """Undo the last part of the tool's action in progress; False if there is none."""
-        return self._update_hint(self._workspace.has_session and self.tool.undo_last(self))
+        return self._update_hint(self._workspace.has_current and self.tool.undo_last(self))
 
     def pointer(self, event: PointerEvent) -> bool:
         """Pass an event to the active tool; False if the tool does not use it."""
-        if not self._workspace.has_session:
+        if not self._workspace.has_current:
             return False
         if event.kind is PointerKind.WHEEL and not self.tool.wheel:
             if "brush" in self.tool.options:
@@ -157,12 +158,12 @@ class Editor(QObject):
     def _turn(self) -> None:
         """Update after a change of the current frame."""
         self._pointer = None
-        self.edge_data_source.turn_to(self._workspace.session if self._workspace.has_session else None)
+        self.edge_data_source.turn_to(self._workspace.current if self._workspace.has_current else None)
         self._look_ahead()
 
     def _look_ahead(self) -> None:
         """Start computing the aid before it is needed."""
-        if self._workspace.has_session and self.tool.guided:
+        if self._workspace.has_current and self.tool.guided:
             _ = self.edge_data
 
     # options
@@ -183,71 +184,72 @@ class Editor(QObject):
 
     def _hover_again(self) -> None:
         """Show the tool's preview at the pointer again."""
-        if self._pointer is not None and self._workspace.has_session:
+        if self._pointer is not None and self._workspace.has_current:
             at = self._pointer
             self.tool.pointer(PointerEvent(PointerKind.HOVER, at.x, at.y, pixel=at.pixel), self)
 
     # interface for the tools (Host)
 
     @property
-    def session(self) -> Session:
+    def document(self) -> Document:
         """The current frame's session."""
-        return self._workspace.session
+        return self._workspace.current
 
     @property
     def edge_data(self) -> EdgeData | None:
         """Edges and regions of the current frame; None while they are being computed."""
-        parameters = self.session.blocks.extraction or self._workspace.parameters.extraction
-        return self.edge_data_source.of(self.session, parameters)
+        parameters = self.document.blocks.extraction or self._workspace.parameters.extraction
+        return self.edge_data_source.of(self.document, parameters)
 
     def select(self, labels: list[int]) -> None:
         """Select blocks."""
-        self._workspace.blocks.select(labels)
+        self._workspace.select(labels)
 
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         """Make a change of the label map, with what it would leave behind, one undo step."""
         if patch is None:
             return None
-        whole = self._tidied(self.session.labels, patch, label)
-        if whole is not None and self._workspace.blocks.edit(whole, text):
+        whole = self._tidied(self.document.labels, patch, label)
+        if whole is not None and self._workspace.current.edit(whole, text):
             self._tell_of_rests(patch, whole)
         return whole
 
     def stroke(self, patch: LabelPatch | None) -> None:
         """Change the label map as part of a stroke."""
-        self._workspace.blocks.stroke(patch)
+        self._workspace.current.stroke(patch)
 
     def end_stroke(self, text: str, label: int = 0) -> bool:
         """Make the stroke, with what it would leave behind, one undo step."""
-        blocks, patch = self._workspace.blocks, self._workspace.blocks.stroke_so_far
+        document = self.document
+        patch = document.stroke_so_far
         if patch is None:
-            blocks.drop_stroke()
+            document.drop_stroke()
             return False
-        labels = self.session.labels.copy()
+        labels = document.labels.copy()
         patch.revert(labels)
         whole = self._tidied(labels, patch, label)
         if whole is not None:
             whole.apply(labels)
-        blocks.stroke(patch_between(self.session.labels, labels))
-        if whole is None or blocks.end_stroke(text) is None:
-            blocks.drop_stroke()
+        document.stroke(patch_between(document.labels, labels))
+        if whole is None or document.end_stroke(text) is None:
+            document.drop_stroke()
             return False
         self._tell_of_rests(patch, whole)
         return True
 
     def drop_stroke(self) -> bool:
         """Cancel the stroke."""
-        return self._workspace.blocks.drop_stroke()
+        return self._workspace.current.drop_stroke()
 
     @property
     def undo_index(self) -> int:
         """The number of undo steps of the current frame that are done."""
-        return self.session.undo_stack.index()
+        return self.document.undo_stack.index()
 
     def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
         """Set the invalid mask, as one undo step."""
         try:
-            return self._workspace.blocks.set_invalid_mask(mask, text)
+            return self._workspace.current.set_invalid_mask(mask, text)
         except InputError as error:
             self.show_message(str(error))
             return False
@@ -255,14 +257,15 @@ class Editor(QObject):
     def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
         """State depth by hand, as one undo step."""
         try:
-            return self._workspace.by_hand.set_depth(depth, where, text)
+            return self.document.set_by_hand(depth, where, text)
         except InputError as error:
             self.show_message(str(error))
             return False
 
     def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
         """Show depth in place of the completed depth."""
-        self._workspace.by_hand.propose(depth)
+        if self._workspace.has_current:
+            self._workspace.current.propose(depth)
 
     def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""
@@ -292,9 +295,9 @@ class Editor(QObject):
 
     def _tidied(self, labels: NDArray[np.int32], patch: LabelPatch, label: int) -> LabelPatch | None:
         """The change without slivers and rests; `label` is the block that is painted or drawn."""
-        session, by_hand = self.session, self.session.blocks.by_hand
-        known = session.frame.known if by_hand is None else session.frame.known | np.isfinite(by_hand.depth)
-        smallest_block = (session.blocks.extraction or BlockParameters()).smallest_block(labels.size)
+        document, by_hand = self.document, self.document.blocks.by_hand
+        known = document.frame.known if by_hand is None else document.frame.known | np.isfinite(by_hand.depth)
+        smallest_block = (document.blocks.extraction or BlockParameters()).smallest_block(labels.size)
         whole = tidied(
             labels,
             patch,
@@ -302,7 +305,7 @@ class Editor(QObject):
             known=known,
             smallest_block=smallest_block,
             label=label,
-            locked=session.locked,
+            locked=document.locked,
         )
         if whole is None:
             self.show_message("Nothing has changed: the new part would be too small to complete without known depth.")
@@ -310,19 +313,19 @@ class Editor(QObject):
 
     def _tell_of_rests(self, patch: LabelPatch, whole: LabelPatch) -> None:
         """Name the blocks whose rest went with the change; count the slivers that it has added."""
-        session, lost = self.session, patch.before[patch.before != patch.after]
-        gone = set(np.unique(whole.before).tolist()) - session.counts().keys() - {0}
+        document, lost = self.document, patch.before[patch.before != patch.after]
+        gone = set(np.unique(whole.before).tolist()) - document.counts().keys() - {0}
         for label in sorted(gone):
             rest = np.count_nonzero(whole.before == label) - np.count_nonzero(lost == label)
             if rest:
                 self.show_message(
-                    f"The last {grouped(rest)} px of {session.info(label).name} went to the block beside them."
+                    f"The last {grouped(rest)} px of {document.info(label).name} went to the block beside them."
                 )
-        former = session.labels.copy()
+        former = document.labels.copy()
         whole.revert(former)
         left, there = (
-            count_slivers(labels, sliver_size(labels.size), whole.box, session.locked)
-            for labels in (session.labels, former)
+            count_slivers(labels, sliver_size(labels.size), whole.box, document.locked)
+            for labels in (document.labels, former)
         )
         if left > there:
             self.slivers_left.emit(left - there)

@@ -69,19 +69,19 @@ class GiveTool(LineTool):
         """Return a function that computes what the line would cut off."""
         start = line[0] if self._press is None else self._press.point
         takers = _receivers(host, start, self._near)
-        return partial(_find_cut, host.session.labels.copy(), takers, line, self._near)
+        return partial(_find_cut, host.document.labels.copy(), takers, line, self._near)
 
     def line_preview(self, answer: _Cut | None, host: Host) -> LinePreview:
         """Return the preview: pixels that change their block."""
-        return preview_of_patch(host.session, *((None,) if answer is None else (answer.patch, answer.apart)))
+        return preview_of_patch(host.document, *((None,) if answer is None else (answer.patch, answer.apart)))
 
     def _give(self, event: PointerEvent, host: Host) -> None:
-        session = host.session
-        label = session.label_at(event.x, event.y)
-        if event.shift or not session.selected:
+        document = host.document
+        label = document.label_at(event.x, event.y)
+        if event.shift or not document.selected:
             host.select([label] if label else [])
             if label:
-                host.show_message(f"{session.info(label).name} is selected: it gets the pieces that you click.")
+                host.show_message(f"{document.info(label).name} is selected: it gets the pieces that you click.")
             return
         piece = self._at(event, host)
         if piece is not None:
@@ -99,7 +99,7 @@ class GiveTool(LineTool):
     def _at(self, event: PointerEvent, host: Host) -> NDArray[np.bool_] | None:
         """Return the piece under the pointer; None outside the frame."""
         edge_data = host.edge_data if event.ctrl else None
-        piece = piece_at(host.session.labels, event.x, event.y, None if edge_data is None else edge_data.regions)
+        piece = piece_at(host.document.labels, event.x, event.y, None if edge_data is None else edge_data.regions)
         return piece if piece.any() else None
 
 
@@ -115,9 +115,9 @@ class _Cut:
 
 def _receivers(host: Host, start: Point, near: float) -> tuple[list[int], list[int]]:
     """Return the blocks that a line from a point may be intended for, in this order; and those near its start."""
-    session = host.session
-    beside, chosen = around(session.labels, start, near), list(session.selected[:1])
-    begun_in = [label for label in [session.label_at(*start)] if label]
+    document = host.document
+    beside, chosen = around(document.labels, start, near), list(document.selected[:1])
+    begun_in = [label for label in [document.label_at(*start)] if label]
     meant = chosen + begun_in if set(chosen) & set(beside) else begun_in + chosen
     return meant, beside
 
@@ -145,18 +145,18 @@ def _find_cut(labels: Labels, takers: Sequence[Sequence[int]], line: list[Point]
 
 def _cut_off(start: Point, line: list[Point], near: float, host: Host) -> None:
     """Give a block the part that a line cuts off from another."""
-    session = host.session
+    document = host.document
     takers = _receivers(host, start, near)
-    cut = _find_cut(session.labels, takers, line, near)
+    cut = _find_cut(document.labels, takers, line, near)
     if cut is not None:
         if warn_if_locked(host, cut.taker) or warn_if_locked(host, cut.source):
             return
-        name = session.info(cut.taker).name
-        host.commit(cut.patch, f"Give a part of {session.info(cut.source).name} to {name}", cut.taker)
+        name = document.info(cut.taker).name
+        host.commit(cut.patch, f"Give a part of {document.info(cut.source).name} to {name}", cut.taker)
         if cut.apart:
             host.show_message(disconnected_text(name, cut.apart))
-    elif takers[0] and set(crossed(session.labels, line)) - set(takers[0][:1]):
-        name = session.info(takers[0][0]).name
+    elif takers[0] and set(crossed(document.labels, line)) - set(takers[0][:1]):
+        name = document.info(takers[0][0]).name
         host.show_message(f"The line cuts nothing off for {name}: draw it right across another block.")
     else:
         host.show_message("Start the line in the block that gets the part, and draw it right across another block.")
@@ -164,14 +164,14 @@ def _cut_off(start: Point, line: list[Point], near: float, host: Host) -> None:
 
 def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
     """Give a piece of a block to the selected one, if neither is locked."""
-    session = host.session
-    label = session.selected[0]
+    document = host.document
+    label = document.selected[0]
     for one in (label, source):
-        if one in session.locked:
-            host.show_message(f"{session.info(one).name} is locked. Unlock it in the table of blocks.")
+        if one in document.locked:
+            host.show_message(f"{document.info(one).name} is locked. Unlock it in the table of blocks.")
             return
-    name = session.info(label).name
-    if not host.commit(give(session.labels, piece, label, session.locked), f"Give a piece to {name}", label):
+    name = document.info(label).name
+    if not host.commit(give(document.labels, piece, label, document.locked), f"Give a piece to {name}", label):
         host.show_message(f"This piece already belongs to {name}. Shift+click selects another block.")
 
 

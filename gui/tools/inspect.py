@@ -41,7 +41,7 @@ class MeasureTool(Tool):
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Measure by two clicks, move an end by a drag, preview the line to the second point."""
-        at = clamped((event.x, event.y), host.session.frame.shape)
+        at = clamped((event.x, event.y), host.document.frame.shape)
         if event.kind is PointerKind.PRESS:
             self._press, self._before = Press(event), host.inspection.measurements
             self._held = _held(self._before, event) if self._start is None else None
@@ -137,7 +137,7 @@ class ShapeTool(Tool, Generic[Shape, Grip]):
             self._grip = None if self._before is None else self.grip(self._before, event)
         elif event.kind in (PointerKind.MOVE, PointerKind.RELEASE) and self._press is not None:
             if self._press.follow(event):
-                self.put(host.inspection, self.dragged(self._press, event, host.session.frame.shape))
+                self.put(host.inspection, self.dragged(self._press, event, host.document.frame.shape))
             if event.kind is PointerKind.RELEASE:
                 self._press = None
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press

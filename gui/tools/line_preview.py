@@ -10,7 +10,7 @@ from PySide6.QtGui import QPainterPath
 from ilf._runtime.formatting import grouped
 from ilf.segmentation.editing.patches import LabelPatch
 
-from ..state.session import Session
+from ..state.document import Document
 from ..views.pixel_items import boundary_path
 
 _NAMED = 2
@@ -33,7 +33,7 @@ class LinePreview:
     path: QPainterPath = field(default_factory=QPainterPath)
 
 
-def preview_of_patch(session: Session, patch: LabelPatch | None, apart: int = 0) -> LinePreview:
+def preview_of_patch(document: Document, patch: LabelPatch | None, apart: int = 0) -> LinePreview:
     """Return the preview of a change of the label map: the moved pixels and their outline.
 
     Parameters
@@ -49,14 +49,14 @@ def preview_of_patch(session: Session, patch: LabelPatch | None, apart: int = 0)
     changed = patch.before != patch.after
     moves = np.stack([patch.before[changed], patch.after[changed]], axis=1)
     pairs, counts = np.unique(moves, axis=0, return_counts=True)
-    locked = sorted(session.locked & set(pairs.ravel().tolist()))
+    locked = sorted(document.locked & set(pairs.ravel().tolist()))
     if locked:
-        return LinePreview(f"{session.info(locked[0]).name} is locked")
+        return LinePreview(f"{document.info(locked[0]).name} is locked")
     if len(pairs) > _NAMED:
-        text = f"{grouped(int(counts.sum()))} px from {len(pairs)} blocks to {_name(session, int(pairs[0, 1]))}"
+        text = f"{grouped(int(counts.sum()))} px from {len(pairs)} blocks to {_name(document, int(pairs[0, 1]))}"
     else:
         text = ", ".join(
-            f"{grouped(count)} px from {_name(session, giver)} to {_name(session, taker)}"
+            f"{grouped(count)} px from {_name(document, giver)} to {_name(document, taker)}"
             for count, (giver, taker) in zip(counts.tolist(), pairs.tolist(), strict=True)
         )
     rows, columns = patch.box
@@ -71,8 +71,8 @@ def disconnected_text(name: str, apart: int) -> str:
     return f"{name} now has {grouped(apart)} px that are disconnected from the rest of it."
 
 
-def _name(session: Session, label: int) -> str:
+def _name(document: Document, label: int) -> str:
     """Return the name of a block, without registering a new one."""
     if label == 0:
         return "no block"
-    return session.info(label).name if label in session.blocks.infos or label in session.counts() else "a new block"
+    return document.info(label).name if label in document.blocks.infos or label in document.counts() else "a new block"

@@ -51,7 +51,7 @@ class RefineTool(Tool):
             if self._decide is not None:
                 self._decide()
             if edges_ready(host):
-                self._swept, self._last = Swept(host.session.labels.shape), (event.x, event.y)
+                self._swept, self._last = Swept(host.document.labels.shape), (event.x, event.y)
                 self._sweep(self._swept, event, host)
         elif self._swept is not None and self._decide is None:
             if event.kind is PointerKind.MOVE:
@@ -79,7 +79,7 @@ class RefineTool(Tool):
 
     def _take_effect(self, swept: Swept, event: PointerEvent, host: Host, patch: LabelPatch | None) -> None:
         if swept is self._swept:
-            self._effect = preview_of_patch(host.session, patch)
+            self._effect = preview_of_patch(host.document, patch)
             self._show(event, host)
 
     def _end(self, swept: Swept, host: Host) -> None:
@@ -96,7 +96,7 @@ class RefineTool(Tool):
         self.cancel(host)
         if host.commit(patch, "Refine edge"):
             return
-        inside = np.unique(host.session.labels[swept.mask]).tolist()
+        inside = np.unique(host.document.labels[swept.mask]).tolist()
         if warn_if_any_locked(host, inside):
             return
         if len(inside) < 2:
@@ -106,12 +106,12 @@ class RefineTool(Tool):
 
     def _find(self, swept: Swept, host: Host) -> Callable[[], LabelPatch | None] | None:
         """Return a function that divides the band; None if it is outside the frame."""
-        edge_data, band, session = host.edge_data, swept.stroke, host.session
+        edge_data, band, document = host.edge_data, swept.stroke, host.document
         if edge_data is None or band is None:
             return None
         band = Stroke(band.box, band.mask.copy())
         return partial(
-            refine_borders, edge_data.frame, edge_data.snapper.evidence, session.labels.copy(), band, session.locked
+            refine_borders, edge_data.frame, edge_data.snapper.evidence, document.labels.copy(), band, document.locked
         )
 
     def _show(self, event: PointerEvent, host: Host) -> None:

@@ -60,8 +60,8 @@ class SelectTool(Tool):
 
 def select_at(point: Point, event: PointerEvent, host: Host) -> None:
     """Select only the block at a point; with Shift, add it; with Ctrl, add or remove it."""
-    label = host.session.label_at(*point)
-    chosen = list(host.session.selected)
+    label = host.document.label_at(*point)
+    chosen = list(host.document.selected)
     if not (event.ctrl or event.shift):
         host.select([label] if label else [])
     elif event.ctrl and label in chosen:
@@ -72,15 +72,15 @@ def select_at(point: Point, event: PointerEvent, host: Host) -> None:
 
 def add(labels: list[int], host: Host) -> None:
     """Add blocks to the selection; 0 is no block."""
-    host.select(list(dict.fromkeys([*host.session.selected, *(label for label in labels if label)])))
+    host.select(list(dict.fromkeys([*host.document.selected, *(label for label in labels if label)])))
 
 
 def _inside(band: QRectF, host: Host) -> list[int]:
     """Return the blocks of which more than half is inside a rectangle, the largest part first."""
-    labels = host.session.labels
+    labels = host.document.labels
     rows = slice(max(round(band.top()), 0), max(round(band.bottom()), 0))
     columns = slice(max(round(band.left()), 0), max(round(band.right()), 0))
     pixels = np.bincount(labels[rows, columns].ravel(), minlength=1)
-    counts = host.session.counts()
+    counts = host.document.counts()
     found = [int(label) for label in np.flatnonzero(pixels) if label and 2 * pixels[label] > counts[int(label)].pixels]
     return sorted(found, key=lambda label: -pixels[label])

@@ -15,7 +15,7 @@ from ilf.segmentation.editing.painting import Stroke, erase, give
 from ilf.segmentation.editing.patches import LabelPatch, bounds, patch_between
 from ilf.segmentation.selection import select_region
 
-from ..state.session import Session
+from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import filled_path
 from .base import Host, Point, Press, Tool, line_path, warn_if_locked
@@ -165,13 +165,13 @@ class SmartSelectTool(Tool):
         mask, self._finishes = self._mask, self._mask is None
         if mask is None:
             return True
-        session = host.session
-        label = self._label or session.next_label()
+        document = host.document
+        label = self._label or document.next_label()
         if warn_if_locked(host, label):
             return True
-        name = session.info(label).name
-        before = session.labels.copy()
-        patch = _change(session, mask, label, host.options.to_no_block)
+        name = document.info(label).name
+        before = document.labels.copy()
+        patch = _change(document, mask, label, host.options.to_no_block)
         self.cancel(host)
         done = host.commit(patch, f"Smart select {name}", label)
         if done is None:
@@ -195,7 +195,7 @@ class SmartSelectTool(Tool):
 
     def _add(self, press: Press, event: PointerEvent, host: Host) -> None:
         """Add a click or a stroke, or start anew with a box."""
-        height, width = host.session.labels.shape
+        height, width = host.document.labels.shape
         is_box = press.drags and not self._stroke
         label = self._label if self._clicks else 0 if is_box else _start(event, host)
         if not self._clicks and label and warn_if_locked(host, label):
@@ -213,7 +213,7 @@ class SmartSelectTool(Tool):
                 )
             elif points:
                 self._clicks = self._clicks.added(points, inside=not event.alt)
-        self._stroke, self._label, self._name = [], label, host.session.info(label).name if label else ""
+        self._stroke, self._label, self._name = [], label, host.document.info(label).name if label else ""
         if self._clicks:
             self._update(host)
         else:
@@ -235,14 +235,14 @@ class SmartSelectTool(Tool):
 
     def _look_ahead(self, event: PointerEvent, host: Host) -> None:
         """Compute what a click would change, in the background."""
-        height, width = host.session.labels.shape
+        height, width = host.document.labels.shape
         label = self._label if self._clicks else _start(event, host)
         inside_frame = 0 <= event.x < width and 0 <= event.y < height
         if not inside_frame or (event.alt and not self._clicks and not label):
             self._next = None
             self._show(host)
             return
-        before = self._mask if self._mask is not None else host.session.labels == label if label else None
+        before = self._mask if self._mask is not None else host.document.labels == label if label else None
         after = _search(self._clicks.added(((event.x, event.y),), inside=not event.alt), label, host)
         find = partial(_difference, before, after)
         host.run_in_background(find, partial(self._take_next, host, self._clicks))
@@ -258,7 +258,7 @@ class SmartSelectTool(Tool):
         half, corners = _CROSS * self._pixel, list[Point]()
         path, ahead, changed = _outline(self._mask), _outline(self._next), QPainterPath()
         if self._label and self._mask is not None:
-            changed = filled_path(self._mask ^ (host.session.labels == self._label))
+            changed = filled_path(self._mask ^ (host.document.labels == self._label))
         for click in self._clicks.clicks:
             (x, y), *further = click.points
             if further:
@@ -279,11 +279,11 @@ def _outline(mask: Mask | None) -> QPainterPath:
 
 def _start(event: PointerEvent, host: Host) -> int:
     """The block that a first click in the frame changes; 0 for a new one."""
-    session = host.session
-    if event.ctrl or not session.selected:
+    document = host.document
+    if event.ctrl or not document.selected:
         return 0
-    label = session.selected[0]
-    return label if event.shift or event.alt or session.label_at(event.x, event.y) == label else 0
+    label = document.selected[0]
+    return label if event.shift or event.alt or document.label_at(event.x, event.y) == label else 0
 
 
 def _search(clicks: _Clicks, label: int, host: Host) -> partial[Mask]:
@@ -291,12 +291,12 @@ def _search(clicks: _Clicks, label: int, host: Host) -> partial[Mask]:
     box = clicks.box
     return partial(
         select_region,
-        host.session.frame,
+        host.document.frame,
         clicks.strokes(inside=True),
         clicks.strokes(inside=False),
         None if box is None else (box.left(), box.top(), box.right(), box.bottom()),
         steps=[click.steps for click in clicks.clicks if click.inside],
-        start=host.session.labels == label if label else None,
+        start=host.document.labels == label if label else None,
     )
 
 
@@ -306,17 +306,17 @@ def _difference(before: Mask | None, find: partial[Mask]) -> Mask:
     return after if before is None else after ^ before
 
 
-def _change(session: Session, mask: Mask, label: int, to_no_block: bool) -> LabelPatch | None:
+def _change(document: Document, mask: Mask, label: int, to_no_block: bool) -> LabelPatch | None:
     """The change that makes a mask a block: its pixels join the block, others leave it, to neighbours or no block."""
-    labels = session.labels.copy()
-    added = give(labels, mask, label, session.locked)
+    labels = document.labels.copy()
+    added = give(labels, mask, label, document.locked)
     if added is not None:
         added.apply(labels)
     left = (labels == label) & ~mask
     box = bounds(left)
     if box is not None:
-        frame = None if to_no_block else session.frame
-        removed = erase(labels, Stroke(box, left[box]), label, session.locked, frame)
+        frame = None if to_no_block else document.frame
+        removed = erase(labels, Stroke(box, left[box]), label, document.locked, frame)
         if removed is not None:
             removed.apply(labels)
-    return patch_between(session.labels, labels)
+    return patch_between(document.labels, labels)

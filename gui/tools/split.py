@@ -87,17 +87,17 @@ class SplitTool(LineTool):
         if offer is not None:
             _cut(offer.label, offer.line, host)
         else:
-            _cut(*_cut_target(host.session.labels, line, self._near), host)
+            _cut(*_cut_target(host.document.labels, line, self._near), host)
         return True
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[int, list[Point]]]:
         """Return a function that computes which block would be cut, and where."""
-        return partial(_cut_target, host.session.labels.copy(), line, self._near)
+        return partial(_cut_target, host.document.labels.copy(), line, self._near)
 
     def line_preview(self, answer: tuple[int, list[Point]], host: Host) -> LinePreview:
         """Return the preview: the block that would be cut, and the extended line."""
         label, line = answer
-        return LinePreview(f"cut {host.session.info(label).name}" if label else "cut nothing", line_path(line))
+        return LinePreview(f"cut {host.document.info(label).name}" if label else "cut nothing", line_path(line))
 
     def _end(self, press: Press, event: PointerEvent, host: Host) -> None:
         if press.drags and self._by_clicks:
@@ -114,7 +114,7 @@ class SplitTool(LineTool):
 
     def _ask(self, point: Point, host: Host) -> bool:
         """Start the search for a line in the block at a point; False if there is no block."""
-        label = host.session.label_at(*point)
+        label = host.document.label_at(*point)
         if label == 0:
             return False
         if not warn_if_locked(host, label) and edges_ready(host):
@@ -151,15 +151,15 @@ def cut_suggested(host: Host, label: int) -> None:
 
 
 def _nothing_found(host: Host, label: int) -> str:
-    name = host.session.info(label).name
+    name = host.document.info(label).name
     return f"No line between two surfaces was found in {name}. Drag a line across it with Split."
 
 
 def _find_line(host: Host, label: int, take: Callable[[list[Point] | None], None]) -> None:
-    session, edge_data = host.session, host.edge_data
+    document, edge_data = host.document, host.edge_data
     if edge_data is None:
         return
-    frame, labels, strength = session.frame, session.labels.copy(), edge_data.strength
+    frame, labels, strength = document.frame, document.labels.copy(), edge_data.strength
     host.run_in_background(lambda: suggest_split(frame, labels, label, strength), take)
 
 
@@ -180,14 +180,14 @@ def _cut_target(labels: Labels, line: list[Point], near: float) -> tuple[int, li
 
 
 def _cut(label: int, line: list[Point], host: Host) -> None:
-    session = host.session
+    document = host.document
     if label == 0:
         host.show_message("The line crosses no block: draw it across one.")
         return
-    name = session.info(label).name
+    name = document.info(label).name
     if warn_if_locked(host, label):
         return
-    patch = split(session.labels, label, line, session.locked, session.next_label())
+    patch = split(document.labels, label, line, document.locked, document.next_label())
     if host.commit(patch, f"Split {name}"):
         host.select([label])
     elif patch is None:

@@ -18,8 +18,8 @@ from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Step, notes_of
 from ilf.run.run import EXTRAPOLATED, Execution, Run
 
+from ..state.document import Document
 from ..state.results import Preview
-from ..state.session import Session
 from ..state.workspace import Workspace
 from .jobs import Worker, spare_cores
 
@@ -67,7 +67,7 @@ class RunOutcome(NamedTuple):
         Whether it was a re-solve of changed blocks.
     """
 
-    session: Session
+    document: Document
     run: Run
     done: frozenset[int]
     seconds: float
@@ -113,10 +113,10 @@ class FrameRuns(QObject):
     finished = Signal(object)
     failed = Signal(object)
 
-    def __init__(self, workspace: Workspace, session: Session, parent: QObject) -> None:
+    def __init__(self, workspace: Workspace, document: Document, parent: QObject) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        self.session = session
+        self.document = document
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take)
         self._worker.finished.connect(lambda found: self._end("finished", found))
@@ -184,25 +184,25 @@ class FrameRuns(QObject):
         if self._resolving:
             self._follow_up(lambda: self.start(only, stepwise))
             return
-        self._run = self.session.run(self.session.state.common, only)
+        self._run = self.document.run(self.document.state.common, only)
         threads = 1 if stepwise else spare_cores()
-        self._steps = steps = self._run.steps(threads, self._workspace.runs.watch(self.session, self._run))
+        self._steps = steps = self._run.steps(threads, self._workspace.watch(self.document, self._run))
         self._start(lambda: steps, stepwise)
 
     def start_changed(self) -> None:
         """Run the blocks without an up-to-date result."""
-        changed = self.session.changed_blocks()
+        changed = self.document.changed_blocks()
         if changed:
             self.start(set(changed))
         else:
-            self.ended.emit(f"{self.session.name}: all blocks are up to date. Use Run all blocks to run them again.")
+            self.ended.emit(f"{self.document.name}: all blocks are up to date. Use Run all blocks to run them again.")
 
     def start_selected(self) -> None:
         """Run the selected blocks."""
         self.start(self._chosen())
 
     def _chosen(self) -> set[int]:
-        return set(self.session.selected) & set(self.session.counts())
+        return set(self.document.selected) & set(self.document.counts())
 
     def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
         """Re-solve blocks in their current state, in this order; False if a run has priority.
@@ -234,14 +234,14 @@ class FrameRuns(QObject):
             self._patience.start(patience_ms)
 
     def _begin_resolve(self, blocks: Sequence[int]) -> None:
-        there = self.session.counts()
+        there = self.document.counts()
         self._resolving = tuple(label for label in blocks if label in there)
         if not self._resolving:
             self.state_changed.emit()
             return
         self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
-        self._run = run = self.session.run(self.session.state.common, self._resolving)
-        watch = self._workspace.runs.watch(self.session, run)
+        self._run = run = self.document.run(self.document.state.common, self._resolving)
+        watch = self._workspace.watch(self.document, run)
         self._start(lambda: run.steps(1, watch))
 
     def _start(self, make: Callable[[], Execution], paused: bool = False) -> None:
@@ -259,16 +259,16 @@ class FrameRuns(QObject):
 
     def extrapolate(self) -> None:
         """Extrapolate what the blocks leave missing."""
-        completion = self.session.completion()
+        completion = self.document.completion()
         if self._resolving:
             self._follow_up(self.extrapolate)
-        elif self.free and completion is not None and not self.session.extrapolated:
+        elif self.free and completion is not None and not self.document.extrapolated:
             self._begin_extrapolation(completion)
 
     def _begin_extrapolation(self, completion: Completion) -> None:
         self._extrapolating = completion
         self._started = time.perf_counter()
-        present = replace(completion, run=self.session.run(self.session.state.common))
+        present = replace(completion, run=self.document.run(self.document.state.common))
 
         def job() -> Generator[_WithPreviews, None, Completion]:
             steps = extrapolation_steps(present)
@@ -323,7 +323,7 @@ class FrameRuns(QObject):
         if self._resolving or self._extrapolating is not None:
             self._abandoned = self._extrapolating is None
             self.cancel()
-        self._workspace.runs.clear_results()
+        self.document.clear_results()
 
     def shutdown(self) -> bool:
         """Stop permanently. True if the thread has ended."""
@@ -341,16 +341,16 @@ class FrameRuns(QObject):
                 fresh.setdefault(progress.label, []).append(progress.record)
         self._begun.update(fresh)
         for label, records in fresh.items():
-            self._workspace.runs.add_records(self.session, label, records)
+            self.document.add_records(label, records)
             self.records.emit(label, records)
         for _, previews in batch:
             if previews is not None:
-                self._workspace.runs.add_previews(self.session, previews)
+                self.document.add_previews(previews)
                 self._preview_time = time.perf_counter() + _PREVIEWS_S
         if results:
             self._done.update(result.block.label for result in results)
             # the invalid mask may have changed since the run started
-            self._workspace.runs.store_results(self.session, results, run.frame)
+            self.document.store_results(results, run.frame)
 
     def _end(self, how: str, found: Completion | None = None) -> None:
         if self._extrapolating is not None:
@@ -364,14 +364,14 @@ class FrameRuns(QObject):
         seconds = time.perf_counter() - self._started
         if run is not None and steps is not None and how != "finished" and not (resolved or self._abandoned):
             # blocks that were iterated keep their results, though they are not corrected yet
-            self._workspace.runs.store_results(self.session, list(steps.uncorrected.values()), run.frame)
+            self.document.store_results(list(steps.uncorrected.values()), run.frame)
             done.update(steps.uncorrected)
         self._patience.stop()
         self._preview_time = 0.0
         self._stopping = self._abandoned = False
         # another re-solve follows: the previews stay until then
         again = following is not None and following.action is None
-        self._workspace.runs.end(self.session, keep_previews=again)
+        self.document.end_run(keep_previews=again)
         if following is None:
             self.state_changed.emit()
         elif following.action is not None:
@@ -381,24 +381,24 @@ class FrameRuns(QObject):
                 (*following.blocks, *(one for one in resolved if one not in done and one not in following.blocks))
             )
         if run is not None:
-            self.run_ended.emit(RunOutcome(self.session, run, frozenset(done), seconds, how, bool(resolved)))
+            self.run_ended.emit(RunOutcome(self.document, run, frozenset(done), seconds, how, bool(resolved)))
         if resolved:
             self._report_resolved([label for label in resolved if label in done], seconds)
         elif steps is not None:
             self._report_ended(steps, how, done, seconds)
 
     def _report_resolved(self, done: list[int], seconds: float) -> None:
-        results = self.session.valid_results()
+        results = self.document.valid_results()
         done = [label for label in done if label in results]
         if done:
             count = sum(results[label].outcome.iterations for label in done)
-            what = self.session.info(done[0]).name if len(done) == 1 else counted(len(done), "block")
+            what = self.document.info(done[0]).name if len(done) == 1 else counted(len(done), "block")
             self.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * seconds:.0f} ms")
 
     def _report_ended(self, steps: Execution, how: str, done: set[int], seconds: float) -> None:
-        session = self.session
-        text = f"{session.name}: run {how}, {counted(len(done), 'block')} in {seconds:.1f} s."
-        lost = len(done - set(session.valid_results()))
+        document = self.document
+        text = f"{document.name}: run {how}, {counted(len(done), 'block')} in {seconds:.1f} s."
+        lost = len(done - set(document.valid_results()))
         if lost:
             text += f" {counted(lost, 'block')} edited meanwhile: run again (F5)."
         if uncorrected := len(done & steps.uncorrected.keys()):
@@ -409,34 +409,34 @@ class FrameRuns(QObject):
 
     def _go_on(self) -> None:
         """After a finished run, extrapolate the rest if that is part of it."""
-        completion = self.session.completion()
-        if self.session.state.extrapolate and completion is not None and self.state is RunState.IDLE:
+        completion = self.document.completion()
+        if self.document.state.extrapolate and completion is not None and self.state is RunState.IDLE:
             self._begin_extrapolation(completion)
         else:
-            self.finished.emit(self.session)
+            self.finished.emit(self.document)
 
     def _end_extrapolation(self, how: str, found: Completion | None) -> None:
         base, self._extrapolating = self._extrapolating, None
         self._stopping = False
-        session = self.session
-        text = f"{session.name}: extrapolation {how}."
-        holds = found is not None and session.completion() is base
+        document = self.document
+        text = f"{document.name}: extrapolation {how}."
+        holds = found is not None and document.completion() is base
         if base is not None and found is not None:
             if holds:
-                self._workspace.runs.store_extrapolation(session, base, found)
+                document.store_extrapolation(base, found)
             seconds = time.perf_counter() - self._started
             count = int(np.count_nonzero(found.extrapolated))
             pixels = counted(count, "pixel")
-            text = f"{session.name}: {pixels} extrapolated in {seconds:.1f} s (unsupported by measurements)."
+            text = f"{document.name}: {pixels} extrapolated in {seconds:.1f} s (unsupported by measurements)."
             if count == 0:
-                text = f"{session.name}: no depth is missing; nothing to extrapolate."
+                text = f"{document.name}: no depth is missing; nothing to extrapolate."
             elif not holds:
-                text = f"{session.name}: blocks were edited during the extrapolation: extrapolate again."
+                text = f"{document.name}: blocks were edited during the extrapolation: extrapolate again."
             text = " ".join((text, *(note for note in found.notes if note not in base.notes)))
         self.state_changed.emit()
         self.ended.emit(text)
         if holds:
-            self.finished.emit(session)
+            self.finished.emit(document)
 
     def _fail(self, error: Any) -> None:
         self._next = None

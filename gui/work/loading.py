@@ -30,8 +30,9 @@ from ilf.sources.listing import Listing, list_frames
 from ilf.sources.opening import is_recording
 from ilf.sources.reading import described_beside, read_depth, read_frame
 
+from ..state.document import Document
 from ..state.entries import Entry
-from ..state.session import Session
+from ..state.parts import Part
 from ..state.workspace import Workspace
 from .found_blocks import FoundBlocks, describe_blocks, find
 from .queue import Job, JobQueue
@@ -147,12 +148,11 @@ class FrameLoader(QObject):
         """Storage of the states of frames that are not open."""
         self._reading, self._extracting = self._lines = JobQueue(self), JobQueue(self)
         self._was_busy = False
-        self._postponed = WeakSet[Session]()
+        self._postponed = WeakSet[Document]()
         """Frames whose extraction was postponed because another frame was shown."""
         for line in self._lines:
             line.changed.connect(self._emit_busy)
-        workspace.frames.session_changed.connect(self._resume_postponed)
-        workspace.frames.sessions_changed.connect(self._cancel_closed)
+        workspace.changed.connect(self._follow)
 
     @property
     def busy(self) -> bool:
@@ -180,8 +180,8 @@ class FrameLoader(QObject):
         A frame that is already open is only shown; if it is open with other units or intrinsics, it is read again and
         replaced.
         """
-        entry, parameters = self._workspace.frames.entries.of_key(source.key), self._workspace.parameters.extraction
-        if entry is not None and entry.session is None and entry.source == source:
+        entry, parameters = self._workspace.entries.of_key(source.key), self._workspace.parameters.extraction
+        if entry is not None and entry.document is None and entry.source == source:
             self.open_entry(entry)
         elif not self._shown_already(source, source.key):
             self.read(f"Open {Path(source.key).name}", lambda: _open(source, parameters), self._take_opened)
@@ -189,8 +189,8 @@ class FrameLoader(QObject):
     def open_run(self, record: Path) -> None:
         """Open a run.json: its frame, blocks and parameters. Run the frame to get its completed depth."""
         record = Path(os.path.abspath(record))  # one key for all spellings of the path
-        entry = self._workspace.frames.entries.of_key(str(record))
-        if entry is not None and entry.session is None:
+        entry = self._workspace.entries.of_key(str(record))
+        if entry is not None and entry.document is None:
             self.open_entry(entry)
         elif not self._shown_already(record, str(record)):
             self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
@@ -206,8 +206,8 @@ class FrameLoader(QObject):
 
         If another frame is selected before, it is not opened. A frame that cannot be opened is marked in the list.
         """
-        if entry.session is not None:
-            self._workspace.frames.show(entry.session)
+        if entry.document is not None:
+            self._workspace.show(entry.document)
             return
         stored = self.stored
         if entry.has_state and stored is not None and stored.has(entry.id):
@@ -218,7 +218,7 @@ class FrameLoader(QObject):
             do, take = lambda: _open(source, parameters), lambda opened: self._take_entry(entry, opened)
 
         def wanted() -> bool:
-            return entry.session is None and self._workspace.frames.entries.of(entry.id) is entry
+            return entry.document is None and self._workspace.entries.of(entry.id) is entry
 
         self._reading.add(
             Job(
@@ -234,7 +234,7 @@ class FrameLoader(QObject):
     def open_new(self, source: FrameRef, name: str) -> None:
         """Open a frame as a new one of the list, beside others of the same files."""
         entry = Entry(uuid.uuid4().hex, source.key, name, source)
-        self._workspace.frames.add_entries([entry])
+        self._workspace.add_entries([entry])
         self.open_entry(entry)
 
     def read(
@@ -257,43 +257,43 @@ class FrameLoader(QObject):
         self._reading.add(Job(what, do, take, report))
 
     def _shown_already(self, origin: FrameRef | Path, key: str) -> bool:
-        session = self._workspace.frames.session_of(key)
-        if session is None or session.origin != origin:
+        document = self._workspace.document_of(key)
+        if document is None or document.origin != origin:
             return False
-        self._workspace.frames.show(session)
+        self._workspace.show(document)
         return True
 
     def _take_entry(self, entry: Entry, opened: _Opened) -> None:
         """Show a frame of the list that was read; other frames of the same files are not affected."""
-        session = Session.of(opened.run, opened.origin, opened.key)
-        session.change(id=entry.id)
-        self._workspace.add_session(session)
-        self._extract_first(session, transient=True)
+        document = Document.of(opened.run, opened.origin, opened.key)
+        document.change(id=entry.id)
+        self._workspace.open_document(document)
+        self._extract_first(document, transient=True)
 
     def _take_opened(self, opened: _Opened) -> None:
         if self._shown_already(opened.origin, opened.key):
             return
-        session = Session.of(opened.run, opened.origin, opened.key, opened.record_replay)
-        replaced = self._workspace.frames.entries.of_key(opened.key)
+        document = Document.of(opened.run, opened.origin, opened.key, opened.record_replay)
+        replaced = self._workspace.entries.of_key(opened.key)
         if replaced is not None:
-            self._workspace.frames.remove_entries([replaced])
+            self._workspace.remove_entries([replaced])
         if opened.record_replay is None:
-            self._workspace.add_session(session)
-            self._extract_first(session)
+            self._workspace.open_document(document)
+            self._extract_first(document)
         else:
-            self._workspace.add_session(session, opened.run)
-            self._report_blocks(session, *opened.run.blocks.notes)
-            self.replayed.emit(session)
+            self._workspace.open_document(document, opened.run)
+            self._report_blocks(document, *opened.run.blocks.notes)
+            self.replayed.emit(document)
 
     def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
-        session = Session.of_state(decoded.state, entry.source or Path(entry.key), entry.key)
-        self._workspace.add_session(session, restored=True)
+        document = Document.of_state(decoded.state, entry.source or Path(entry.key), entry.key)
+        self._workspace.open_document(document, restored=True)
         if decoded.problems:
-            self.incomplete.emit(session, decoded.problems)
+            self.incomplete.emit(document, decoded.problems)
 
     def _take_listing(self, how: FrameRef, listing: Listing, found: Sequence[Entry], show: bool) -> None:
-        entries = self._workspace.frames.entries
-        self._workspace.frames.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
+        entries = self._workspace.entries
+        self._workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
         self.listed.emit(how, listing)
         first = entries.of_key(found[0].key)
         if show and first is not None:
@@ -301,99 +301,109 @@ class FrameLoader(QObject):
 
     def _note_problem(self, entry: Entry, error: Exception) -> None:
         self.opening_failed.emit(entry, error)
-        self._workspace.frames.note_problem(entry, str(error))
+        self._workspace.note_problem(entry, str(error))
         self.message.emit(f"{entry.name} cannot be opened: {error}")
         if isinstance(error, NotAllowed):
             self.not_allowed.emit(error, lambda: self.open_entry(entry), lambda: None)
 
     # extracting
 
-    def extract(self, session: Session, found: FoundBlocks | None = None) -> None:
+    def extract(self, document: Document, found: FoundBlocks | None = None) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters.
 
         With `found`, which must be the extraction with these parameters, its blocks are set at once.
         """
         if found is not None:
-            self._take_extraction(session, found)
+            self._take_extraction(document, found)
             return
-        frame, parameters = session.frame, self._workspace.parameters.extraction
+        frame, parameters = document.frame, self._workspace.parameters.extraction
         self._add_extraction(
-            session, lambda: find(frame, parameters), lambda found: self._take_extraction(session, found)
+            document, lambda: find(frame, parameters), lambda found: self._take_extraction(document, found)
         )
 
-    def is_extracting(self, session: Session) -> bool:
+    def is_extracting(self, document: Document) -> bool:
         """Whether a frame's extraction is in progress or waiting."""
-        return self._extracting.has(session)
+        return self._extracting.has(document)
 
-    def is_postponed(self, session: Session) -> bool:
+    def is_postponed(self, document: Document) -> bool:
         """Whether a frame's extraction was postponed because another frame was shown."""
-        return session in self._postponed
+        return document in self._postponed
 
-    def _extract_first(self, session: Session, transient: bool = False) -> None:
+    def _extract_first(self, document: Document, transient: bool = False) -> None:
         """Extract the blocks of a frame that was opened without any; `transient`: only if it is still the current
         one."""
-        frame, parameters = session.frame, self._workspace.parameters.extraction
+        frame, parameters = document.frame, self._workspace.parameters.extraction
 
         def wanted() -> bool:
-            if session.blocks.propagated_from:
+            if document.blocks.propagated_from:
                 return False
-            if not transient or self._workspace.frames.is_current(session):
+            if not transient or self._workspace.is_shown(document):
                 return True
-            self._postponed.add(session)
+            self._postponed.add(document)
             return False
 
         self._add_extraction(
-            session, lambda: _extract_first(frame, parameters), lambda found: self._take_first(session, found), wanted
+            document, lambda: _extract_first(frame, parameters), lambda found: self._take_first(document, found), wanted
         )
 
     def _add_extraction(
         self,
-        session: Session,
+        document: Document,
         do: Callable[[], FoundBlocks],
         take: Callable[[FoundBlocks], None],
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
-        what, sessions = f"Extract blocks of {session.name}", self._workspace.frames.sessions
+        what, documents = f"Extract blocks of {document.name}", self._workspace.open
         self._extracting.add(
             Job(
                 what,
                 do,
-                lambda found: take(found) if session in sessions else None,
+                lambda found: take(found) if document in documents else None,
                 lambda error: self.failed.emit(what, error),
-                lambda: session in sessions and wanted(),
-                about=session,
+                lambda: document in documents and wanted(),
+                about=document,
             )
         )
 
+    def _follow(self, parts: Part) -> None:
+        if parts & Part.FRAME:
+            self._resume_postponed()
+        if parts & Part.LIST:
+            self._cancel_closed()
+
     def _resume_postponed(self) -> None:
         """Start the postponed extraction of the current frame."""
-        session = self._workspace.session if self._workspace.has_session else None
-        if session is not None and session in self._postponed:
-            self._postponed.discard(session)
-            self._extract_first(session, transient=True)
+        document = self._workspace.current if self._workspace.has_current else None
+        if document is not None and document in self._postponed:
+            self._postponed.discard(document)
+            self._extract_first(document, transient=True)
 
     def _cancel_closed(self) -> None:
         """Cancel extractions of closed frames."""
-        self._extracting.cancel_if(lambda session: session not in self._workspace.frames.sessions)
+        self._extracting.cancel_if(lambda document: document not in self._workspace.open)
 
-    def _take_first(self, session: Session, found: FoundBlocks) -> None:
+    def _take_first(self, document: Document, found: FoundBlocks) -> None:
         """Set the blocks of a frame that was opened without any, unless blocks were propagated to it since."""
-        if session.blocks.propagated_from:
+        if document.blocks.propagated_from:
             return
-        if self._workspace.frames.is_current(session):
+        if self._workspace.is_shown(document):
             self.extracted.emit(found)
-        self._workspace.blocks.set_first(session, found.extraction, found.parameters)
-        beside = described_beside(session.origin) if isinstance(session.origin, FrameRef) else ""
-        self._report_blocks(session, beside, *session.frame.notes, *found.extraction.notes)
+        if document.undo_stack.count() or document.counts():
+            document.set_extracted(found.extraction, found.parameters, self._workspace.parameters.keeps_handmade)
+        else:
+            document.set_first(found.extraction, found.parameters)
+        beside = described_beside(document.origin) if isinstance(document.origin, FrameRef) else ""
+        self._report_blocks(document, beside, *document.frame.notes, *found.extraction.notes)
 
-    def _take_extraction(self, session: Session, found: FoundBlocks) -> None:
-        kept = self._workspace.blocks.set_extracted(session, found.extraction, found.parameters)
-        if self._workspace.frames.is_current(session):
+    def _take_extraction(self, document: Document, found: FoundBlocks) -> None:
+        keeps_handmade = self._workspace.parameters.keeps_handmade
+        kept = document.set_extracted(found.extraction, found.parameters, keeps_handmade)
+        if self._workspace.is_shown(document):
             self.extracted.emit(found)
-        self._report_blocks(session, _describe_kept(*kept), *found.extraction.notes)
+        self._report_blocks(document, _describe_kept(*kept), *found.extraction.notes)
 
-    def _report_blocks(self, session: Session, *notes: str) -> None:
-        text = f"{session.name}: {describe_blocks(len(session.counts()), session.labels)}."
+    def _report_blocks(self, document: Document, *notes: str) -> None:
+        text = f"{document.name}: {describe_blocks(len(document.counts()), document.labels)}."
         self.message.emit(" ".join(filter(None, (text, *notes))))
 
     # both

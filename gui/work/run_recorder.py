@@ -13,9 +13,9 @@ from ilf.data.results import BlockResult
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
+from ..state.document import Document
 from ..state.parameters import EditParameters
 from ..state.run_history import MAX_MEMORY, MAX_STORED, memory_of, next_colour, run_name, with_shared_arrays
-from ..state.session import Session
 from ..state.workspace import Workspace
 from .frame_runs import RunOutcome, RunState
 from .runs import RunController
@@ -62,9 +62,9 @@ class RunRecorder(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._runs = runs
-        self._waiting: dict[Session, _Solved] = {}
-        self._live: WeakKeyDictionary[Session, _LiveRow] = WeakKeyDictionary()
-        self._warned: WeakSet[Session] = WeakSet()
+        self._waiting: dict[Document, _Solved] = {}
+        self._live: WeakKeyDictionary[Document, _LiveRow] = WeakKeyDictionary()
+        self._warned: WeakSet[Document] = WeakSet()
         self._rest = QTimer(self, singleShot=True, interval=REST_MS)
         self._rest.timeout.connect(self._keep_rested)
         runs.run_ended.connect(self._take)
@@ -81,101 +81,101 @@ class RunRecorder(QObject):
         return True
 
     def _take(self, ended: RunOutcome) -> None:
-        session = ended.session
-        if session not in self._workspace.frames.sessions:
-            self._waiting.pop(session, None)
+        document = ended.document
+        if document not in self._workspace.open:
+            self._waiting.pop(document, None)
             return
         if ended.done and ended.resolved:
-            step = _last_step(session)
-            self._waiting[session] = _Solved(ended, None if step is None else ref(step), _edit(step))
+            step = _last_step(document)
+            self._waiting[document] = _Solved(ended, None if step is None else ref(step), _edit(step))
         elif ended.done:
-            self._waiting.pop(session, None)
-            self._live.pop(session, None)
+            self._waiting.pop(document, None)
+            self._live.pop(document, None)
             run = replace(ended.run, only=None)
-            self._keep(run, session.results_of(run), ended)
-        if session in self._waiting:
+            self._keep(run, document.results_of(run), ended)
+        if document in self._waiting:
             self._rest.start()
 
     def _keep_rested(self) -> None:
-        for session, solved in list(self._waiting.items()):
-            if session not in self._workspace.frames.sessions:
-                del self._waiting[session]
-            elif self._runs.of(session).state is RunState.IDLE:  # else `run_ended` follows
-                del self._waiting[session]
-                self._keep_solved(session, solved)
+        for document, solved in list(self._waiting.items()):
+            if document not in self._workspace.open:
+                del self._waiting[document]
+            elif self._runs.of(document).state is RunState.IDLE:  # else `run_ended` follows
+                del self._waiting[document]
+                self._keep_solved(document, solved)
 
-    def _keep_solved(self, session: Session, solved: _Solved) -> None:
-        results = session.valid_results()
+    def _keep_solved(self, document: Document, solved: _Solved) -> None:
+        results = document.valid_results()
         if not results:
             return
-        same = next((kept for kept in reversed(session.state.runs) if kept.equals(results)), None)
+        same = next((kept for kept in reversed(document.state.runs) if kept.equals(results)), None)
         if same is not None:
             same.results = dict(results)  # the current objects, so that the equal ones can be freed
-            self._workspace.runs.note_changed(session, same)
+            document.note_run_changed(same)
             return
         ended, step, edit = solved
-        run = session.run(session.state.common)
-        live = self._live.get(session)
-        if live is not None and live.step == step and live.kept in session.state.runs:
+        run = document.run(document.state.common)
+        live = self._live.get(document)
+        if live is not None and live.step == step and live.kept in document.state.runs:
             kept, former = live.kept, live.name
-            kept.take(with_shared_arrays(run, session.state.runs), dict(results))
+            kept.take(with_shared_arrays(run, document.state.runs), dict(results))
             kept.seconds, kept.done = ended.seconds, kept.done | ended.done
-            name = run_name(session, kept.number, run, edit, live=True)
+            name = run_name(document, kept.number, run, edit, live=True)
             kept.name = name if kept.name == former else kept.name
-            self._workspace.runs.note_changed(session, kept)
+            document.note_run_changed(kept)
         else:
             kept = self._keep(run, dict(results), ended, edit, live=True)
             name = kept.name
-        self._live[session] = _LiveRow(step, kept, name)
+        self._live[document] = _LiveRow(step, kept, name)
 
     def _keep(
         self, run: Run, results: dict[int, BlockResult], ended: RunOutcome, edit: str = "", live: bool = False
     ) -> StoredRun:
-        session = ended.session
-        number = session.state.next_number
+        document = ended.document
+        number = document.state.next_number
         kept = StoredRun(
             number,
-            run_name(session, number, run, edit, live),
-            with_shared_arrays(run, session.state.runs),
+            run_name(document, number, run, edit, live),
+            with_shared_arrays(run, document.state.runs),
             results,
             ended.seconds,
-            next_colour(session.state.runs),
+            next_colour(document.state.runs),
             done=ended.done,
             how=ended.how,
         )
-        self._workspace.runs.keep(session, kept)
-        self._drop_oldest(session)
+        document.keep_run(kept)
+        self._drop_oldest(document)
         return kept
 
-    def _drop_oldest(self, session: Session) -> None:
+    def _drop_oldest(self, document: Document) -> None:
         """Remove the oldest runs without a note that are not compared, beyond a number or a size."""
         dropped = 0
-        for kept in session.state.runs[:-1]:
-            if len(session.state.runs) <= MAX_STORED and memory_of(session.state.runs) <= MAX_MEMORY:
+        for kept in document.state.runs[:-1]:
+            if len(document.state.runs) <= MAX_STORED and memory_of(document.state.runs) <= MAX_MEMORY:
                 break
-            if not kept.note and kept not in session.compared:
-                self._workspace.runs.drop(session, kept)
+            if not kept.note and kept not in document.compared:
+                document.drop_run(kept)
                 dropped += 1
-        if dropped and session not in self._warned:
-            self._warned.add(session)
+        if dropped and document not in self._warned:
+            self._warned.add(document)
             self.message.emit(
-                f"{session.name}: the run history is full ({len(session.state.runs)} runs). New runs replace the "
+                f"{document.name}: the run history is full ({len(document.state.runs)} runs). New runs replace the "
                 "oldest ones; runs with a note are kept."
             )
 
-    def _take_extrapolation(self, session: Session) -> None:
-        completion = session.completion()
-        if completion is None or not session.extrapolated:
+    def _take_extrapolation(self, document: Document) -> None:
+        completion = document.completion()
+        if completion is None or not document.extrapolated:
             return
-        results = session.valid_results()
-        kept = next((kept for kept in reversed(session.state.runs) if kept.is_of(results)), None)
+        results = document.valid_results()
+        kept = next((kept for kept in reversed(document.state.runs) if kept.is_of(results)), None)
         if kept is not None:
             kept.take_extrapolation(completion)
-            self._workspace.runs.note_changed(session, kept)
+            document.note_run_changed(kept)
 
 
-def _last_step(session: Session) -> QUndoCommand | None:
-    stack = session.undo_stack
+def _last_step(document: Document) -> QUndoCommand | None:
+    stack = document.undo_stack
     return stack.command(stack.index() - 1) if stack.index() > 0 else None
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 
-from ..state.blocks import Change
-from ..state.by_hand import HandDepthChange
-from ..state.session import Session
+from ..state.document import Document
+from ..state.edits import Edit
+from ..state.parts import Part
 from ..state.workspace import Workspace
 from .frame_runs import FrameRuns, RunOutcome, RunState
 
@@ -41,38 +41,37 @@ class RunController(QObject):
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        self._all: dict[Session, FrameRuns] = {}
+        self._all: dict[Document, FrameRuns] = {}
         self._closed: list[FrameRuns] = []
         """Runs of closed frames that have not ended."""
-        workspace.frames.sessions_changed.connect(self._cancel_closed)
-        workspace.frames.session_changed.connect(self.state_changed)
+        workspace.changed.connect(lambda parts: self._cancel_closed() if parts & Part.LIST else None)
 
-    def of(self, session: Session) -> FrameRuns:
+    def of(self, document: Document) -> FrameRuns:
         """Return the runs of a frame."""
-        if session not in self._all:
-            self._all[session] = runs = FrameRuns(self._workspace, session, self)
+        if document not in self._all:
+            self._all[document] = runs = FrameRuns(self._workspace, document, self)
             for signal in ("state_changed", "ended", "run_ended", "finished", "failed"):
                 getattr(runs, signal).connect(getattr(self, signal))
-            runs.records.connect(lambda label, records: self._pass_records(session, label, records))
-            runs.resolved.connect(lambda text: self._pass_resolved(session, text))
-        return self._all[session]
+            runs.records.connect(lambda label, records: self._pass_records(document, label, records))
+            runs.resolved.connect(lambda text: self._pass_resolved(document, text))
+        return self._all[document]
 
-    def _pass_records(self, session: Session, label: int, records: list[object]) -> None:
-        if self._workspace.frames.is_current(session):
+    def _pass_records(self, document: Document, label: int, records: list[object]) -> None:
+        if self._workspace.is_shown(document):
             self.records.emit(label, records)
 
-    def _pass_resolved(self, session: Session, text: str) -> None:
-        if self._workspace.frames.is_current(session):
+    def _pass_resolved(self, document: Document, text: str) -> None:
+        if self._workspace.is_shown(document):
             self.resolved.emit(text)
 
     @property
     def _current(self) -> FrameRuns | None:
-        return self._all.get(self._workspace.session) if self._workspace.has_session else None
+        return self._all.get(self._workspace.current) if self._workspace.has_current else None
 
     @property
-    def running(self) -> list[Session]:
+    def running(self) -> list[Document]:
         """Frames with a run or an extrapolation in progress."""
-        return [session for session, runs in self._all.items() if not runs.free]
+        return [document for document, runs in self._all.items() if not runs.free]
 
     @property
     def state(self) -> RunState:
@@ -111,47 +110,47 @@ class RunController(QObject):
 
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks of the current frame, or some; with `stepwise`, one at a time, pausing after each step."""
-        self.of(self._workspace.session).start(only, stepwise)
+        self.of(self._workspace.current).start(only, stepwise)
 
     def start_changed(self) -> None:
         """Run the blocks of the current frame without an up-to-date result."""
-        self.of(self._workspace.session).start_changed()
+        self.of(self._workspace.current).start_changed()
 
     def start_selected(self) -> None:
         """Run the selected blocks of the current frame."""
-        self.of(self._workspace.session).start_selected()
+        self.of(self._workspace.current).start_selected()
 
     def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
         """Re-solve blocks of the current frame in their current state, in this order; False if a run has priority."""
-        return self.of(self._workspace.session).resolve(blocks, edited)
+        return self.of(self._workspace.current).resolve(blocks, edited)
 
     def extrapolate(self) -> None:
         """Extrapolate what the current frame's blocks leave missing."""
-        self.of(self._workspace.session).extrapolate()
+        self.of(self._workspace.current).extrapolate()
 
     def toggle_pause(self) -> None:
         """Pause the current frame's run, or resume it."""
-        self.of(self._workspace.session).toggle_pause()
+        self.of(self._workspace.current).toggle_pause()
 
     def pause(self) -> None:
         """Pause the current frame's run after the current iteration."""
-        self.of(self._workspace.session).pause()
+        self.of(self._workspace.current).pause()
 
     def resume(self) -> None:
         """Resume the current frame's run."""
-        self.of(self._workspace.session).resume()
+        self.of(self._workspace.current).resume()
 
     def step(self) -> None:
         """Run one iteration of the current frame, then pause: of its run, or of a new one."""
-        self.of(self._workspace.session).step()
+        self.of(self._workspace.current).step()
 
     def cancel(self) -> None:
         """Cancel the current frame's run; completed blocks keep their results."""
-        self.of(self._workspace.session).cancel()
+        self.of(self._workspace.current).cancel()
 
     def clear_results(self) -> None:
         """Remove all results of the current frame, also those still being computed."""
-        self.of(self._workspace.session).clear_results()
+        self.of(self._workspace.current).clear_results()
 
     def shutdown(self) -> bool:
         """Stop permanently, before the window closes. True if all threads have ended."""
@@ -160,8 +159,8 @@ class RunController(QObject):
 
     def _cancel_closed(self) -> None:
         """Cancel the runs of frames that are no longer open."""
-        for session in [session for session in self._all if session not in self._workspace.frames.sessions]:
-            runs = self._all.pop(session)
+        for document in [document for document in self._all if document not in self._workspace.open]:
+            runs = self._all.pop(document)
             self._closed.append(runs)
             runs.cancel()
             runs.state_changed.connect(self._forget_idle)
@@ -193,29 +192,18 @@ class LiveSolver(QObject):
         self._workspace = workspace
         self._runs = runs
         self._live = live
-        self._touched: WeakKeyDictionary[Session, set[int]] = WeakKeyDictionary()
+        self._touched: WeakKeyDictionary[Document, set[int]] = WeakKeyDictionary()
         """Blocks to re-solve, also of frames that are not shown."""
         self._requested: set[int] = set()
         """Blocks of the current frame that were requested since they were last edited."""
-        workspace.blocks.edited.connect(self._take)
-        workspace.by_hand.changed.connect(self._take)
-        workspace.blocks.invalid_mask_changed.connect(self._take_all)
-        workspace.blocks.guide_changed.connect(self._take_all)
-        workspace.blocks.neighbours_changed.connect(self._take_all)
-        workspace.frames.session_changed.connect(self._turn)
+        workspace.edited.connect(self._take)
+        workspace.changed.connect(lambda parts: self._turn() if parts & Part.FRAME else None)
         runs.state_changed.connect(self._go_on)
 
-    def _take(self, change: Change | HandDepthChange) -> None:
-        self._add(change.session, change.blocks)
-
-    def _take_all(self) -> None:
-        """Re-solve all blocks: edges, noise and guide depend on all known depth."""
-        self._add(self._workspace.session, self._workspace.session.counts())
-
-    def _add(self, session: Session, blocks: Collection[int]) -> None:
-        if self._live.isChecked() and session.results.kept:
-            self._touched.setdefault(session, set()).update(blocks)
-            self._requested.difference_update(blocks)
+    def _take(self, edit: Edit) -> None:
+        if self._live.isChecked() and edit.document.results.kept:
+            self._touched.setdefault(edit.document, set()).update(edit.blocks)
+            self._requested.difference_update(edit.blocks)
             self._go_on()
 
     def _turn(self) -> None:
@@ -225,15 +213,15 @@ class LiveSolver(QObject):
 
     def _go_on(self) -> None:
         runs, workspace = self._runs, self._workspace
-        if not workspace.has_session or runs.state not in (RunState.IDLE, RunState.RESOLVING):
+        if not workspace.has_current or runs.state not in (RunState.IDLE, RunState.RESOLVING):
             return
-        session, chosen = workspace.session, workspace.blocks.chosen
-        touched = self._touched.get(session, set())
+        document, chosen = workspace.current, workspace.chosen
+        touched = self._touched.get(document, set())
         if runs.state is RunState.IDLE:  # requested blocks are solved or cancelled
             touched -= self._requested
             self._requested.clear()
-        there = touched.intersection(session.counts()) - self._requested
-        wanted = [label for label in there if not session.is_up_to_date(label)]
+        there = touched.intersection(document.counts()) - self._requested
+        wanted = [label for label in there if not document.is_up_to_date(label)]
         touched -= there.difference(wanted)  # parameters set later are no edit
         wanted.sort(key=lambda label: (label != chosen, label))
         if wanted:

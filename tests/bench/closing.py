@@ -52,7 +52,7 @@ _AFTERWARDS_S = 3.0
 
 def _open(window: MainWindow, folder: Path) -> Over:
     window.documents.open_paths([folder / "frame"])
-    return lambda: window.workspace.has_session and window.workspace.session.counts() and not window.loader.busy
+    return lambda: window.workspace.has_current and window.workspace.current.counts() and not window.loader.busy
 
 
 def _run(window: MainWindow, folder: Path) -> Over:

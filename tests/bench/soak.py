@@ -44,14 +44,14 @@ def one_frame(window: MainWindow, folder: Path, out: Path) -> None:
     workspace = window.workspace
     window.runs.start()
     wait(lambda: settled(window), _RARELY_MS)
-    paint_across(window, max(workspace.session.counts()))
+    paint_across(window, max(workspace.current.counts()))
     wait(lambda: settled(window), _RARELY_MS)
     window.documents.export(out, ExportOptions(mesh="ply"))
     wait(lambda: not window.documents.exporting, _RARELY_MS)
     for box in window.findChildren(ProblemBox):  # that some pixels are nobody's word, which is told in a box
         box.close()
     window.documents.close_frame()
-    wait(lambda: not workspace.has_session, _RARELY_MS)
+    wait(lambda: not workspace.has_current, _RARELY_MS)
     pause(10)
 
 

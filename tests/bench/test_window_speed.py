@@ -22,7 +22,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.edit_summary import EditSummaryFeature
-from gui.state.session import Session
+from gui.state.document import Document
 from ilf.data.blocks import Blocks
 from ilf.project.frame_state import FrameState
 from ilf.run.run import Execution
@@ -126,12 +126,12 @@ def context(qtbot, frame: ilf.RGBDFrame, completed: Execution) -> Iterator[Conte
     window = new_window()
     qtbot.addWidget(window)
     window.actions_["live"].setChecked(False)
-    session = Session(FrameState(frame.name, frame, Blocks(_labels())), None, frame.name)
+    document = Document(FrameState(frame.name, frame, Blocks(_labels())), None, frame.name)
     window.workspace.parameters.set(ilf.preset("released-code", max_iterations=2))
-    window.workspace.add_session(session)
-    window.workspace.runs.store_results(session, list(completed.results.values()))
-    window.workspace.runs.end(session)
-    window.workspace.blocks.select([1])
+    window.workspace.open_document(document)
+    document.store_results(list(completed.results.values()))
+    document.end_run()
+    window.workspace.select([1])
     context = Context(window)
     context.settle()
     yield context
@@ -176,7 +176,7 @@ def test_history(benchmark: BenchmarkFixture, context: Context, way: str) -> Non
     context.release(190, 214)
 
     def prepare() -> None:
-        index = context.window.workspace.session.undo_stack.index()
+        index = context.window.workspace.current.undo_stack.index()
         if (index == 0) == (way == "undo"):
             context.trigger("redo" if way == "undo" else "undo")
         context.settle()
@@ -186,13 +186,13 @@ def test_history(benchmark: BenchmarkFixture, context: Context, way: str) -> Non
 
 def test_split(benchmark: BenchmarkFixture, context: Context) -> None:
     """A block is cut along a line by the tool, from the last point on."""
-    stack = context.window.workspace.session.undo_stack
+    stack = context.window.workspace.current.undo_stack
 
     def prepare() -> None:
         stack.setIndex(0)
         context.tool("select")
         context.tool("split")
-        context.window.workspace.blocks.select([9])
+        context.window.workspace.select([9])
         context.settle()
         context.press(640 + 320, 180)
         context.move(640 + 330, 300)
@@ -225,7 +225,7 @@ def test_hover(benchmark: BenchmarkFixture, context: Context) -> None:
 
 def test_border(benchmark: BenchmarkFixture, context: Context) -> None:
     """A border is redrawn by the tool, from the last point on."""
-    stack = context.window.workspace.session.undo_stack
+    stack = context.window.workspace.current.undo_stack
 
     def prepare() -> None:
         stack.setIndex(0)
@@ -241,13 +241,13 @@ def test_border(benchmark: BenchmarkFixture, context: Context) -> None:
 
 def test_outline(benchmark: BenchmarkFixture, context: Context) -> None:
     """An outline is closed around pixels of several blocks, from the last point on."""
-    stack = context.window.workspace.session.undo_stack
+    stack = context.window.workspace.current.undo_stack
 
     def prepare() -> None:
         stack.setIndex(0)
         context.tool("select")
         context.tool("outline")
-        context.window.workspace.blocks.select([9])
+        context.window.workspace.select([9])
         context.settle()
         context.press(600, 180)
         for x, y in ((760, 170), (770, 330), (610, 340)):
@@ -261,12 +261,12 @@ def test_outline(benchmark: BenchmarkFixture, context: Context) -> None:
 def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, context: Context) -> None:
     """From the end of a stroke in a block of 200 x 200 pixels to its painted depth."""
     workspace = context.window.workspace
-    session = workspace.session
-    labels = session.labels.copy()
+    document = workspace.current
+    labels = document.labels.copy()
     labels[200:400, 200:400] = 31
-    workspace.blocks.edit(patch_between(session.labels, labels), "New block")
+    workspace.current.edit(patch_between(document.labels, labels), "New block")
     workspace.parameters.set(ilf.preset())
-    workspace.blocks.select([31])
+    workspace.select([31])
     context.window.actions_["live"].setChecked(True)
     context.window.actions_["run_selected"].trigger()
     context.tool("erase")
@@ -283,7 +283,7 @@ def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, context: Context) 
 
     def finish() -> None:
         context.release(*place)
-        while 31 not in session.valid_results():
+        while 31 not in document.valid_results():
             QApplication.processEvents()
         QApplication.processEvents()
 

@@ -107,17 +107,17 @@ def in_window(recorder: Recorder, trip: str) -> None:
     window = new_window()
     open_frame(window, ROOT / "assets/samples/room")
     workspace, runs = window.workspace, window.runs
-    session = workspace.session
+    document = workspace.current
     if trip != "open":
         runs.start()
         wait(lambda: settled(window))
         recorder.start()
         news: list[None] = []
         workspace.runs.results_added.connect(lambda: news.append(None))
-        label = max(session.counts(), key=lambda label: session.counts()[label].pixels)
+        label = max(document.counts(), key=lambda label: document.counts()[label].pixels)
         if trip == "slider":
-            workspace.blocks.select([label])
-            window.feature(FilterFeature).panel.edited.emit(session.state.common.replace(noise=0.02))
+            workspace.select([label])
+            window.feature(FilterFeature).panel.edited.emit(document.state.common.replace(noise=0.02))
         else:
             paint_across(window, label)
         wait(lambda: news)

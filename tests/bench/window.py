@@ -56,7 +56,7 @@ def new_window() -> MainWindow:
 def open_frame(window: MainWindow, folder: Path) -> None:
     """Open a frame, and wait for its blocks."""
     window.documents.open_paths([folder])
-    wait(lambda: window.workspace.has_session and window.workspace.session.counts() and not window.loader.busy)
+    wait(lambda: window.workspace.has_current and window.workspace.current.counts() and not window.loader.busy)
 
 
 def settled(window: MainWindow) -> bool:
@@ -66,10 +66,10 @@ def settled(window: MainWindow) -> bool:
 
 def paint_across(window: MainWindow, label: int) -> None:
     """Paint a stroke of a block across the frame."""
-    blocks, session = window.workspace.blocks, window.workspace.session
-    height, width = session.frame.shape
+    document = window.workspace.current
+    height, width = document.frame.shape
     line = np.array([[0.2 * width, 0.5 * height], [0.8 * width, 0.5 * height]])
     stroke = brush_stroke((height, width), line, 5.0)
     assert stroke is not None
-    blocks.stroke(paint(session.labels, stroke, label, session.locked))
-    blocks.end_stroke("Paint")
+    document.stroke(paint(document.labels, stroke, label, document.locked))
+    document.end_stroke("Paint")

@@ -64,38 +64,38 @@ def test_commands_in_any_order(
     chance, workspace, views = random.Random(seed), window.workspace, window.views
 
     def edit() -> None:
-        labels = workspace.session.labels.copy()
+        labels = workspace.current.labels.copy()
         row, column = chance.randrange(30), chance.randrange(40)
-        labels[row : row + 8, column : column + 9] = chance.choice([0, *workspace.session.counts()])
-        workspace.blocks.edit(patch_between(workspace.session.labels, labels), "Edit")
+        labels[row : row + 8, column : column + 9] = chance.choice([0, *workspace.current.counts()])
+        workspace.current.edit(patch_between(workspace.current.labels, labels), "Edit")
 
     def mark_invalid() -> None:
-        mask = np.zeros(workspace.session.frame.shape, bool)
+        mask = np.zeros(workspace.current.frame.shape, bool)
         mask[: chance.randrange(9), :9] = True
-        workspace.blocks.set_invalid_mask(mask, "MarkInvalid")
+        workspace.current.set_invalid_mask(mask, "MarkInvalid")
 
     def state_depth() -> None:
-        shape = workspace.session.frame.shape
+        shape = workspace.current.frame.shape
         depth = np.full(shape, chance.choice([np.nan, 1.5, 2.0]), np.float32)
         where = np.zeros(shape, bool)
         where[chance.randrange(20) :, chance.randrange(20) :] = True
-        workspace.by_hand.set_depth(depth, where, "Paint depth")
+        workspace.current.set_by_hand(depth, where, "Paint depth")
 
     def evaluate() -> None:
-        frame = workspace.session.frame
-        workspace.blocks.set_ground_truth(chance.choice([None, np.where(frame.known, frame.depth, np.float32(2))]))
+        frame = workspace.current.frame
+        workspace.current.set_ground_truth(chance.choice([None, np.where(frame.known, frame.depth, np.float32(2))]))
 
     def inspect() -> None:
-        inspection, (height, width) = window.editor.inspection, workspace.session.frame.shape
+        inspection, (height, width) = window.editor.inspection, workspace.current.frame.shape
         ends = [(chance.random() * width, chance.random() * height) for _ in range(2)]
         inspection.set_line(chance.choice([None, (ends[0], ends[1])]))
         inspection.set_region(chance.choice([None, (slice(3, 30), slice(5, 40))]))
         inspection.set_measurements([*inspection.measurements[-2:], (ends[0], ends[1])])
 
     others: list[Callable[[], object]] = [
-        lambda: workspace.blocks.select(list(workspace.session.counts())[chance.randrange(3) :][:1]),
+        lambda: workspace.select(list(workspace.current.counts())[chance.randrange(3) :][:1]),
         lambda: window.feature(FilterFeature).set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
-        lambda: workspace.runs.compare(workspace.session.state.runs[-chance.randrange(1, 4) :]),
+        lambda: workspace.current.compare_runs(workspace.current.state.runs[-chance.randrange(1, 4) :]),
         lambda: views.set_layout(chance.choice(list(LAYOUTS))),
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
@@ -109,14 +109,14 @@ def test_commands_in_any_order(
             chance.choice(others)()
         qtbot.wait(chance.choice([0, 0, 1, 20]))
 
-    open_ones = [weakref.ref(session) for session in workspace.frames.sessions]
-    while workspace.has_session:
-        workspace.frames.close(workspace.session)
+    open_ones = [weakref.ref(document) for document in workspace.open]
+    while workspace.has_current:
+        workspace.close(workspace.current)
     window.refresh.now()
 
     def all_gone() -> bool:
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
-        return not any(session() for session in open_ones)
+        return not any(document() for document in open_ones)
 
     qtbot.waitUntil(all_gone, timeout=60_000)

@@ -73,7 +73,7 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     assert _rows(part) == {"rgb/0000": "completed", "rgb/0001": "failed", "rgb/0002": "completed"}
     assert {path.name for path in out.iterdir()} >= {"manifest.csv", "contact-sheet.png", "rgb__0002"}
 
-    first, _, last = window.workspace.frames.entries
+    first, _, last = window.workspace.entries
     assert part.results == {
         entry.id: (out / folder, 1000.0) for entry, folder in ((first, "rgb__0000"), (last, "rgb__0002"))
     }
@@ -89,8 +89,8 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     assert dialog.state.text().startswith("rgb/\u200b0001: ")
     completed = next(row for row in dialog.table.outcomes.rows if row.frame == "rgb/0002")
     dialog.table.opened.emit(completed)
-    qtbot.waitUntil(lambda: str(out) in str(window.workspace.session.origin), timeout=WAIT_MS)
-    assert window.workspace.session.frame.shape == (24, 32)
+    qtbot.waitUntil(lambda: str(out) in str(window.workspace.current.origin), timeout=WAIT_MS)
+    assert window.workspace.current.frame.shape == (24, 32)
     with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS) as listed:
         dialog.show_button.click()
     assert [Path(source.rgb).name for source in listed.args[1].sources] == ["rgb__0000", "rgb__0002"]

@@ -31,9 +31,9 @@ def _read(dialog: LoadBlocksDialog, qtbot: QtBot, path: Path) -> None:
 def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    session = opened.workspace.session
-    before = session.labels.copy()
-    drawn = np.zeros(session.frame.shape, np.int32)
+    document = opened.workspace.current
+    before = document.labels.copy()
+    drawn = np.zeros(document.frame.shape, np.int32)
     drawn[5:20, 5:20], drawn[22:28, 5:30] = 4, 7
     write_blocks(tmp_path / "drawn.json", drawn, format="labelme", names={4: "Chair"})
 
@@ -44,38 +44,38 @@ def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(
     dialog.fill_gaps.setChecked(True)
     qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
     assert "cover 100.0%" in dialog.message.text()
-    np.testing.assert_array_equal(session.labels, before)
+    np.testing.assert_array_equal(document.labels, before)
     dialog.load_button.click()
 
     for label in (4, 7):
-        np.testing.assert_array_equal(session.labels == label, drawn == label)
-    assert np.all(session.labels > 0)
-    assert session.info(4).name == "Chair"
-    loaded = session.labels.copy()
+        np.testing.assert_array_equal(document.labels == label, drawn == label)
+    assert np.all(document.labels > 0)
+    assert document.info(4).name == "Chair"
+    loaded = document.labels.copy()
 
     target = tmp_path / "saved"
     monkeypatch.setattr(
         QFileDialog, "getSaveFileName", lambda *_: (str(target), "COCO, run lengths (*.json)"), raising=True
     )
     opened.actions_["save_blocks"].trigger()
-    found = read_blocks(tmp_path / "saved.json", session.frame.shape)
+    found = read_blocks(tmp_path / "saved.json", document.frame.shape)
     np.testing.assert_array_equal(found.labels, loaded)
     assert found.names == {4: "Chair"}
     assert '"counts"' in (tmp_path / "saved.json").read_text()
 
     opened.workspace.undo_group.undo()
-    np.testing.assert_array_equal(session.labels, before)
-    assert session.info(4).name == "Block 4"
+    np.testing.assert_array_equal(document.labels, before)
+    assert document.info(4).name == "Block 4"
     opened.workspace.undo_group.redo()
-    np.testing.assert_array_equal(session.labels, loaded)
-    assert session.info(4).name == "Chair"
+    np.testing.assert_array_equal(document.labels, loaded)
+    assert document.info(4).name == "Chair"
 
 
 def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    session = opened.workspace.session
-    before = session.labels.copy()
+    document = opened.workspace.current
+    before = document.labels.copy()
     (tmp_path / "bad.json").write_text('{"shapes": [{"label": "a", "points": [[0, 0], [900, 0], [900, NaN]]}]}')
     masks = tmp_path / "masks"
     masks.mkdir()
@@ -91,12 +91,12 @@ def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(
         assert dialog.message.tone() == "error"
         assert not dialog.load_button.isEnabled()
     # a good file after a bad one, and then given up
-    cv2.imwrite(str(masks / "0.png"), np.ones(session.frame.shape, np.uint8))
+    cv2.imwrite(str(masks / "0.png"), np.ones(document.frame.shape, np.uint8))
     _read(dialog, qtbot, masks)
     assert dialog.load_button.isEnabled()
     dialog.reject()
-    np.testing.assert_array_equal(session.labels, before)
-    assert session.undo_stack.count() == 0
+    np.testing.assert_array_equal(document.labels, before)
+    assert document.undo_stack.count() == 0
 
 
 def test_the_frames_own_files_are_not_written_over(

@@ -51,21 +51,21 @@ def place_of(window: MainWindow, pixel: tuple[int, int]) -> QPoint:
 
 
 def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
-    session, cloud, actions = opened.workspace.session, opened.cloud, opened.actions_
+    document, cloud, actions = opened.workspace.current, opened.cloud, opened.actions_
     opened.centre.show_cloud()
-    assert len(shown(opened, qtbot)) == session.frame.known.sum()
+    assert len(shown(opened, qtbot)) == document.frame.known.sum()
     assert not actions["cloud_raw"].isEnabled()
     why = {by: action.toolTip() for by, action in cloud._colours._choices.items() if not action.isEnabled()}
     assert set(why) == {ColourBy.EXPECTED, ColourBy.ERROR, ColourBy.DIFFERENCE, ColourBy.FILLED}
     assert "ground truth" in why[ColourBy.ERROR]
 
     run_all(opened)
-    completion = session.completion()
+    completion = document.completion()
     assert completion is not None
     assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
     cloud.canvas.setFocus()
     QTest.keyPress(cloud.canvas, Qt.Key.Key_X)
-    assert len(shown(opened, qtbot)) == session.frame.known.sum()
+    assert len(shown(opened, qtbot)) == document.frame.known.sum()
     QTest.keyRelease(cloud.canvas, Qt.Key.Key_X)
     assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
 
@@ -73,30 +73,30 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     scale = shown(opened, qtbot).colouring.scale
     assert scale is not None, "worked out for who looks at it here"
     assert (scale.unit, scale.logarithmic) == ("mm", True)
-    opened.workspace.blocks.set_ground_truth(completion.depth - np.float32(0.02))
+    opened.workspace.current.set_ground_truth(completion.depth - np.float32(0.02))
     cloud.set_colour_by(ColourBy.ERROR)
     colours = shown(opened, qtbot).colouring.colours
     assert (colours == colours[0]).all(), "20 mm everywhere"
     assert colours[0, 0] > colours[0, 2], "too far is red"
-    opened.workspace.blocks.set_ground_truth(None)
+    opened.workspace.current.set_ground_truth(None)
     assert shown(opened, qtbot).colouring.scale is None
 
-    other = StoredRun(1, "Run 1", session.run(session.state.common), dict(session.valid_results()), 1.0, (1, 2, 3))
-    opened.workspace.runs.keep(session, other)
-    opened.workspace.runs.compare([other])
+    other = StoredRun(1, "Run 1", document.run(document.state.common), dict(document.valid_results()), 1.0, (1, 2, 3))
+    document.keep_run(other)
+    opened.workspace.current.compare_runs([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)
     scale = shown(opened, qtbot).colouring.scale
     assert scale is not None
     assert scale.unit == "mm"
 
-    opened.workspace.blocks.select([1])
+    opened.workspace.select([1])
     actions["cloud_selected_only"].setChecked(True)
     scene = shown(opened, qtbot)
-    assert (session.labels.reshape(-1)[scene.pixels] == 1).all()
+    assert (document.labels.reshape(-1)[scene.pixels] == 1).all()
     assert 0 < len(scene) < np.isfinite(completion.depth).sum()
     QTest.keyClick(cloud.canvas, Qt.Key.Key_Left)
     camera = cloud.canvas.camera
-    opened.workspace.blocks.select([])
+    opened.workspace.select([])
     assert len(shown(opened, qtbot)) == 0
     assert "No block is selected" in cloud.canvas.message
     actions["cloud_selected_only"].setChecked(False)
@@ -105,7 +105,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
 
 
 def test_points_and_pixels_are_linked(opened: MainWindow, qtbot: QtBot) -> None:
-    session, canvas = opened.workspace.session, opened.cloud.canvas
+    document, canvas = opened.workspace.current, opened.cloud.canvas
     opened.actions_["cloud_beside"].setChecked(True)
     assert opened.views.isVisible()
     assert opened.cloud.isVisible()
@@ -115,7 +115,7 @@ def test_points_and_pixels_are_linked(opened: MainWindow, qtbot: QtBot) -> None:
     wanted = (50, 20)
     QTest.mouseMove(canvas, place_of(opened, wanted))
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=place_of(opened, wanted))
-    assert session.selected == [session.labels[20, 50]]
+    assert document.selected == [document.labels[20, 50]]
     x, y = canvas._marked or (0, 0)
     assert np.abs(np.subtract((x, y), wanted)).max() <= 1
     assert opened.feature(StatusFeature).bar.readout.text().startswith(f"x {x}, y {y}")
@@ -127,16 +127,16 @@ def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, 
     shown(opened, qtbot)
     opened.actions_["tool_measure"].trigger()
     assert opened.cloud.isVisible()
-    chosen = opened.workspace.session.selected
+    chosen = opened.workspace.current.selected
     ends = (50, 5), (10, 44)
     for pixel in ends:
         QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=place_of(opened, pixel))
     (line,) = inspection.measurements
     assert np.abs(np.subtract(np.floor(line), ends)).max() <= 1
-    assert opened.workspace.session.selected == chosen
+    assert opened.workspace.current.selected == chosen
     opened.refresh.now()
     assert list(canvas._lines) == [line]
-    length = measure(opened.workspace.session.frame.depth, line, opened.workspace.session.frame.intrinsics).distance
+    length = measure(opened.workspace.current.frame.depth, line, opened.workspace.current.frame.intrinsics).distance
     assert canvas._texts == [f"{length:.3f} m"]
     with_text = pixels(canvas)
     canvas.set_lines([line], [])

@@ -41,9 +41,9 @@ def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, StoredRun]:
     """A run of `best`, and one of the paper's preset after it."""
     opened.actions_["live"].setChecked(False)
     run_all(opened)
-    session = opened.workspace.session
-    kept = session.state.runs[0]
-    opened.workspace.runs.change(session, kept, name="Best")
+    document = opened.workspace.current
+    kept = document.state.runs[0]
+    document.change_run(kept, name="Best")
     opened.workspace.parameters.set(preset("paper", max_iterations=3))
     run_all(opened)
     return opened, kept
@@ -58,7 +58,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     cell = window.views.cells["difference"]
     assert cell.concrete == "difference:result:earlier"
     assert "Best" in cell.strip.title
-    window.workspace.runs.compare([kept])
+    window.workspace.current.compare_runs([kept])
     window.refresh.now()
     assert cell.concrete == "difference:result:run-1"
     out = window.views.cells["depth-out"]
@@ -71,12 +71,12 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     qtbot.keyRelease(out.view, Qt.Key.Key_V)
     assert out.picture.value_at(column, row) == now
     window.actions_["swipe"].trigger()
-    window.views.sides.swipe.move_to(window.workspace.session.frame.shape[1])
+    window.views.sides.swipe.move_to(window.workspace.current.frame.shape[1])
     assert out.picture.value_at(column, row) == kept.completion.depth[row, column]
     window.feature(StatusFeature).readout.point_at((int(column), int(row)))
     assert "Best" in window.feature(StatusFeature).bar.readout.text()
-    session = window.workspace.session
-    window.workspace.runs.delete(session, list(session.state.runs))
+    document = window.workspace.current
+    document.delete_runs(list(document.state.runs))
     window.refresh.now()
     assert cell.concrete == "difference:result:interpolated"
     assert out.strip.title == "A: depth in | B: result"
@@ -151,9 +151,9 @@ def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     run_twice: tuple[MainWindow, StoredRun],
 ) -> None:
     window, kept = run_twice
-    window.workspace.runs.compare([kept])
-    session = window.workspace.session
-    window.workspace.blocks.select([1, 2])
+    window.workspace.current.compare_runs([kept])
+    document = window.workspace.current
+    window.workspace.select([1, 2])
     window.actions_["merge_blocks"].trigger()
     window.refresh.now()
     window.actions_["blink"].setChecked(True)
@@ -161,7 +161,7 @@ def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     window.actions_["undo"].trigger()
     window.refresh.now()
     assert not window.actions_["blink"].isChecked()
-    np.testing.assert_array_equal(window.views._overlay.labels, session.labels)
+    np.testing.assert_array_equal(window.views._overlay.labels, document.labels)
     assert window.views.cells["depth-out"].strip.title == "Depth out"
 
 
@@ -185,26 +185,26 @@ def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, St
     window.views.set_content("colour", "strength")
     window.views.set_content("depth-in", "difference:result:interpolated")
     window.views.set_content("expected-error", "spectrum")
-    window.workspace.blocks.select([1])
+    window.workspace.select([1])
     settle(window, qtbot)
-    shape = window.workspace.session.frame.shape
+    shape = window.workspace.current.frame.shape
     assert material.edges.strength.shape == material.interpolated.shape == shape
     np.testing.assert_array_equal(np.isfinite(material.interpolated), True)
-    radii = window.workspace.session.records_of(1)[-1].radii  # type: ignore[attr-defined]
+    radii = window.workspace.current.records_of(1)[-1].radii  # type: ignore[attr-defined]
     assert material.spectrum.radii == radii
-    window.workspace.blocks.select([])
+    window.workspace.select([])
     settle(window, qtbot)
     assert material.spectrum == "Select a block"
 
 
 def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened: MainWindow, run_all: Run) -> None:
     run_all(opened)
-    ground_truth = np.full(opened.workspace.session.frame.shape, 2.0, np.float32)
-    opened.workspace.blocks.set_ground_truth(ground_truth)
+    ground_truth = np.full(opened.workspace.current.frame.shape, 2.0, np.float32)
+    opened.workspace.current.set_ground_truth(ground_truth)
     opened.actions_["compare_two"].trigger()
     opened.refresh.now()
     cell = opened.views.cells["evaluation"]
-    depth = opened.workspace.session.current_depth()
+    depth = opened.workspace.current.current_depth()
     assert cell.picture.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
     opened.feature(StatusFeature).readout.point_at((4, 5))
     assert "truth 2.000 m" in opened.feature(StatusFeature).bar.readout.text()
@@ -255,18 +255,18 @@ def test_the_divider_starts_where_it_is_seen(run_twice: tuple[MainWindow, Stored
     window.actions_["swipe"].trigger()
     swipe = window.views.sides.swipe
     seen = window.views.cells["depth-out"].view.visible_box()[1]
-    assert seen.stop < window.workspace.session.frame.shape[1] / 2, "the middle of the frame is out of sight"
+    assert seen.stop < window.workspace.current.frame.shape[1] / 2, "the middle of the frame is out of sight"
     assert seen.start < swipe.x < seen.stop
 
 
 def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice: tuple[MainWindow, StoredRun]) -> None:
     window, best = run_twice
-    runs, views = window.workspace.runs, window.views
-    runs.compare([window.workspace.session.state.runs[-1]])
+    workspace, views = window.workspace, window.views
+    workspace.current.compare_runs([window.workspace.current.state.runs[-1]])
     window.actions_["compare_two"].trigger()
     window.refresh.now()
     assert [views.material.names.get(side, side) for side in views.sides.names] == ["Best", "result"]
-    runs.accept(best)
+    workspace.accept_run(best)
     window.refresh.draw_all()
     assert views.sides.names == ("run-1", "result")
     assert views.material.result_number == best.number

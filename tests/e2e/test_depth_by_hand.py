@@ -24,11 +24,11 @@ _Key = Qt.Key
 
 def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None], tmp_path: Path) -> None:
     window, workspace = opened, opened.workspace
-    session = workspace.session
-    workspace.blocks.select([])
+    document = workspace.current
+    workspace.select([])
     run_all(window)
-    left, right = int(session.labels[16, 12]), int(session.labels[35, 48])
-    before = session.valid_results()[right]
+    left, right = int(document.labels[16, 12]), int(document.labels[35, 48])
+    before = document.valid_results()[right]
     window.actions_["tool_depth_by_hand"].trigger()
     window.views.cells["colour"].view.setFocus()
     window.refresh.now()
@@ -37,17 +37,17 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     click(window, (5, 30), ALT)
     box = window.feature(ToolsFeature).options.hand_depth
     window.refresh.now()
-    assert box.value() == round(float(session.frame.depth[30, 5]), 3)
+    assert box.value() == round(float(document.frame.depth[30, 5]), 3)
     box.setValue(1.25)
     window.editor.options.brush_radius = 4.0
     with qtbot.waitSignal(window.runs.resolved, timeout=WAIT_MS):
         drag(window, [(12, 16), (16, 16)])
     qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    result = session.valid_results()[left]
-    assert session.is_up_to_date(left)
-    assert session.valid_results()[right] is before, "another block is not solved again"
+    result = document.valid_results()[left]
+    assert document.is_up_to_date(left)
+    assert document.valid_results()[right] is before, "another block is not solved again"
     assert result.outcome.by_hand > 20
-    depth = session.current_depth()
+    depth = document.current_depth()
     assert depth is not None
     assert abs(float(depth[16, 14]) - 1.25) < 0.1
     window.refresh.now()
@@ -57,35 +57,35 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
 
     # undone, the earlier result is valid again without a run
     key(window, _Key.Key_Z, CTRL)
-    assert session.blocks.by_hand is None
-    assert session.is_up_to_date(left)
+    assert document.blocks.by_hand is None
+    assert document.is_up_to_date(left)
     window.refresh.now()
     assert "by hand" not in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
 
     # a plane is seen in the images and in 3D before it is taken
-    workspace.blocks.select([left])
+    workspace.select([left])
     window.actions_["cloud_beside"].trigger()
     window.actions_["continue_plane"].trigger()
-    qtbot.waitUntil(lambda: session.proposal is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: document.proposal is not None, timeout=WAIT_MS)
     qtbot.waitUntil(lambda: "proposed surface" in window.cloud.strip.title, timeout=WAIT_MS)
     shown = window.views.material.result
     assert shown is not None
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
     window.feature(StatusFeature).readout.point_at((14, 16))
     assert "proposed 1.56" in window.feature(StatusFeature).bar.readout.text()
-    assert session.blocks.by_hand is None
+    assert document.blocks.by_hand is None
     key(window, _Key.Key_Escape)
-    assert session.proposal is None
+    assert document.proposal is None
     window.actions_["continue_plane"].trigger()
-    qtbot.waitUntil(lambda: session.proposal is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: document.proposal is not None, timeout=WAIT_MS)
     with qtbot.waitSignal(window.runs.resolved, timeout=WAIT_MS):
         key(window, _Key.Key_Return)
     qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    assert session.blocks.by_hand is not None
-    assert np.array_equal(session.blocks.by_hand.pixels, session.frame.missing & (session.labels == left))
+    assert document.blocks.by_hand is not None
+    assert np.array_equal(document.blocks.by_hand.pixels, document.frame.missing & (document.labels == left))
 
     # and a run exported from here is replayed bit for bit
-    run, completion = session.run(workspace.parameters.current), session.completion()
+    run, completion = document.run(workspace.parameters.current), document.completion()
     assert completion is not None
     write(tmp_path / "out", run, completion)
     again = replay(tmp_path / "out" / "run.json")

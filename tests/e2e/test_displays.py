@@ -19,17 +19,17 @@ def test_shuffled_colours_are_one_step_and_all_others(
     opened: MainWindow, start: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("random.randrange", lambda *_: start)  # blocks 1 and 2 have the first two colours
-    session = opened.workspace.session
-    before = {label: session.info(label).colour for label in session.counts()}
+    document = opened.workspace.current
+    before = {label: document.info(label).colour for label in document.counts()}
     opened.actions_["shuffle_colours"].trigger()
-    after = {label: session.info(label).colour for label in session.counts()}
+    after = {label: document.info(label).colour for label in document.counts()}
     assert all(after[label] != before[label] for label in before)
     assert len(set(after.values())) == len(after)
     opened.refresh.now()
     assert tuple(opened.views._overlay.colours[1, :3]) == after[1]
     opened.actions_["undo"].trigger()
-    assert {label: session.info(label).colour for label in before} == before
-    assert not session.undo_stack.canUndo()
+    assert {label: document.info(label).colour for label in before} == before
+    assert not document.undo_stack.canUndo()
 
 
 def test_names_follow_the_blocks(opened: MainWindow, qtbot: QtBot) -> None:
@@ -37,10 +37,10 @@ def test_names_follow_the_blocks(opened: MainWindow, qtbot: QtBot) -> None:
     opened.actions_["block_names"].trigger()
     opened.refresh.now()
     assert sorted(names.texts) == ["Block 1", "Block 2"]
-    opened.workspace.blocks.edit_info(1, "Rename block", name="Wall")
+    opened.workspace.current.edit_info(1, "Rename block", name="Wall")
     opened.refresh.now()
     assert sorted(names.texts) == ["Block 2", "Wall"]
-    opened.workspace.blocks.select([1, 2])
+    opened.workspace.select([1, 2])
     opened.actions_["merge_blocks"].trigger()
     opened.refresh.now()
     assert len(names.texts) == 1
@@ -58,9 +58,9 @@ def test_distrusted_and_stale_depth_are_shown(opened: MainWindow, run_all: Calla
     opened.workspace.parameters.set(preset("paper", max_iterations=3))
     run_all(opened)
     assert legend("depth-out") == ["missing"]
-    mask = np.zeros(opened.workspace.session.frame.shape, bool)
+    mask = np.zeros(opened.workspace.current.frame.shape, bool)
     mask[5:9, 40:50] = True
-    opened.workspace.blocks.set_invalid_mask(mask, "MarkInvalid")
+    opened.workspace.current.set_invalid_mask(mask, "MarkInvalid")
     assert legend("depth-out") == ["invalid", "stale", "missing"]
     assert opened.views.cells["depth-in"].view.stripes.pixels.any()
     opened.actions_["undo"].trigger()
@@ -79,17 +79,17 @@ def test_a_run_opens_no_panel(opened: MainWindow, qtbot: QtBot, run_all: Callabl
 
 def test_one_click_fits_the_colours_to_the_selection_or_to_what_is_visible(opened: MainWindow) -> None:
     views, fit = opened.views, opened.actions_["fit_range"]
-    depth = opened.workspace.session.frame.depth
+    depth = opened.workspace.current.frame.depth
     fit.trigger()
     assert views.ranges.depth == pytest.approx(np.nanpercentile(depth, (1, 99)))
     views.zoom_to(slice(2, 8), slice(4, 12))
     opened.refresh.now()
     fit.trigger()
     assert np.nanmin(depth[:, :30]) <= views.ranges.depth[0] < views.ranges.depth[1] <= np.nanmax(depth[:, :30])
-    right = int(opened.workspace.session.labels[5, 60])
-    opened.workspace.blocks.select([right])
+    right = int(opened.workspace.current.labels[5, 60])
+    opened.workspace.select([right])
     fit.trigger()
-    chosen = depth[opened.workspace.session.labels == right]
+    chosen = depth[opened.workspace.current.labels == right]
     assert views.ranges.depth == pytest.approx(np.nanpercentile(chosen, (1, 99)))
 
 

@@ -38,21 +38,21 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
 ) -> None:
     run_all(opened)
-    session = opened.workspace.session
-    before, depth = session.labels.copy(), session.current_depth().copy()
+    document = opened.workspace.current
+    before, depth = document.labels.copy(), document.current_depth().copy()
     former = _picture(opened)
     labels = before.copy()
     labels[5:40, 26:34] = before[20, 10]
-    opened.workspace.blocks.edit(patch_between(before, labels), "Paint Block 1")
-    assert session.stale.any() or session.update_depth() is not None
+    opened.workspace.current.edit(patch_between(before, labels), "Paint Block 1")
+    assert document.stale.any() or document.update_depth() is not None
     _settle(opened, qtbot)
-    assert session.changed_blocks() == []
+    assert document.changed_blocks() == []
     assert "hold-out" in opened.feature(EditSummaryFeature).line.label.text()
     assert opened.isWindowModified()
     # the same as by the library, drawn borders and all
-    run = session.run(opened.workspace.parameters.current)
+    run = document.run(opened.workspace.parameters.current)
     assert run.blocks.drawn is not None
-    np.testing.assert_array_equal(session.completion().depth, run.complete().depth)
+    np.testing.assert_array_equal(document.completion().depth, run.complete().depth)
 
     present = _picture(opened)
     assert present != former
@@ -64,15 +64,15 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     QTest.keyRelease(view, Qt.Key.Key_B)
     assert "Before the edit" not in opened.feature(EditSummaryFeature).line.label.text()
     assert _picture(opened) == present
-    assert session.undo_stack.index() == 1, "looking changes nothing"
+    assert document.undo_stack.index() == 1, "looking changes nothing"
 
-    solved = session.completion()
+    solved = document.completion()
     opened.actions_["undo"].trigger()
     assert opened.runs.state is RunState.IDLE, "what undo brings back is there"
-    np.testing.assert_array_equal(session.current_depth(), depth)
+    np.testing.assert_array_equal(document.current_depth(), depth)
     opened.feature(HistoryFeature).panel.stack().setIndex(1)
     assert opened.runs.state is RunState.IDLE
-    np.testing.assert_array_equal(session.completion().depth, solved.depth)
+    np.testing.assert_array_equal(document.completion().depth, solved.depth)
     opened.actions_["show_before_edit"].trigger()
     assert "Before the edit" in opened.feature(EditSummaryFeature).line.label.text()
     opened.actions_["undo"].trigger()
@@ -84,27 +84,27 @@ def test_values_for_chosen_blocks_go_to_all_of_them(
     opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
 ) -> None:
     run_all(opened)
-    session, panel = opened.workspace.session, opened.feature(FilterFeature).panel
-    chosen = sorted(session.counts())
-    opened.workspace.blocks.select(chosen)
+    document, panel = opened.workspace.current, opened.feature(FilterFeature).panel
+    chosen = sorted(document.counts())
+    opened.workspace.select(chosen)
     panel.set_scope(True)
     opened.refresh.now()
     panel.form.findChild(object, "smoothness").setValue(3.0)
-    assert session.blocks.own == {label: {"smoothness": 3.0} for label in chosen}
+    assert document.blocks.own == {label: {"smoothness": 3.0} for label in chosen}
     _settle(opened, qtbot)
-    assert session.changed_blocks() == [], "all of them are solved again"
+    assert document.changed_blocks() == [], "all of them are solved again"
     panel.set_scope(False)
     panel.preset_chosen.emit(opened.workspace.parameters.current.replace(noise=0.01))
     assert "Block 1 (Smoothness)" in opened.toasts.message
-    assert session.parameters_of(chosen[0]).smoothness == 3.0
+    assert document.parameters_of(chosen[0]).smoothness == 3.0
     panel.set_scope(True)
-    opened.workspace.blocks.select(chosen[:1])
+    opened.workspace.select(chosen[:1])
     opened.actions_["reset_own"].trigger()
-    assert sorted(session.blocks.own) == chosen[1:]
-    opened.workspace.blocks.select(chosen[::-1])
+    assert sorted(document.blocks.own) == chosen[1:]
+    opened.workspace.select(chosen[::-1])
     opened.actions_["copy_own"].trigger()
-    assert sorted(session.blocks.own) == chosen
+    assert sorted(document.blocks.own) == chosen
     for _ in range(4):
         opened.actions_["undo"].trigger()
-    assert session.blocks.own == {}
+    assert document.blocks.own == {}
     _settle(opened, qtbot)

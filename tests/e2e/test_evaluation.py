@@ -69,7 +69,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
     run_all(window)
     window.panels.reveal("Accuracy")
-    assert errors_shown(window) == ["–"] * len(workspace.session.counts())
+    assert errors_shown(window) == ["–"] * len(workspace.current.counts())
     assert panel.tabs.currentIndex() == 1  # without a truth, hidden depth is what there is
 
     # a truth by the dialog: what does not fit is said, what fits is taken
@@ -91,47 +91,47 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert dialog.focusWidget() is dialog.load_button
     dialog.accept()
     settle(window)
-    session = workspace.session
-    assert session.frame.inputs.ground_truth.path == str(ground_truth_file)
+    document = workspace.current
+    assert document.frame.inputs.ground_truth.path == str(ground_truth_file)
     assert "true.png" in panel.source.text()
 
     # numbers are those of the library, for frame, block and rectangle, and in the table of blocks
-    label = next(iter(session.counts()))
+    label = next(iter(document.counts()))
     box = slice(8, 24), slice(4, 24)
-    workspace.blocks.select([label])
-    workspace.blocks.set_region(box)
+    workspace.select([label])
+    workspace.current.set_region(box)
     qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 3 and not accuracy.ground_truth.busy, timeout=WAIT_MS)
-    completion = session.completion()
-    blocks = evaluate_blocks(session.frame, completion, session.labels)
+    completion = document.completion()
+    blocks = evaluate_blocks(document.frame, completion, document.labels)
     wanted = [
-        evaluate_completion(session.frame, completion),
+        evaluate_completion(document.frame, completion),
         blocks[label],
-        evaluate_completion(session.frame, completion, box),
+        evaluate_completion(document.frame, completion, box),
     ]
     assert [row.cells[0] for row in panel.ground_truth_table.rows] == [millimetres(one.rmse) for one in wanted]
-    assert [row.name for row in panel.ground_truth_table.rows] == ["Frame", session.info(label).name, "Rectangle"]
+    assert [row.name for row in panel.ground_truth_table.rows] == ["Frame", document.info(label).name, "Rectangle"]
     settle(window)
     assert errors_shown(window)[0] == millimetres(blocks[label].rmse)
     panel.pixels.setCurrentIndex(1)
     panel.pixels.activated.emit(1)
-    everything = evaluate_completion(session.frame, completion, every=True)
+    everything = evaluate_completion(document.frame, completion, every=True)
     qtbot.waitUntil(lambda: panel.ground_truth_table.rows[0].cells[0] == millimetres(everything.rmse), timeout=WAIT_MS)
 
     # runs that are compared stand below each other
-    run = session.run(session.state.common)
+    run = document.run(document.state.common)
     other = replace(run, parameters=PRESETS["paper"].replace(max_iterations=20))
     kept = StoredRun(1, "paper", other, other.complete().results, 0.1, (200, 0, 0))
-    workspace.runs.keep(session, kept)
-    workspace.runs.compare([kept])
+    document.keep_run(kept)
+    workspace.current.compare_runs([kept])
     qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 9, timeout=WAIT_MS)
     assert [row.is_best for row in panel.ground_truth_table.rows[:3]].count(True) == 0
     assert all("All are equal within" in row.hint for row in panel.ground_truth_table.rows[1:3]), "of so few pixels"
     actions["remove_ground_truth"].trigger()
     settle(window)
-    assert session.frame.ground_truth is None
-    qtbot.waitUntil(lambda: session.block_errors.source == EXPECTED, timeout=WAIT_MS)
-    rms = {label: np.sqrt(np.nanmean(session.expected_error()[session.labels == label] ** 2)) for label in (1, 2)}
-    assert session.block_errors.rmse == pytest.approx(rms)
+    assert document.frame.ground_truth is None
+    qtbot.waitUntil(lambda: document.block_errors.source == EXPECTED, timeout=WAIT_MS)
+    rms = {label: np.sqrt(np.nanmean(document.expected_error()[document.labels == label] ** 2)) for label in (1, 2)}
+    assert document.block_errors.rmse == pytest.approx(rms)
     window.refresh.now()
     assert errors_shown(window) == [millimetres(rms[1]), millimetres(rms[2])]
     window.feature(BlocksFeature).table.view.sortByColumn(Column.ERROR, Qt.SortOrder.AscendingOrder)
@@ -158,9 +158,9 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert panel.hold_out_table.text().splitlines()[1].startswith("Current values\t")
 
     # other blocks: it is outdated until undo brings them back; other values: those of the blocks no longer hold
-    labels = session.labels.copy()
-    labels[40:44, 2:20] = session.next_label()
-    workspace.blocks.edit(patch_between(session.labels, labels), "Move a border")
+    labels = document.labels.copy()
+    labels[40:44, 2:20] = document.next_label()
+    workspace.current.edit(patch_between(document.labels, labels), "Move a border")
     settle(window)
     assert panel.tested.tone() == "warning"
     assert "Outdated" in panel.tested.text()
@@ -169,7 +169,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     settle(window)
     assert panel.tested.tone() == "muted"
     assert errors_shown(window)[0] != "–"
-    workspace.parameters.set(session.state.common.replace(smoothness=3.0), label)
+    workspace.parameters.set(document.state.common.replace(smoothness=3.0), label)
     settle(window)
     assert errors_shown(window)[0] == "–"
     assert errors_shown(window)[1] != "–"
@@ -189,7 +189,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert isinstance(sweep, SweepFeature)
     workspace, shown = window.workspace, sweep.window_
     open_frame(window, qtbot, FrameRef(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file))))
-    session = workspace.session
+    document = workspace.current
     # from the menu of a parameter in the form
     row = window.feature(FilterFeature).panel.form.findChild(QWidget, "smoothness").parentWidget()
     row.customContextMenuRequested.emit(QPoint(2, 2))
@@ -220,15 +220,15 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     settle(window)
     np.testing.assert_array_equal(shown.bar._scale.table, depth_table("grey"))
     shown.multiples.tiles[2].click()
-    assert session.state.common.smoothness == 100.0
+    assert document.state.common.smoothness == 100.0
     settle(window)
     assert [tile.present for tile in shown.multiples.tiles] == [False, False, True]
     window.actions_["undo"].trigger()
-    assert session.state.common.smoothness == 1.0
+    assert document.state.common.smoothness == 1.0
 
     # two of the chosen block alone, by hidden depth: its own values are taken
-    label = next(iter(session.counts()))
-    workspace.blocks.select([label])
+    label = next(iter(document.counts()))
+    workspace.select([label])
     settle(window)
     shown.criterion.kind.setCurrentIndex(shown.criterion.kind.findData("areas"))
     shown.criterion.blocks.setCurrentIndex(1)
@@ -242,12 +242,12 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert len(sweep.found.errors) == len(shown.multiples.tiles) == 9  # with the present value among the second's
     wanted = sweep.found.values(0)
     shown.grid.taken.emit(0)
-    assert session.blocks.own[label] == wanted
+    assert document.blocks.own[label] == wanted
     assert set(wanted) == {"smoothness", "slope_weight"}
-    workspace.blocks.select([])
+    workspace.select([])
     shown.grid.taken.emit(1)
-    qtbot.waitUntil(lambda: session.is_up_to_date(label), timeout=WAIT_MS)  # solved, though it is not chosen
-    workspace.blocks.select([label])
+    qtbot.waitUntil(lambda: document.is_up_to_date(label), timeout=WAIT_MS)  # solved, though it is not chosen
+    workspace.select([label])
 
     # what had come stays when it is cancelled; what is of a closed frame goes
     shown.start_button.click()

@@ -32,8 +32,8 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     assert _picture(opened) is None
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
-    session = opened.workspace.session
-    completion = session.completion()
+    document = opened.workspace.current
+    completion = document.completion()
     assert completion is not None
     expected = expected_error(completion)
     np.testing.assert_array_equal(_picture(opened) > 0, completion.filled)
@@ -46,11 +46,11 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     metres = float(shown) * {"mm": 0.001, "m": 1.0}[unit]
     assert metres == pytest.approx(float(expected[row, column]), rel=0.06)
     assert "unsupported" not in text
-    everything = np.ones(session.frame.shape, bool)
-    opened.workspace.runs.store_error_estimate(session, completion, ErrorEstimate(expected, everything))
+    everything = np.ones(document.frame.shape, bool)
+    document.store_error_estimate(completion, ErrorEstimate(expected, everything))
     opened.feature(StatusFeature).readout.point_at((column, row))
     assert "unsupported" in opened.feature(StatusFeature).bar.readout.text()
-    known_row, known_column = (int(places[0]) for places in np.nonzero(session.frame.known))
+    known_row, known_column = (int(places[0]) for places in np.nonzero(document.frame.known))
     opened.feature(StatusFeature).readout.point_at((known_column, known_row))
     assert "\u00b1" not in opened.feature(StatusFeature).bar.readout.text()
 
@@ -66,9 +66,9 @@ def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened: MainWindo
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
     strip = opened.views.cells["expected-error"].strip
     opened.actions_["live"].setChecked(False)
-    session = opened.workspace.session
-    stroke = brush_stroke(session.labels.shape, [(10, 40)], 3)
-    assert opened.workspace.blocks.edit(erase(session.labels, stroke, session.label_at(10, 40)), "Erase")
+    document = opened.workspace.current
+    stroke = brush_stroke(document.labels.shape, [(10, 40)], 3)
+    assert opened.workspace.current.edit(erase(document.labels, stroke, document.label_at(10, 40)), "Erase")
     opened.refresh.now()
     assert _picture(opened) is not None
     assert strip._text == "of the previous result"
@@ -114,8 +114,8 @@ def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_
 ) -> None:
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
-    opened.workspace.blocks.select([])
-    session, names = opened.workspace.session, opened.feature(FilterFeature).panel.presets.names
+    opened.workspace.select([])
+    document, names = opened.workspace.current, opened.feature(FilterFeature).panel.presets.names
     button = next(button for button in opened.findChildren(QToolButton) if "stale" in button.text())
     assert not button.isVisible()
 
@@ -126,16 +126,16 @@ def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_
         opened.refresh.now()
 
     def grey(content: str) -> bool:
-        colours = opened.views.cells[content].view.image.pixels[session.completion().filled]
+        colours = opened.views.cells[content].view.image.pixels[document.completion().filled]
         channels = np.stack([colours >> shift & 255 for shift in (0, 8, 16)])
         return bool(np.ptp(channels.astype(int), axis=0).max() < 40)
 
-    before = session.completion()
+    before = document.completion()
     choose("paper")
     assert button.text().startswith("2 blocks are stale")
     qtbot.waitUntil(lambda: grey("depth-out") and grey("expected-error"), timeout=WAIT_MS)
     choose("best")
-    assert session.completion() is before
+    assert document.completion() is before
     qtbot.waitUntil(lambda: not grey("depth-out") and not grey("expected-error"), timeout=WAIT_MS)
     choose("paper")
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
@@ -143,4 +143,4 @@ def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_
     qtbot.waitUntil(lambda: not button.isVisible(), timeout=WAIT_MS)
     opened.refresh.now()
     qtbot.waitUntil(lambda: not grey("depth-out"), timeout=WAIT_MS)
-    assert session.changed_blocks() == []
+    assert document.changed_blocks() == []

@@ -49,16 +49,16 @@ def _export(window: MainWindow, qtbot: QtBot, folder: Path, scope: str) -> str:
 
 def test_frames_that_are_done_are_exported_as_they_were_left(listed: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
     window, workspace, out = listed, listed.workspace, tmp_path / "out"
-    entries = workspace.frames.entries
+    entries = workspace.entries
     window.feature(FramesFeature).open_frames.max_open = 1
-    labels = workspace.session.labels.copy()
+    labels = workspace.current.labels.copy()
     labels[:8, :8] = 0
-    workspace.blocks.edit(patch_between(workspace.session.labels, labels), "Erase")
+    workspace.current.edit(patch_between(workspace.current.labels, labels), "Erase")
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.actions_["mark_done"].trigger()
     assert entries[0].summary.done
-    assert entries.of(workspace.session.id) is entries[1], "the next one that is not done"
-    qtbot.waitUntil(lambda: entries[0].session is None, timeout=WAIT_MS)
+    assert entries.of(workspace.current.id) is entries[1], "the next one that is not done"
+    qtbot.waitUntil(lambda: entries[0].document is None, timeout=WAIT_MS)
     assert entries[0].summary.done, "also when it is closed"
 
     assert "1 written" in _export(window, qtbot, out, DONE)
@@ -81,7 +81,7 @@ def test_present_results_are_exported_without_another_run(
     window, out = listed, tmp_path / "out"
     with qtbot.waitSignal(window.runs.finished, timeout=WAIT_MS):
         window.actions_["run"].trigger()
-    completion = window.workspace.session.completion()
+    completion = window.workspace.current.completion()
     assert completion is not None
     window.actions_["mark_done"].trigger()
     qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
@@ -116,7 +116,7 @@ def test_the_dialog_offers_frames_and_files(listed: MainWindow, qtbot: QtBot) ->
 
 
 def test_marking_a_frame_is_saved_with_the_project(listed: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
-    frames, path = listed.workspace.frames, tmp_path / "walk.ilf"
+    frames, path = listed.workspace, tmp_path / "walk.ilf"
     frames.set_done(frames.entries[0], True)
     frames.set_done(frames.entries[2], True)
     assert frames.entries[0].unsaved

@@ -84,21 +84,21 @@ def _summary(window: MainWindow) -> str:
 
 def _cut_off_by_hand(window: MainWindow) -> int:
     """Paint a new block, named Mine, with a stroke across the block at the right."""
-    session, view = window.workspace.session, window.views.cells["colour"].view
+    document, view = window.workspace.current, window.views.cells["colour"].view
     window.actions_["new_block"].trigger()
-    (label,) = session.selected
+    (label,) = document.selected
     window.editor.options.brush_radius = 3.0
     start, end = (view.viewportTransform().map(QPointF(x, 24)).toPoint() for x in (44, 56))
     QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=start)
     QTest.mouseMove(view.viewport(), end)
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=end)
-    window.workspace.blocks.edit_info(label, "Rename block", name="Mine")
+    window.workspace.current.edit_info(label, "Rename block", name="Mine")
     return label
 
 
 def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot: QtBot) -> None:
-    session = staged.workspace.session
-    before, steps = session.labels.copy(), session.undo_stack.count()
+    document = staged.workspace.current
+    before, steps = document.labels.copy(), document.undo_stack.count()
     staged.feature(ExtractionFeature).show_stage("dilated")
     _settle(staged, qtbot)
     pictures = []
@@ -112,75 +112,75 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot
     staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
     staged.feature(ExtractionFeature).show_stage("blocks")
     _settle(staged, qtbot)
-    found = extract(session.frame, staged.workspace.parameters.extraction).blocks
-    np.testing.assert_array_equal(_picture(staged), block_overlay(session.frame.rgb, found))
-    np.testing.assert_array_equal(session.labels, before)
-    assert session.undo_stack.count() == steps
+    found = extract(document.frame, staged.workspace.parameters.extraction).blocks
+    np.testing.assert_array_equal(_picture(staged), block_overlay(document.frame.rgb, found))
+    np.testing.assert_array_equal(document.labels, before)
+    assert document.undo_stack.count() == steps
 
 
 def test_extract_takes_what_the_preview_has_found_at_once(
     staged: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    session = staged.workspace.session
-    before = session.labels.copy()
+    document = staged.workspace.current
+    before = document.labels.copy()
     staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
-    expected = extract(session.frame, staged.workspace.parameters.extraction).blocks
+    expected = extract(document.frame, staged.workspace.parameters.extraction).blocks
     monkeypatch.delattr("gui.work.loading.find")
     staged.actions_["extract"].trigger()
     assert not staged.loader.busy
-    np.testing.assert_array_equal(session.labels, expected)
+    np.testing.assert_array_equal(document.labels, expected)
     assert not np.array_equal(expected, before)
-    assert not session.blocks.edited
-    assert session.blocks.extraction == staged.workspace.parameters.extraction
-    assert session.undo_stack.count() == 1
+    assert not document.blocks.edited
+    assert document.blocks.extraction == staged.workspace.parameters.extraction
+    assert document.undo_stack.count() == 1
     staged.workspace.undo_group.undo()
-    np.testing.assert_array_equal(session.labels, before)
+    np.testing.assert_array_equal(document.labels, before)
 
 
 @pytest.mark.parametrize("layout", ["grid", "grid-extraction"])
 def test_extract_keeps_a_block_made_by_hand_again_and_again(opened: MainWindow, qtbot: QtBot, layout: str) -> None:
     opened.views.set_layout(layout)
-    session, said = opened.workspace.session, _said(opened)
+    document, said = opened.workspace.current, _said(opened)
     mine = _cut_off_by_hand(opened)
-    before, steps, used = session.labels.copy(), session.undo_stack.count(), session.blocks.extraction
+    before, steps, used = document.labels.copy(), document.undo_stack.count(), document.blocks.extraction
     stays = before == mine
     for smallest in (48.0, 47.0):
         opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest, use_depth=False))
         _settle(opened, qtbot)
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
-        np.testing.assert_array_equal(session.labels == mine, stays)
-        assert len(session.counts()) == 2, "the block that the stroke cut into is extracted anew"
-        assert session.info(mine).name == "Mine"
-        assert session.blocks.edited
+        np.testing.assert_array_equal(document.labels == mine, stays)
+        assert len(document.counts()) == 2, "the block that the stroke cut into is extracted anew"
+        assert document.info(mine).name == "Mine"
+        assert document.blocks.edited
         assert "Kept: 1 made by hand." in said[-1]
-    while session.undo_stack.index() > steps:
+    while document.undo_stack.index() > steps:
         opened.workspace.undo_group.undo()
-    np.testing.assert_array_equal(session.labels, before)
-    assert session.blocks.extraction == used
+    np.testing.assert_array_equal(document.labels, before)
+    assert document.blocks.extraction == used
     _click(opened, "Keep blocks made by hand")
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
-    assert len(session.counts()) == 1
-    assert not session.blocks.edited
+    assert len(document.counts()) == 1
+    assert not document.blocks.edited
     assert "Kept" not in said[-1]
 
 
 def test_a_loaded_map_is_all_by_hand_and_the_message_says_what_to_do(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    session, said = opened.workspace.session, _said(opened)
-    cv2.imwrite(str(tmp_path / "labels.png"), np.full(session.frame.shape, 5, np.uint16))
+    document, said = opened.workspace.current, _said(opened)
+    cv2.imwrite(str(tmp_path / "labels.png"), np.full(document.frame.shape, 5, np.uint16))
     opened.documents.load_blocks(str(tmp_path / "labels.png"))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
-    assert (session.labels == 5).all()
+    assert (document.labels == 5).all()
     assert "switch off 'Keep blocks made by hand'" in said[-1]
 
 
 def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow, qtbot: QtBot) -> None:
-    session = staged.workspace.session
+    document = staged.workspace.current
     before = _picture(staged)
     _click(staged, "Preview")
     staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
@@ -189,8 +189,8 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     assert "With other parameters" in _summary(staged)
     staged.actions_["extract"].trigger()
     _settle(staged, qtbot)
-    np.testing.assert_array_equal(_picture(staged), block_overlay(session.frame.rgb, session.labels))
-    assert len(session.counts()) == 1
+    np.testing.assert_array_equal(_picture(staged), block_overlay(document.frame.rgb, document.labels))
+    assert len(document.counts()) == 1
     assert "With other parameters" not in _summary(staged)
     staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters())
     staged.views.set_layout("grid")
@@ -203,20 +203,20 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
 def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    session = opened.workspace.session
-    first = session.frame
+    document = opened.workspace.current
+    first = document.frame
     _click(opened, "Preview")
     opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     opened.views.set_layout("extraction")
     _settle(opened, qtbot)
-    expected = block_overlay(first.rgb, session.labels)
+    expected = block_overlay(first.rgb, document.labels)
     np.testing.assert_array_equal(_picture(opened), expected)
     assert _summary(opened).count("With these parameters") == 1
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
     open_frame(opened, qtbot, FrameRef(str(folder)))
-    opened.workspace.frames.show(session)
+    opened.workspace.show(document)
     _settle(opened, qtbot)
     np.testing.assert_array_equal(_picture(opened), expected)
 
@@ -234,14 +234,14 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(
     monkeypatch.delattr("gui.features.extraction.panel.find")
     window.views.set_layout("extraction")
     window.loader.open(FrameRef(str(frame_folder)))
-    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
     window.refresh.now()
     assert window.feature(ExtractionFeature).busy
     assert _picture(window) is None
     may_go_on.set()
     _settle(window, qtbot)
-    session = window.workspace.session
-    np.testing.assert_array_equal(_picture(window), block_overlay(session.frame.rgb, session.labels))
+    document = window.workspace.current
+    np.testing.assert_array_equal(_picture(window), block_overlay(document.frame.rgb, document.labels))
     assert "failed" not in window.log.text.toPlainText()
 
 
@@ -284,51 +284,51 @@ def test_the_summary_says_around_which_blocks_the_new_ones_would_lie(staged: Mai
     assert "around" not in _summary(staged)
     mine = _cut_off_by_hand(staged)
     assert "around 1 block made by hand" in _summary(staged)
-    staged.workspace.blocks.set_lock(mine, True)
+    staged.workspace.current.set_lock(mine, True)
     assert "around 1 block locked" in _summary(staged)
-    staged.workspace.blocks.set_lock(mine, False)
+    staged.workspace.current.set_lock(mine, False)
     _click(staged, "Keep blocks made by hand")
     assert "around" not in _summary(staged)
 
 
 def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindow, qtbot: QtBot) -> None:
-    session, said = opened.workspace.session, _said(opened)
+    document, said = opened.workspace.current, _said(opened)
     mine = _cut_off_by_hand(opened)
-    (locked,) = set(session.counts()) - session.handmade() - {session.labels[0, -1]}
+    (locked,) = set(document.counts()) - document.handmade() - {document.labels[0, -1]}
     for label in (locked, mine):
-        opened.workspace.blocks.set_lock(label, True)
+        opened.workspace.current.set_lock(label, True)
     for smallest in (48.0, 47.0):
         opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest, use_depth=False))
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
         assert "Kept: 2 locked." in said[-1]
-        assert session.blocks.edited, "a locked block is not what these values give"
+        assert document.blocks.edited, "a locked block is not what these values give"
     for label in (locked, mine):
-        opened.workspace.blocks.set_lock(label, False)
+        opened.workspace.current.set_lock(label, False)
     opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=46.0))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     assert "Kept: 1 made by hand." in said[-1]
-    assert session.handmade() == {mine}
+    assert document.handmade() == {mine}
 
 
 def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWindow, qtbot: QtBot) -> None:
-    session, view = staged.workspace.session, staged.views.cells["colour"].view
+    document, view = staged.workspace.current, staged.views.cells["colour"].view
     staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
-    before = session.labels.copy()
+    before = document.labels.copy()
     staged.actions_["new_block"].trigger()
-    (mine,) = session.selected
+    (mine,) = document.selected
     place = view.viewportTransform().map(QPointF(48, 24)).toPoint()
     QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    assert (session.labels == mine).any()
+    assert (document.labels == mine).any()
     staged.actions_["extract"].trigger()
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    assert len(session.counts()) == 1, "what was painted so far is given up, and nothing of it comes after"
-    assert not session.blocks.edited
-    assert session.undo_stack.count() == 1
+    assert len(document.counts()) == 1, "what was painted so far is given up, and nothing of it comes after"
+    assert not document.blocks.edited
+    assert document.undo_stack.count() == 1
     staged.workspace.undo_group.undo()
-    np.testing.assert_array_equal(session.labels, before)
+    np.testing.assert_array_equal(document.labels, before)
 
 
 def test_stages_want_a_frame(window: MainWindow) -> None:
@@ -363,13 +363,13 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
 def test_frames_change_and_close_while_a_preview_is_under_way(
     staged: MainWindow, qtbot: QtBot, gate: threading.Event, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = staged.workspace.session.frame
+    first = staged.workspace.current.frame
     shown = _pictures_given(staged, monkeypatch)
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
     _slide(staged, "dilation", 5)
     assert staged.feature(ExtractionFeature).busy
     open_frame(staged, qtbot, FrameRef(str(folder)))
-    second = staged.workspace.session
+    second = staged.workspace.current
     gate.set()
     _settle(staged, qtbot)
     assert shown
@@ -383,13 +383,13 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     staged.refresh.now()
     gate.set()
     _settle(staged, qtbot)
-    assert second not in staged.workspace.frames.sessions
+    assert second not in staged.workspace.open
     assert shown
     assert {size for size, _ in shown} == {first.shape}
     shown.clear()
     staged.actions_["close_frame"].trigger()
     _settle(staged, qtbot)
-    assert not staged.workspace.has_session
+    assert not staged.workspace.has_current
     assert not shown
     assert _summary(staged) == ""
 
@@ -463,22 +463,22 @@ def test_a_frame_is_shown_before_its_blocks_are_found(
 
     monkeypatch.setattr("gui.work.loading.find", slow)
     window.loader.open(FrameRef(str(frame_folder)))
-    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
     window.refresh.now()
-    session = window.workspace.session
+    document = window.workspace.current
     assert window.views.cells["colour"].view.image.image is not None
-    assert (session.counts(), session.unsaved, window.actions_["run"].isEnabled()) == ({}, False, False)
-    mine = np.zeros(session.labels.shape, np.int32)
+    assert (document.counts(), document.unsaved, window.actions_["run"].isEnabled()) == ({}, False, False)
+    mine = np.zeros(document.labels.shape, np.int32)
     mine[:20] = 7
     if works_meanwhile:
-        window.workspace.blocks.replace(mine, "Mine")
+        window.workspace.current.replace_blocks(mine, "Mine")
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         go_on.set()
-    np.testing.assert_array_equal(session.labels > 0, np.ones(session.labels.shape, bool))
-    assert session.undo_stack.count() == (2 if works_meanwhile else 0)
+    np.testing.assert_array_equal(document.labels > 0, np.ones(document.labels.shape, bool))
+    assert document.undo_stack.count() == (2 if works_meanwhile else 0)
     if works_meanwhile:
-        session.undo_stack.undo()
-        np.testing.assert_array_equal(session.labels, mine)
+        document.undo_stack.undo()
+        np.testing.assert_array_equal(document.labels, mine)
     else:
-        assert not session.blocks.edited
-        assert not session.unsaved
+        assert not document.blocks.edited
+        assert not document.unsaved

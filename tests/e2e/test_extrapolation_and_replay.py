@@ -69,9 +69,9 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     cell = margin.views.cells["depth-out"]
     margin.feature(StatusFeature).readout.point_at((30, 1))
     assert "out missing" in margin.feature(StatusFeature).bar.readout.text()
-    before = margin.workspace.session.completion()
+    before = margin.workspace.current.completion()
     _extrapolation(margin, qtbot)
-    completion = margin.workspace.session.completion()
+    completion = margin.workspace.current.completion()
     assert completion.extrapolated[:3].all()
     np.testing.assert_array_equal(completion.depth[~completion.extrapolated], before.depth[~completion.extrapolated])
     assert cell.picture.stripes.isVisible()
@@ -124,7 +124,7 @@ def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(
     assert not reported, "all is as it was recorded"
     with qtbot.waitSignal(margin.runs.finished, timeout=WAIT_MS):
         margin.actions_["run"].trigger()
-    assert margin.workspace.session.extrapolated
+    assert margin.workspace.current.extrapolated
     assert "the result equals the run record" in margin.log.text.toPlainText()
     assert not reported
 
@@ -151,7 +151,7 @@ def test_an_input_that_was_replaced_is_refused(
     _export(opened, qtbot, tmp_path / "out")
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
     assert "is not the depth file of the recorded run" in reported[0]
-    assert not opened.workspace.has_session
+    assert not opened.workspace.has_current
 
 
 def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(
@@ -189,13 +189,13 @@ def test_a_run_with_other_distrusted_depth_or_drawn_borders_is_not_judged(
     run_all(opened)
     _export(opened, qtbot, tmp_path / "out")
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
-    session = opened.workspace.session
-    mask = np.zeros(session.frame.shape, bool)
+    document = opened.workspace.current
+    mask = np.zeros(document.frame.shape, bool)
     mask[:4, :4] = True
-    opened.workspace.blocks.set_invalid_mask(mask, "Distrust depth")
+    opened.workspace.current.set_invalid_mask(mask, "Distrust depth")
     run_all(opened)
-    session.undo_stack.undo()
-    session.change_blocks(drawn=mask)
+    document.undo_stack.undo()
+    document.change_blocks(drawn=mask)
     run_all(opened)
     assert reported == []
     assert "equals the run record" not in opened.log.text.toPlainText()

@@ -61,21 +61,21 @@ def _dragged(kind: type[QDropEvent], data: QMimeData, actions: Qt.DropAction) ->
 def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(
     opened: MainWindow, qtbot: QtBot, reported: list[str], tmp_path: Path
 ) -> None:
-    session = opened.workspace.session
+    document = opened.workspace.current
     picture = tmp_path / "picture.png"
     cv2.imwrite(str(picture), np.zeros((48, 64, 3), np.uint8))
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.loader.open(FrameRef(str(picture), str(picture)))
     assert "not depth" in reported[0]
     assert len(reported) == 1
-    assert opened.workspace.frames.sessions == [session]
+    assert opened.workspace.open == [document]
     assert "picture.png" in opened.log.text.toPlainText()
 
 
 def test_dropping_a_folder_opens_it(window: MainWindow, qtbot: QtBot, frame_folder: Path) -> None:
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         _drop(window, frame_folder)
-    assert window.workspace.session.name == "two-planes"
+    assert window.workspace.current.name == "two-planes"
 
 
 def test_files_are_taken_as_copies_and_by_the_window_alone(
@@ -123,7 +123,7 @@ def test_files_are_taken_as_copies_and_by_the_window_alone(
         window.dropEvent(dropped)
     assert (dropped.isAccepted(), dropped.dropAction()) == (True, Qt.DropAction.CopyAction)
     assert not window.drops.isVisible()
-    assert window.workspace.session.name == "two-planes"
+    assert window.workspace.current.name == "two-planes"
     dialog.close()
 
 
@@ -133,13 +133,13 @@ def test_dropping_a_folder_without_a_frame_says_so(
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         _drop(window, tmp_path)
     assert "meta.json" in reported[0]
-    assert not window.workspace.has_session
+    assert not window.workspace.has_current
 
 
 def test_opening_a_frame_twice_shows_it_once(opened: MainWindow, frame_folder: Path) -> None:
     opened.loader.open(FrameRef(str(frame_folder)))
     assert not opened.loader.busy
-    assert len(opened.workspace.frames.sessions) == 1
+    assert len(opened.workspace.open) == 1
 
 
 def test_a_failing_export_says_why_and_leaves_what_was_there(
@@ -152,7 +152,7 @@ def test_a_failing_export_says_why_and_leaves_what_was_there(
     qtbot.waitUntil(lambda: bool(reported), timeout=WAIT_MS)
     assert "taken is a file, not a folder" in reported[0]
     assert target.read_text() == "a file where the folder should be"
-    assert opened.workspace.session.unsaved
+    assert opened.workspace.current.unsaved
 
 
 def test_clipping_in_the_depth_png_is_a_warning(
@@ -181,23 +181,23 @@ def test_steps_that_a_png_loses_are_warned_of_once(
 
 
 def test_a_label_map_of_another_size_is_refused(opened: MainWindow, reported: list[str], tmp_path: Path) -> None:
-    before = opened.workspace.session.labels.copy()
+    before = opened.workspace.current.labels.copy()
     cv2.imwrite(str(tmp_path / "labels.png"), np.ones((10, 10), np.uint16))
     opened.documents.load_blocks(str(tmp_path / "labels.png"))
     assert "10 x 10" in reported[0]
-    assert np.array_equal(opened.workspace.session.labels, before)
+    assert np.array_equal(opened.workspace.current.labels, before)
 
 
 def test_a_label_map_can_be_loaded_and_undone(opened: MainWindow, tmp_path: Path) -> None:
-    session = opened.workspace.session
-    before = session.labels.copy()
-    labels = np.full(session.frame.shape, 5, np.uint16)
+    document = opened.workspace.current
+    before = document.labels.copy()
+    labels = np.full(document.frame.shape, 5, np.uint16)
     cv2.imwrite(str(tmp_path / "labels.png"), labels)
     opened.documents.load_blocks(str(tmp_path / "labels.png"))
-    assert (session.labels == 5).all()
-    assert session.blocks.edited
+    assert (document.labels == 5).all()
+    assert document.blocks.edited
     opened.workspace.undo_group.undo()
-    assert np.array_equal(session.labels, before)
+    assert np.array_equal(document.labels, before)
 
 
 def test_an_error_in_the_middle_of_a_run_is_shown_and_the_window_goes_on(
@@ -222,8 +222,8 @@ def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(ope
     run_all(opened)
     assert "Canny's edges replace" in said[0]
     assert said[0] in opened.log.text.toPlainText()
-    rows = block_rows(workspace.session, opened.runs)
-    assert [row.detail.splitlines()[-1] for row in rows] == list(workspace.session.completion().notes) * len(rows)
+    rows = block_rows(workspace.current, opened.runs)
+    assert [row.detail.splitlines()[-1] for row in rows] == list(workspace.current.completion().notes) * len(rows)
 
 
 def test_run_record_that_is_no_record(window: MainWindow, qtbot: QtBot, reported: list[str], tmp_path: Path) -> None:
@@ -232,7 +232,7 @@ def test_run_record_that_is_no_record(window: MainWindow, qtbot: QtBot, reported
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.documents.open_paths([path])
     assert "run.json" in reported[0]
-    assert not window.workspace.has_session
+    assert not window.workspace.has_current
 
 
 def test_picture_that_cannot_be_written(window: MainWindow, reported: list[str], tmp_path: Path) -> None:

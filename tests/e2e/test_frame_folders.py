@@ -57,24 +57,24 @@ def _go(window: MainWindow, qtbot: QtBot, command: str = "next_frame") -> None:
 
 
 def _present(window: MainWindow) -> Entry:
-    entry = window.workspace.frames.entries.of(window.workspace.session.id)
+    entry = window.workspace.entries.of(window.workspace.current.id)
     assert entry is not None
     return entry
 
 
 def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
     window, workspace = listed, listed.workspace
-    part, entries = window.feature(FramesFeature), workspace.frames.entries
+    part, entries = window.feature(FramesFeature), workspace.entries
     assert [entry.name for entry in entries] == [f"frame-{number}" for number in range(COUNT)]
-    assert [entry.session is not None for entry in entries] == [True, False, False, False, False, False]
+    assert [entry.document is not None for entry in entries] == [True, False, False, False, False, False]
     assert _present(window).summary.stage is Stage.EXTRACTED
     part.open_frames.max_open = 2
 
-    first = workspace.session
+    first = workspace.current
     labels = first.labels.copy()
     labels[:8, :8] = 0
-    workspace.blocks.edit(patch_between(first.labels, labels), "Erase")
-    workspace.frames.set_note(entries[0], "glass")
+    workspace.current.edit(patch_between(first.labels, labels), "Erase")
+    workspace.set_note(entries[0], "glass")
     first_id = first.id
 
     _go(window, qtbot)
@@ -85,8 +85,8 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
     assert _present(window) is entries[1], "the one that cannot be opened is passed by"
     _go(window, qtbot)
     assert _present(window) is entries[3]
-    qtbot.waitUntil(lambda: entries[0].session is None, timeout=WAIT_MS)
-    assert len(workspace.frames.sessions) == 2
+    qtbot.waitUntil(lambda: entries[0].document is None, timeout=WAIT_MS)
+    assert len(workspace.open) == 2
     assert (entries[0].summary.stage, entries[0].note, entries[0].unsaved) == (Stage.EDITED, "glass", True)
 
     shutil.rmtree(folder / "frame-4")
@@ -94,7 +94,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
     assert entries[4].summary.stage is Stage.FAILED
     part.open(entries[0])
     qtbot.waitUntil(lambda: _present(window) is entries[0], timeout=WAIT_MS)
-    back = workspace.session
+    back = workspace.current
     assert back is not first
     assert (back.id, back.state.note, back.unsaved) == (first_id, "glass", True)
     assert np.array_equal(back.labels, labels)
@@ -102,7 +102,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
 
 
 def test_the_film_strip_goes_from_frame_to_frame(listed: MainWindow, qtbot: QtBot) -> None:
-    strip, entries = listed.feature(FramesFeature).panel.view, listed.workspace.frames.entries
+    strip, entries = listed.feature(FramesFeature).panel.view, listed.workspace.entries
     assert strip.isVisible()
     assert strip.is_strip
     qtbot.waitUntil(lambda: strip.model().rowCount() == len(entries))
@@ -135,7 +135,7 @@ def test_the_film_strip_goes_from_frame_to_frame(listed: MainWindow, qtbot: QtBo
 
 
 def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot, monkeypatch) -> None:
-    window, entries = listed, listed.workspace.frames.entries
+    window, entries = listed, listed.workspace.entries
     part = window.feature(FramesFeature)
     part.open_frames.max_open = 1
     told: list[object] = []
@@ -143,16 +143,16 @@ def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot,
     _go(window, qtbot)
     assert len(told) == 1
     told[0](OSError("disk full"))
-    assert len(window.workspace.frames.sessions) == 2, "it could not be stored"
+    assert len(window.workspace.open) == 2, "it could not be stored"
     monkeypatch.setattr(part.open_frames, "_is_stored", lambda id: False)
     told[0](None)
-    assert len(window.workspace.frames.sessions) == 2, "nothing is stored of it"
+    assert len(window.workspace.open) == 2, "nothing is stored of it"
     monkeypatch.setattr(part.open_frames, "_is_stored", lambda id: True)
-    session = entries[0].session
-    assert session is not None
-    window.workspace.frames.set_note(entries[0], "changed since")
+    document = entries[0].document
+    assert document is not None
+    window.workspace.set_note(entries[0], "changed since")
     told[0](None)
-    assert entries[0].session is session, "it has changed since"
+    assert entries[0].document is document, "it has changed since"
     monkeypatch.setattr(part.open_frames, "_is_busy", lambda one: True)
     part.open_frames.close_surplus()
     assert len(told) == 1, "what is at work is not even asked for"
@@ -161,10 +161,10 @@ def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot,
 def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     listed: MainWindow, qtbot: QtBot, monkeypatch
 ) -> None:
-    window, workspace, entries = listed, listed.workspace, listed.workspace.frames.entries
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     panel, part = window.feature(FramesFeature).panel, window.feature(FramesFeature)
-    workspace.frames.set_note(entries[1], "shiny")
-    workspace.frames.set_note(entries[5], "shiny")
+    workspace.set_note(entries[1], "shiny")
+    workspace.set_note(entries[5], "shiny")
     panel.text.setText("shiny")
     assert [entry.name for entry in panel.model.entries] == ["frame-0", "frame-1", "frame-5"], "the present one stays"
     _go(window, qtbot, "previous_frame")
@@ -199,7 +199,7 @@ def test_a_folder_without_frames_says_what_one_holds(
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.documents.open_paths([tmp_path / "empty"])
     assert "A folder of frames contains one of these" in told[0]
-    assert len(window.workspace.frames.entries) == 0
+    assert len(window.workspace.entries) == 0
 
 
 @pytest.fixture
@@ -222,7 +222,7 @@ def remembering(qtbot: QtBot) -> Iterator[Callable[[], MainWindow]]:
 
 def _open_folder(window: MainWindow, qtbot: QtBot, folder: Path) -> None:
     window.documents.open_paths([folder])
-    qtbot.waitUntil(lambda: window.workspace.has_session and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy, timeout=WAIT_MS)
 
 
 def test_work_on_a_folder_is_there_again_the_next_time(
@@ -232,11 +232,11 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     _open_folder(window, qtbot, folder)
     assert not window.project.present.unsaved, "looking is no work"
     _go(window, qtbot)
-    window.workspace.frames.set_note(window.workspace.frames.entries[1], "mirror")
-    window.workspace.frames.set_note(window.workspace.frames.entries[4], "not opened yet")
-    labels = window.workspace.session.labels.copy()
+    window.workspace.set_note(window.workspace.entries[1], "mirror")
+    window.workspace.set_note(window.workspace.entries[4], "not opened yet")
+    labels = window.workspace.current.labels.copy()
     labels[:8, :8] = 0
-    window.workspace.blocks.edit(patch_between(window.workspace.session.labels, labels), "Erase")
+    window.workspace.current.edit(patch_between(window.workspace.current.labels, labels), "Erase")
     assert window.project.present.unsaved
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
         window.actions_["save_project"].trigger()
@@ -247,11 +247,11 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     write_frame(folder / "frame-9", small_frame)
     again = remembering()
     _open_folder(again, qtbot, folder)
-    qtbot.waitUntil(lambda: len(again.workspace.frames.entries) == COUNT + 1, timeout=WAIT_MS)
-    entries = again.workspace.frames.entries
+    qtbot.waitUntil(lambda: len(again.workspace.entries) == COUNT + 1, timeout=WAIT_MS)
+    entries = again.workspace.entries
     assert [entry.note for entry in entries] == ["", "mirror", "", "", "not opened yet", "", ""]
     assert _present(again) is entries[1]
-    assert np.array_equal(again.workspace.session.labels, labels)
+    assert np.array_equal(again.workspace.current.labels, labels)
     assert entries[6].name == "frame-9"
     assert not again.project.present.unsaved, "that a frame has come to the folder is no work"
 
@@ -267,7 +267,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     last.loader.failed.disconnect(last.notes.report)
     _open_folder(last, qtbot, folder)
     assert told == ["Open walk.ilf"]
-    assert len(last.workspace.frames.entries) == COUNT + 1
+    assert len(last.workspace.entries) == COUNT + 1
     assert last.project.present.path is None, "what is damaged is not written over"
 
 
@@ -296,7 +296,7 @@ def _save(window: MainWindow, qtbot: QtBot) -> None:
 def test_a_folders_project_lies_beside_it_and_saving_says_where(
     in_folder: MainWindow, remembering: Callable[[], MainWindow], qtbot: QtBot, folder: Path
 ) -> None:
-    in_folder.workspace.frames.set_note(in_folder.workspace.frames.entries[1], "mirror")
+    in_folder.workspace.set_note(in_folder.workspace.entries[1], "mirror")
     _save(in_folder, qtbot)
     project = folder.with_name("walk.ilf")
     assert project.is_file()
@@ -305,7 +305,7 @@ def test_a_folders_project_lies_beside_it_and_saving_says_where(
     assert [button.text() for button in toast.commands] == ["Show in folder", "Save elsewhere"]
     again = remembering()
     _open_folder(again, qtbot, folder)
-    assert again.workspace.frames.entries[1].note == "mirror"
+    assert again.workspace.entries[1].note == "mirror"
 
 
 @pytest.mark.parametrize("answer", ["&Add to it", "&New project", "Cancel"])
@@ -323,7 +323,7 @@ def test_a_frame_opened_later_joins_the_folders_project_only_if_the_user_wants_i
     next(button for button in box.buttons() if button.text() == answer).click()
     qtbot.waitUntil(lambda: not in_folder.loader.busy, timeout=WAIT_MS)
     names = {"&Add to it": COUNT + 1, "&New project": 1, "Cancel": COUNT}
-    qtbot.waitUntil(lambda: len(in_folder.workspace.frames.entries) == names[answer], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == names[answer], timeout=WAIT_MS)
     assert in_folder.project.present.path == (None if answer == "&New project" else project)
 
 
@@ -332,5 +332,5 @@ def test_before_anything_is_done_in_it_a_folders_project_ends_when_another_frame
 ) -> None:
     assert in_folder.project.present.path == folder.with_name("walk.ilf")
     in_folder.documents.open_paths([write_frame(folder.with_name("elsewhere"), small_frame)])
-    qtbot.waitUntil(lambda: len(in_folder.workspace.frames.entries) == COUNT + 1, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == COUNT + 1, timeout=WAIT_MS)
     assert in_folder.project.present.path is None

@@ -17,8 +17,8 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
     assert not actions["remove_guide"].isEnabled()
     run_all(window)
-    session = workspace.session
-    before = session.completion().depth
+    document = workspace.current
+    before = document.completion().depth
 
     rows, columns = np.mgrid[:48, :64]
     ground_truth = np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
@@ -35,29 +35,29 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
     assert "100% of the pixels" in dialog.message.text()
     dialog.accept()
-    assert session.changed_blocks() == sorted(session.counts())  # all results are stale, and Live solves them again
+    assert document.changed_blocks() == sorted(document.counts())  # all results are stale, and Live solves them again
 
     window.views.set_content("depth-in", "guide")
     qtbot.waitUntil(lambda: window.views.material.guide is not None, timeout=WAIT_MS)
     assert np.median(np.abs(window.views.material.guide - ground_truth)) < 0.01
-    qtbot.waitUntil(lambda: not session.changed_blocks() and window.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    guided = session.completion().depth
+    qtbot.waitUntil(lambda: not document.changed_blocks() and window.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    guided = document.completion().depth
     assert np.nanmax(np.abs(guided - ground_truth)) < 0.002
 
     # undo brings the former results back, without a run, and redo these
     workspace.undo_group.undo()
-    assert session.frame.guide is None
-    assert not session.changed_blocks()
-    assert np.array_equal(session.completion().depth, before, equal_nan=True)
+    assert document.frame.guide is None
+    assert not document.changed_blocks()
+    assert np.array_equal(document.completion().depth, before, equal_nan=True)
     workspace.undo_group.redo()
-    assert np.array_equal(session.completion().depth, guided, equal_nan=True)
+    assert np.array_equal(document.completion().depth, guided, equal_nan=True)
 
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
         window.project.saving.save(SaveRequest(tmp_path / "work.ilf"))
     with open_project(tmp_path / "work.ilf") as project:
         state = project.state(project.project.frames[0].id).state
-        assert state.frame.guide.is_same_as(session.frame.guide)
+        assert state.frame.guide.is_same_as(document.frame.guide)
         assert state.frame.guide.path == str(tmp_path / "inverse.npy")
     actions["remove_guide"].trigger()
-    assert session.frame.guide is None
+    assert document.frame.guide is None
     assert not actions["remove_guide"].isEnabled()

@@ -89,7 +89,7 @@ def test_a_run_that_guesses_the_rest_has_its_picture_after_that(
     save = HeadlessRun._take_picture
 
     def look(self: HeadlessRun) -> None:
-        extrapolated.append(self._workspace.session.extrapolated)
+        extrapolated.append(self._workspace.current.extrapolated)
         save(self)
 
     monkeypatch.setattr(HeadlessRun, "_take_picture", look)
@@ -166,7 +166,7 @@ def test_one_frame_of_two(start: Start, frame_folder: Path, tmp_path: Path, pict
 def test_a_frame_without_blocks(
     start: Start, frame_folder: Path, picture: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gui.state.session.Session.counts", lambda _: {})
+    monkeypatch.setattr("gui.state.frame_data.FrameData.counts", lambda _: {})
     refused(start(frame_folder, "--run"), picture, "two-planes has no blocks")
 
 

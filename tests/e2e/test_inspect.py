@@ -89,7 +89,7 @@ def test_a_profile_from_drawing_to_file(
     folder = write_frame(tmp_path / "another", small_frame)
     open_frame(window, qtbot, FrameRef(str(folder)))
     assert part.profile_panel.data is None
-    window.workspace.frames.show(window.workspace.frames.sessions[0])
+    window.workspace.show(window.workspace.open[0])
     window.refresh.now()
     assert part._marks.marks.line == line
     key(window, Qt.Key.Key_Escape)
@@ -101,22 +101,22 @@ def test_a_profile_from_drawing_to_file(
 def test_statistics_of_block_and_rectangle_beside_each_other(
     opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
 ) -> None:
-    window, part, session = opened, part_of(opened), opened.workspace.session
+    window, part, document = opened, part_of(opened), opened.workspace.current
     run_all(window)
     window.panels.reveal("Measure")
     qtbot.waitUntil(lambda: part.measure_panel.isVisible(), timeout=WAIT_MS)
-    window.workspace.blocks.select([1])
-    depth = session.current_depth()
+    window.workspace.select([1])
+    depth = document.current_depth()
     assert depth is not None
-    camera = session.frame.intrinsics
-    raw, result = (surface_statistics(values, session.labels == 1, camera) for values in (session.frame.depth, depth))
+    camera = document.frame.intrinsics
+    raw, result = (surface_statistics(values, document.labels == 1, camera) for values in (document.frame.depth, depth))
     assert raw.plane is not None
     assert result.plane is not None
     text = numbers(window, qtbot)
     assert f"Missing\t{100 * raw.missing_share:.1f} %\t{100 * result.missing_share:.1f} %" in text
     assert f"Tilt\t{raw.plane.tilt:.1f}°\t{result.plane.tilt:.1f}°" in text
 
-    window.workspace.blocks.select([1, 2])
+    window.workspace.select([1, 2])
     numbers(window, qtbot)
     assert "Angle between the planes" in part.measure_panel._reason.text()
 
@@ -127,7 +127,7 @@ def test_statistics_of_block_and_rectangle_beside_each_other(
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
     part.measure_panel.subject_requested.emit(True)
     key(window, Qt.Key.Key_Escape)
-    assert session.state.looked.region is None
+    assert document.state.looked.region is None
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
 
 
@@ -146,9 +146,9 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(
     window.refresh.now()
     rows = part.measure_panel._list._rows
     assert [(number, filled) for number, *_, filled in rows] == [("1", True), ("2", False)]
-    session, depth = window.workspace.session, window.workspace.session.current_depth()
+    document, depth = window.workspace.current, window.workspace.current.current_depth()
     assert depth is not None
-    wanted = measure(depth, part.inspection.measurements[1], session.frame.intrinsics)
+    wanted = measure(depth, part.inspection.measurements[1], document.frame.intrinsics)
     assert rows[1][1:3] == (f"{wanted.distance:.3f} m", f"{wanted.height:+.3f} m")
     assert len(part._marks.marks.lengths) == 2
 

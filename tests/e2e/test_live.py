@@ -16,7 +16,7 @@ from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import block_rows
 from gui.features.curves import CurvesFeature
 from gui.features.filter.feature import FilterFeature
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import BlockResult
@@ -38,12 +38,12 @@ def _slider(window: MainWindow, name: str) -> QSlider:
 
 
 def _results(window: MainWindow) -> dict[int, BlockResult]:
-    return dict(window.workspace.session.valid_results())
+    return dict(window.workspace.current.valid_results())
 
 
 def _states(window: MainWindow) -> dict[int, str]:
     workspace = window.workspace
-    return {row.label: row.state for row in block_rows(workspace.session, window.runs)}
+    return {row.label: row.state for row in block_rows(workspace.current, window.runs)}
 
 
 @pytest.mark.parametrize("own", [False, True], ids=["values of all blocks", "values of the chosen block"])
@@ -53,8 +53,8 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     opened.panels.reveal("Convergence")
     run_all(opened)
     workspace = opened.workspace
-    chosen, other = list(workspace.session.counts())[:2]
-    workspace.blocks.select([chosen])
+    chosen, other = list(workspace.current.counts())[:2]
+    workspace.select([chosen])
     opened.feature(FilterFeature).panel.set_scope(own)
     before = _results(opened)
     steps = workspace.undo_group.activeStack().count()
@@ -66,7 +66,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     assert after[chosen].parameters.padding == 3.0
     assert not np.array_equal(after[chosen].depth, before[chosen].depth)
     assert after[other] is before[other]
-    alone = ilf.complete(workspace.session.frame, workspace.session.labels, after[chosen].parameters)
+    alone = ilf.complete(workspace.current.frame, workspace.current.labels, after[chosen].parameters)
     assert np.array_equal(after[chosen].depth, alone.results[chosen].depth)
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
     opened.refresh.now()
@@ -79,8 +79,8 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
 
 def test_of_many_values_the_last_one_stays(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
-    chosen = next(iter(workspace.session.counts()))
-    workspace.blocks.select([chosen])
+    chosen = next(iter(workspace.current.counts()))
+    workspace.select([chosen])
     stored: list[int] = []
     workspace.runs.results_changed.connect(lambda: stored.append(0))
     slider = _slider(opened, "padding")
@@ -94,8 +94,8 @@ def test_of_many_values_the_last_one_stays(opened: MainWindow, qtbot: QtBot) -> 
 
 def test_a_long_re_solve_is_replaced(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
-    chosen = next(iter(workspace.session.counts()))
-    workspace.blocks.select([chosen])
+    chosen = next(iter(workspace.current.counts()))
+    workspace.select([chosen])
     opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     assert opened.actions_["run"].isEnabled()
@@ -106,8 +106,8 @@ def test_a_long_re_solve_is_replaced(opened: MainWindow, qtbot: QtBot) -> None:
 
 def test_a_run_takes_the_place_of_a_re_solve(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
-    labels = list(workspace.session.counts())
-    workspace.blocks.select(labels[:1])
+    labels = list(workspace.current.counts())
+    workspace.select(labels[:1])
     opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     workspace.parameters.set(ilf.preset(max_iterations=4))
@@ -121,7 +121,7 @@ def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
 ) -> None:
     run_all(opened)
     workspace = opened.workspace
-    workspace.blocks.select(list(workspace.session.counts())[:1])
+    workspace.select(list(workspace.current.counts())[:1])
     opened.feature(FilterFeature).panel.edited.emit(ilf.preset("paper", max_iterations=3))
     for thread in threading.enumerate():
         if thread.name == "ilf-worker":
@@ -136,13 +136,13 @@ def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
 
 def test_a_frame_closes_without_a_question_during_a_re_solve(opened: MainWindow, qtbot: QtBot) -> None:
     opened.documents.discard_silently = False
-    opened.workspace.blocks.select(list(opened.workspace.session.counts())[:1])
+    opened.workspace.select(list(opened.workspace.current.counts())[:1])
     opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
-    session = opened.workspace.session
-    opened.workspace.frames.note_saved(session, session.stamp)
+    document = opened.workspace.current
+    document.note_saved(document.stamp)
     opened.actions_["close_frame"].trigger()
-    assert not opened.workspace.has_session
+    assert not opened.workspace.has_current
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
 
 
@@ -151,13 +151,13 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
     opened: MainWindow, qtbot: QtBot, small_frame: RGBDFrame, what: str
 ) -> None:
     workspace = opened.workspace
-    workspace.blocks.select(list(workspace.session.counts())[:1])
+    workspace.select(list(workspace.current.counts())[:1])
     opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
-    first = workspace.session
-    second = Session.of(ilf.Run(small_frame, first.labels), None, "second")
-    workspace.add_session(second)
+    first = workspace.current
+    second = Document.of(ilf.Run(small_frame, first.labels), None, "second")
+    workspace.open_document(second)
     chosen = next(iter(second.counts()))
-    workspace.blocks.select([chosen])
+    workspace.select([chosen])
     assert opened.runs.state is RunState.IDLE, "each frame by itself"
     assert opened.runs.of(first).state is RunState.RESOLVING
     workspace.parameters.set(ilf.preset(max_iterations=4))
@@ -173,7 +173,7 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
 
 def test_nothing_is_solved_anew_during_a_run(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
-    workspace.blocks.select(list(workspace.session.counts())[:1])
+    workspace.select(list(workspace.current.counts())[:1])
     workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["run"].trigger()
     _slider(opened, "padding").setValue(8)
@@ -188,8 +188,8 @@ def test_with_live_off_nothing_runs_and_the_choice_is_remembered(
 ) -> None:
     run_all(opened)
     workspace = opened.workspace
-    chosen = next(iter(workspace.session.counts()))
-    workspace.blocks.select([chosen])
+    chosen = next(iter(workspace.current.counts()))
+    workspace.select([chosen])
     before = _results(opened)
     opened.actions_["live"].trigger()
     _slider(opened, "padding").setValue(8)
@@ -202,7 +202,7 @@ def test_with_live_off_nothing_runs_and_the_choice_is_remembered(
 
 
 def test_without_a_chosen_block_nothing_runs(opened: MainWindow) -> None:
-    opened.workspace.blocks.select([])
+    opened.workspace.select([])
     _slider(opened, "padding").setValue(8)
     assert opened.runs.state is RunState.IDLE
 
@@ -213,17 +213,17 @@ def test_blocks_that_run_at_once_give_what_they_give_alone(
     monkeypatch.setattr("gui.work.frame_runs.spare_cores", lambda: 3)
     workspace = opened.workspace
     workspace.parameters.set(ilf.preset("released-code", max_iterations=2000))
-    labels = list(workspace.session.counts())
+    labels = list(workspace.current.counts())
     together: list[list[int]] = []
     previews: list[int] = []
-    opened.runs.records.connect(lambda *_: together.append(opened.workspace.session.results.running))
-    results = workspace.session.results
+    opened.runs.records.connect(lambda *_: together.append(opened.workspace.current.results.running))
+    results = workspace.current.results
     workspace.runs.previews_changed.connect(lambda: previews.append(len(results.previews)))
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert max(map(len, together)) == len(labels)
     assert max(previews) >= 1
-    expected = ilf.complete(workspace.session.frame, workspace.session.labels, workspace.parameters.current, threads=1)
-    completion = workspace.session.completion()
+    expected = ilf.complete(workspace.current.frame, workspace.current.labels, workspace.parameters.current, threads=1)
+    completion = workspace.current.completion()
     assert completion is not None
     assert completion.depth.tobytes() == expected.depth.tobytes()

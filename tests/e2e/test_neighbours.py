@@ -22,11 +22,11 @@ def open_sequence(window, qtbot, folder, number=2, intrinsics=CAMERA):
     )
     with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS):
         window.loader.open_folder(source, show=False)
-    entries = window.workspace.frames.entries
+    entries = window.workspace.entries
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.loader.open_entry(entries[number])
     window.refresh.now()
-    return window.workspace.session
+    return window.workspace.current
 
 
 def asked(window, qtbot):
@@ -40,11 +40,11 @@ def asked(window, qtbot):
 def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, tmp_path, run_all):
     actions, workspace = window.actions_, window.workspace
     assert actions["use_neighbours"].property(WHY_NOT) == "Open a frame first."
-    session = open_sequence(window, qtbot, write_sequence(tmp_path / "in"))
-    workspace.blocks.replace(np.ones(session.frame.shape, np.int32), "One block")
+    document = open_sequence(window, qtbot, write_sequence(tmp_path / "in"))
+    workspace.current.replace_blocks(np.ones(document.frame.shape, np.int32), "One block")
     run_all(window)
-    before = session.completion().depth
-    hole = session.frame.missing.copy()
+    before = document.completion().depth
+    hole = document.frame.missing.copy()
     _, exact = exact_view(pose_of(2))
 
     dialog = asked(window, qtbot)
@@ -55,44 +55,44 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     assert "Depth of 2 neighbours is used at" in dialog.message.text()
     dialog.test_button.click()
     qtbot.waitUntil(lambda: "without neighbours" in dialog.errors.text(), timeout=WAIT_MS)
-    assert session.frame.neighbours is None
+    assert document.frame.neighbours is None
     dialog.accept()
-    added = session.frame.from_neighbours
+    added = document.frame.from_neighbours
     assert added[hole].mean() > 0.7
     assert not added[~hole].any()
-    np.testing.assert_array_equal(session.frame.missing, hole)  # they never count as measured
-    assert session.changed_blocks() == [1]  # the result is stale, and Live solves it again
+    np.testing.assert_array_equal(document.frame.missing, hole)  # they never count as measured
+    assert document.changed_blocks() == [1]  # the result is stale, and Live solves it again
 
     window.views.set_content("depth-in", "from_neighbours")
-    qtbot.waitUntil(lambda: not session.changed_blocks() and window.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not document.changed_blocks() and window.runs.state is RunState.IDLE, timeout=WAIT_MS)
     window.refresh.now()
     np.testing.assert_array_equal(window.views.material.from_neighbours, added)
     row, column = np.argwhere(added)[0]
     window.views.cursorMoved.emit((int(column), int(row)))
     assert "from neighbours " in window.statusBar().readout.text()
-    together = session.completion().depth
+    together = document.completion().depth
     assert np.abs(together - exact)[hole].mean() < 0.5 * np.abs(before - exact)[hole].mean()
 
     # undo brings the former results back, without a run, and redo these
     workspace.undo_group.undo()
-    assert session.frame.from_neighbours is None
-    assert not session.changed_blocks()
-    np.testing.assert_array_equal(session.completion().depth, before)
+    assert document.frame.from_neighbours is None
+    assert not document.changed_blocks()
+    np.testing.assert_array_equal(document.completion().depth, before)
     workspace.undo_group.redo()
-    np.testing.assert_array_equal(session.completion().depth, together)
+    np.testing.assert_array_equal(document.completion().depth, together)
 
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
         window.project.saving.save(SaveRequest(tmp_path / "work.ilf"))
     with open_project(tmp_path / "work.ilf") as project:
-        decoded = project.state(session.id)
+        decoded = project.state(document.id)
         assert not decoded.problems
         kept = decoded.state.frame
-        np.testing.assert_array_equal(kept.depth, session.frame.depth)
+        np.testing.assert_array_equal(kept.depth, document.frame.depth)
         np.testing.assert_array_equal(kept.from_neighbours, added)
-        assert kept.neighbours.neighbours[0].sha256 == session.frame.neighbours.neighbours[0].sha256
+        assert kept.neighbours.neighbours[0].sha256 == document.frame.neighbours.neighbours[0].sha256
         assert decoded.state.results[1].depth.shape == (hole.size,)
     actions["remove_neighbours"].trigger()
-    assert session.frame.from_neighbours is None
+    assert document.frame.from_neighbours is None
     assert not actions["remove_neighbours"].isEnabled()
 
 
@@ -101,7 +101,7 @@ def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path,
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
     assert "no other frame of this sequence" in actions["use_neighbours"].property(WHY_NOT)
     folder = write_sequence(tmp_path / "in", count=3)
-    session = open_sequence(window, qtbot, folder, number=-1)
+    document = open_sequence(window, qtbot, folder, number=-1)
     assert actions["use_neighbours"].isEnabled()
     for number in range(2):
         (folder / f"frame-{number:06}.depth.png").unlink()
@@ -117,4 +117,4 @@ def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path,
     assert "frame-000001.color, frame-000000.color" in dialog.message.text()
     assert not dialog.use_button.isEnabled()
     dialog.reject()
-    assert session.frame.neighbours is None
+    assert document.frame.neighbours is None

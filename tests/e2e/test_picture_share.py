@@ -16,7 +16,7 @@ from gui.features.blocks.feature import BlocksFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.layouts.layout import BUILT_IN, CORRECT, STANDARD
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.views.view_cell import ViewCell
 from ilf.run.run import Run
 from tests.bench.window import settled, wait
@@ -41,7 +41,7 @@ def made_frame(number: int = 0) -> ilf.RGBDFrame:
 def on_screen(window: MainWindow, cell: ViewCell) -> QRect:
     """Return the visible part of a cell's picture, in the window."""
     view = cell.view
-    height, width = window.workspace.session.frame.shape
+    height, width = window.workspace.current.frame.shape
     drawn = view.viewportTransform().mapRect(QRectF(0, 0, width, height)).toAlignedRect() & view.viewport().rect()
     return drawn.translated(view.viewport().mapTo(window, QPoint()))
 
@@ -55,7 +55,7 @@ def share(window: MainWindow) -> float:
 def cut(window: MainWindow) -> list[str]:
     """Return elements that are cut off but should be fully visible: pictures, captions, the Run button, the rail."""
     wrong = []
-    height, width = window.workspace.session.frame.shape
+    height, width = window.workspace.current.frame.shape
     for name, cell in window.views.cells.items():
         if cell.isVisible():
             drawn = cell.view.viewportTransform().mapRect(QRectF(0, 0, width, height))
@@ -81,7 +81,7 @@ def show_frames(window: MainWindow, frames: Iterable[ilf.RGBDFrame], size: tuple
     window.resize(*size)
     window.show()
     for frame in frames:
-        window.workspace.add_session(Session.of(Run(frame, np.ones(frame.shape, np.int32)), None, frame.name))
+        window.workspace.open_document(Document.of(Run(frame, np.ones(frame.shape, np.int32)), None, frame.name))
     window.actions_["run_all"].trigger()
     wait(lambda: settled(window))
 

@@ -55,7 +55,7 @@ def _settle(window: MainWindow, qtbot: QtBot) -> None:
     """Wait until the frame shown by playing is open."""
     workspace, worker = window.workspace, window.feature(PlayFeature).worker
     qtbot.waitUntil(
-        lambda: workspace.has_session and not window.loader.busy and not worker.busy,
+        lambda: workspace.has_current and not window.loader.busy and not worker.busy,
         timeout=WAIT_MS,
     )
     window.refresh.now()
@@ -66,20 +66,20 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
 ) -> None:
     window, workspace, views = listed, listed.workspace, listed.views
     window.feature(FramesFeature).open_frames.max_open = 1
-    first = workspace.session
-    workspace.blocks.replace(np.ones(first.frame.shape, np.int32), "One block")
+    first = workspace.current
+    workspace.current.replace_blocks(np.ones(first.frame.shape, np.int32), "One block")
     run_all(window)
     completed = first.completion().depth.copy()
     views.set_layout("grid-flicker")
     views.set_content("flicker", "flicker-in")
 
     shown = _play(window, qtbot)
-    entries = workspace.frames.entries
+    entries = workspace.entries
     assert [played.row for played in shown] == [0, 1, 2, 3]
     assert np.array_equal(shown[0].moment.depth, completed, equal_nan=True)
     assert [played.moment.depth is None for played in shown] == [False, True, True, True]
-    assert workspace.session.id == entries[COUNT - 1].id, "the last one is open"
-    qtbot.waitUntil(lambda: entries[0].session is None, timeout=WAIT_MS)
+    assert workspace.current.id == entries[COUNT - 1].id, "the last one is open"
+    qtbot.waitUntil(lambda: entries[0].document is None, timeout=WAIT_MS)
 
     by_batch = np.full(first.frame.shape, 2.5, np.float32)
     np.save(tmp_path / "depth.npy", by_batch)
@@ -103,8 +103,8 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
 
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.loader.open_entry(entries[0])
-    assert np.array_equal(workspace.session.labels, np.ones(first.frame.shape)), "the edit was stored"
-    assert np.array_equal(workspace.session.completion().depth, completed, equal_nan=True)
+    assert np.array_equal(workspace.current.labels, np.ones(first.frame.shape)), "the edit was stored"
+    assert np.array_equal(workspace.current.completion().depth, completed, equal_nan=True)
 
 
 def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_shown(
@@ -117,14 +117,14 @@ def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_sho
     actions["play_frames"].trigger()
     qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2, timeout=WAIT_MS)
     window.refresh.now()
-    assert not workspace.has_session
+    assert not workspace.has_current
     for name in ("undo", "extract", "run", "select_all"):
         assert not actions[name].isEnabled(), name
     assert actions["run"].property(WHY_NOT) == "Pause playing first."
     marked = window.feature(FramesFeature).panel.model.present
     window.views.point_at((40, 5))
     shown = feature.shown
-    assert marked is workspace.frames.entries[shown.row]
+    assert marked is workspace.entries[shown.row]
     assert status.bar.hint.text().startswith(f"{marked.name} ({shown.row + 1} of {COUNT}): ")
     assert "frames a second" in status.bar.hint.text()
     assert "x 40, y 5  |  in " in status.bar.readout.text()
@@ -134,8 +134,8 @@ def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_sho
     assert not feature.playing
     row = feature.shown.row
     _settle(window, qtbot)
-    assert workspace.session.id == workspace.frames.entries[row].id
-    assert workspace.session.undo_stack.count() == 0
+    assert workspace.current.id == workspace.entries[row].id
+    assert workspace.current.undo_stack.count() == 0
     assert actions["run"].isEnabled()
     assert window.views.place == pytest.approx((30.0, 20.0, 9.0))
 
@@ -150,31 +150,31 @@ def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out
     actions["play_frames"].trigger()
     qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2, timeout=WAIT_MS)
     assert feature.shown.unreadable >= 1  # once a loop
-    window.loader.open_entry(workspace.frames.entries[0])
+    window.loader.open_entry(workspace.entries[0])
     assert not feature.playing
     _settle(window, qtbot)
-    assert workspace.session.id == workspace.frames.entries[0].id
+    assert workspace.current.id == workspace.entries[0].id
 
 
 def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed: MainWindow, qtbot: QtBot) -> None:
     window, workspace, feature = listed, listed.workspace, listed.feature(PlayFeature)
-    first, actions = workspace.session, window.actions_
+    first, actions = workspace.current, window.actions_
     actions["play_loop"].trigger()
     actions["play_frames"].trigger()
     qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 1, timeout=WAIT_MS)
-    workspace.frames.remove_entries([workspace.frames.entries[feature.shown.row]])
-    qtbot.waitUntil(lambda: workspace.has_session, timeout=WAIT_MS)
+    workspace.remove_entries([workspace.entries[feature.shown.row]])
+    qtbot.waitUntil(lambda: workspace.has_current, timeout=WAIT_MS)
     assert not feature.playing
     _settle(window, qtbot)
-    assert workspace.session in workspace.frames.sessions
+    assert workspace.current in workspace.open
 
     qtbot.waitUntil(lambda: actions["play_frames"].isEnabled(), timeout=WAIT_MS)
     actions["play_frames"].trigger()
     qtbot.waitUntil(lambda: feature.shown is not None, timeout=WAIT_MS)
-    workspace.frames.remove_entries(list(workspace.frames.entries))
+    workspace.remove_entries(list(workspace.entries))
     qtbot.waitUntil(lambda: not feature.playing and feature.shown is None, timeout=WAIT_MS)
-    assert not workspace.has_session
-    assert first not in workspace.frames.sessions
+    assert not workspace.has_current
+    assert first not in workspace.open
     assert window.views.material.rgb is None, "the start page is shown"
 
 
@@ -185,7 +185,7 @@ def test_frames_without_a_result_are_completed_while_they_play(listed: MainWindo
     for played in shown:
         assert np.isfinite(played.moment.depth).all()
         assert played.moment.text == "completed as it plays"
-    assert window.workspace.session.completion() is None, "nothing is stored"
+    assert window.workspace.current.completion() is None, "nothing is stored"
 
 
 def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed: MainWindow, qtbot: QtBot, run_all) -> None:
@@ -199,7 +199,7 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed: MainW
                 window.actions_["next_frame"].trigger()
         window.refresh.now()
         assert cell.picture.value_at(40, 5) is None
-        workspace.blocks.replace(np.ones(workspace.session.frame.shape, np.int32), "One block")
+        workspace.current.replace_blocks(np.ones(workspace.current.frame.shape, np.int32), "One block")
         run_all(window)
     qtbot.waitUntil(lambda: not flicker.busy and cell.picture.value_at(40, 5) is not None, timeout=WAIT_MS)
     assert cell.strip.title == "Flicker of depth out"

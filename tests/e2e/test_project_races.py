@@ -32,7 +32,7 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(
 ) -> None:
     path = tmp_path / "room.ilf"
     _saved(opened, qtbot, path)
-    opened.workspace.blocks.edit_info(1, "Rename", name="Wall")
+    opened.workspace.current.edit_info(1, "Rename", name="Wall")
     opened.documents.discard_silently = False
     opened.documents.open_paths([path])
     qtbot.waitUntil(lambda: opened.project.closing.dialog is not None, timeout=WAIT_MS)
@@ -40,9 +40,9 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(
     assert dialog is not None
     with qtbot.waitSignal(opened.project.opening.opened, timeout=WAIT_MS):
         dialog.save_button.click()
-    qtbot.waitUntil(lambda: opened.workspace.has_session, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.workspace.has_current, timeout=WAIT_MS)
     opened.documents.discard_silently = True
-    assert opened.workspace.session.info(1).name == "Wall"
+    assert opened.workspace.current.info(1).name == "Wall"
 
 
 @pytest.mark.parametrize("leave", ["new_project", "quit"])
@@ -54,7 +54,7 @@ def test_a_project_is_left_only_when_it_has_been_saved(
     opened.documents.discard_silently = False
     opened.project.saving.save(SaveRequest(other))
     opened.actions_[leave].trigger()
-    qtbot.waitUntil(lambda: not (opened.isVisible() and len(opened.workspace.frames.entries)), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not (opened.isVisible() and len(opened.workspace.entries)), timeout=WAIT_MS)
     with open_project(other) as project:
         assert [frame.has_state for frame in project.project.frames] == [True]
     if leave == "new_project":
@@ -65,10 +65,10 @@ def test_a_note_written_while_the_project_is_saved_stays_unsaved(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
 ) -> None:
     entry = Entry.of(FrameRef(str(write_frame(tmp_path / "second", small_frame))))
-    opened.workspace.frames.add_entries([entry])
+    opened.workspace.add_entries([entry])
     with qtbot.waitSignal(opened.project.saving.saved, timeout=WAIT_MS):
         opened.project.saving.save(SaveRequest(tmp_path / "room.ilf"))
-        opened.workspace.frames.set_note(entry, "Late.")
+        opened.workspace.set_note(entry, "Late.")
     assert entry.unsaved
     _saved(opened, qtbot, tmp_path / "room.ilf")
     assert not entry.unsaved
@@ -95,53 +95,53 @@ def test_the_status_line_shows_how_much_of_the_project_is_written(
 def test_two_frames_of_the_same_files_stay_apart(opened: MainWindow, qtbot: QtBot) -> None:
     """As where work is restored beside a frame that is in the list already."""
     workspace = opened.workspace
-    (worked,) = workspace.frames.entries
-    workspace.blocks.edit_info(1, "Rename", name="Wall")
+    (worked,) = workspace.entries
+    workspace.current.edit_info(1, "Rename", name="Wall")
     others = [
         Entry(uuid.uuid4().hex, worked.key, "other", FrameRef(worked.key, options=ReadingOptions(depth_units=units)))
         for units in (None, 1000.0)
     ]
-    workspace.frames.add_entries(others)
+    workspace.add_entries(others)
     for other in others:
         opened.loader.open_entry(other)
         qtbot.waitUntil(lambda: not opened.loader.busy, timeout=WAIT_MS)
-    sessions = [entry.session for entry in workspace.frames.entries]
-    assert None not in sessions
-    assert [session.id for session in sessions if session is not None] == [worked.id, *(one.id for one in others)]
-    assert worked.session is not None
-    assert worked.session.info(1).name == "Wall"
+    documents = [entry.document for entry in workspace.entries]
+    assert None not in documents
+    assert [document.id for document in documents if document is not None] == [worked.id, *(one.id for one in others)]
+    assert worked.document is not None
+    assert worked.document.info(1).name == "Wall"
 
 
 def test_a_frame_that_is_removed_while_it_is_read_does_not_come_back(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
 ) -> None:
     entry = Entry.of(FrameRef(str(write_frame(tmp_path / "second", small_frame))))
-    opened.workspace.frames.add_entries([entry])
+    opened.workspace.add_entries([entry])
     opened.loader.open_entry(entry)
-    opened.workspace.frames.remove_entries([entry])
+    opened.workspace.remove_entries([entry])
     qtbot.waitUntil(lambda: not opened.loader.busy, timeout=WAIT_MS)
-    assert len(opened.workspace.frames.entries) == len(opened.workspace.frames.sessions) == 1
+    assert len(opened.workspace.entries) == len(opened.workspace.open) == 1
 
 
 def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_otherwise(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, frame_folder: Path
 ) -> None:
     workspace, documents = opened.workspace, opened.documents
-    (entry,) = workspace.frames.entries
-    workspace.blocks.edit_info(1, "Rename", name="Wall")
+    (entry,) = workspace.entries
+    workspace.current.edit_info(1, "Rename", name="Wall")
     _saved(opened, qtbot, tmp_path / "room.ilf")
-    workspace.frames.unload(workspace.session)
+    workspace.unload(workspace.current)
     documents.discard_silently = False
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         documents.open_source(FrameRef(os.path.relpath(frame_folder)))
-    assert workspace.session.info(1).name == "Wall"
-    workspace.frames.unload(workspace.session)
+    assert workspace.current.info(1).name == "Wall"
+    workspace.unload(workspace.current)
     documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
     (box,) = (box for box in opened.findChildren(QMessageBox) if box.isVisible())
     box.button(QMessageBox.StandardButton.Cancel).click()
-    assert list(workspace.frames.entries) == [entry]
+    assert list(workspace.entries) == [entry]
     assert not opened.loader.busy
     documents.discard_silently = True
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
-    assert [one.id for one in workspace.frames.entries] == [workspace.session.id] != [entry.id]
+    assert [one.id for one in workspace.entries] == [workspace.current.id] != [entry.id]

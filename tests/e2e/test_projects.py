@@ -23,7 +23,7 @@ from gui.features.project.missing import MissingFilesDialog
 from gui.features.project.save_as import SaveAsDialog
 from gui.features.project.saving import SaveRequest
 from gui.features.sweep.feature import SweepFeature
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.widgets.basics import Message
 from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project as read_project
@@ -72,60 +72,60 @@ def open_project(window: MainWindow, qtbot: QtBot, path: Path) -> None:
     window.refresh.now()
 
 
-def show(window: MainWindow, qtbot: QtBot, row: int) -> Session:
+def show(window: MainWindow, qtbot: QtBot, row: int) -> Document:
     """A frame of the list, as it is opened when it is looked at."""
-    workspace, entry = window.workspace, window.workspace.frames.entries[row]
+    workspace, entry = window.workspace, window.workspace.entries[row]
     window.loader.open_entry(entry)
-    qtbot.waitUntil(lambda: workspace.has_session and workspace.session is entry.session, timeout=WAIT_MS)
-    return workspace.session
+    qtbot.waitUntil(lambda: workspace.has_current and workspace.current is entry.document, timeout=WAIT_MS)
+    return workspace.current
 
 
-def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]) -> Session:
+def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]) -> Document:
     """Something of everything that a user can do to a frame."""
     workspace = window.workspace
-    session = workspace.session
-    first, second = list(session.counts())[:2]
-    edited = session.labels.copy()
+    document = workspace.current
+    first, second = list(document.counts())[:2]
+    edited = document.labels.copy()
     edited[2:6, 2:6] = 0
-    workspace.blocks.edit(patch_between(session.labels, edited), "Erase")
-    workspace.blocks.edit_info(first, "Rename", name="Wall", colour=(1, 2, 3), locked=True)
-    workspace.blocks.set_visible(second, False)
+    workspace.current.edit(patch_between(document.labels, edited), "Erase")
+    workspace.current.edit_info(first, "Rename", name="Wall", colour=(1, 2, 3), locked=True)
+    workspace.current.set_visible(second, False)
     workspace.parameters.set(ilf.preset("paper", max_iterations=30))
     workspace.parameters.set_own({"max_iterations": 7}, [second])
-    invalid_mask = np.zeros(session.labels.shape, bool)
+    invalid_mask = np.zeros(document.labels.shape, bool)
     invalid_mask[24:28, 4:9] = True
-    workspace.blocks.set_invalid_mask(invalid_mask, "MarkInvalid")
-    workspace.blocks.set_ground_truth(np.full(session.labels.shape, 2.0, np.float32))
+    workspace.current.set_invalid_mask(invalid_mask, "MarkInvalid")
+    workspace.current.set_ground_truth(np.full(document.labels.shape, 2.0, np.float32))
     run_all(window)
-    workspace.frames.set_note(window.workspace.frames.entries[0], "Look at the corner.")
-    workspace.blocks.set_region((slice(3, 20), slice(5, 30)))
-    workspace.blocks.select([second])
-    workspace.runs.change(session, session.state.runs[0], note="the first")
-    workspace.runs.compare(session.state.runs[:1])
-    kept = session.state.runs[0]
+    workspace.set_note(window.workspace.entries[0], "Look at the corner.")
+    workspace.current.set_region((slice(3, 20), slice(5, 30)))
+    workspace.select([second])
+    document.change_run(document.state.runs[0], note="the first")
+    workspace.current.compare_runs(document.state.runs[:1])
+    kept = document.state.runs[0]
     qtbot.waitUntil(lambda: kept.ground_truth_error is not None and kept.expected_error is not None, timeout=WAIT_MS)
-    return session
+    return document
 
 
 def test_all_work_comes_back_in_another_window(
     opened: MainWindow, another: Open, qtbot: QtBot, run_all: Callable[[MainWindow], None], tmp_path: Path
 ) -> None:
-    session = work_on(opened, qtbot, run_all)
+    document = work_on(opened, qtbot, run_all)
     opened.views.zoom_to(slice(10, 20), slice(10, 30))
     opened.views.set_layout("grid-difference")
     opened.views.set_content("depth-in", "ground_truth")
     place, path = opened.views.place, tmp_path / "room.ilf"
     assert place is not None
-    assert (opened.isWindowModified(), session.unsaved_summary()) == (True, "5 edits, 1 run")
+    assert (opened.isWindowModified(), document.unsaved_summary()) == (True, "5 edits, 1 run")
     save(opened, qtbot, path)
     opened.refresh.now()
-    assert (session.unsaved, opened.project.present.unsaved, opened.isWindowModified()) == (False, False, False)
+    assert (document.unsaved, opened.project.present.unsaved, opened.isWindowModified()) == (False, False, False)
     assert opened.windowTitle().startswith("room — two-planes[*]")
-    before = session.snapshot()
+    before = document.snapshot()
 
     window = another()
     open_project(window, qtbot, path)
-    again = window.workspace.session
+    again = window.workspace.current
     assert_same(again.snapshot(), before)
     assert (again.unsaved, window.project.present.unsaved, again.undo_stack.count()) == (False, False, 0)
     assert window.views.layout_name == "grid-difference"
@@ -133,8 +133,8 @@ def test_all_work_comes_back_in_another_window(
     assert window.views.place == pytest.approx(place, rel=0.01)
     assert all(again.records_of(label) for label in again.valid_results()), "results have their curves"
 
-    window.workspace.blocks.edit_info(2, "Rename", name="Floor")
-    window.workspace.session.undo_stack.undo()
+    window.workspace.current.edit_info(2, "Rename", name="Floor")
+    window.workspace.current.undo_stack.undo()
     assert not window.project.present.unsaved, "as it was saved"
 
 
@@ -145,9 +145,9 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     run_all: Callable[[MainWindow], None],
     tmp_path: Path,
 ) -> None:
-    session = work_on(opened, qtbot, run_all)
-    before = session.snapshot()
-    frame = Path(opened.workspace.frames.entries[0].key)
+    document = work_on(opened, qtbot, run_all)
+    before = document.snapshot()
+    frame = Path(opened.workspace.entries[0].key)
     there = tmp_path / "there"
     there.mkdir()
     save(opened, qtbot, there / "alone.ilf", embed=True)
@@ -159,7 +159,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     window = another()
     for path in (moved / "room.ilf", there / "alone.ilf"):
         open_project(window, qtbot, path)
-        again = window.workspace.session.snapshot()
+        again = window.workspace.current.snapshot()
         assert_same(again.results, before.results)
         assert_same(again.runs[0].results, before.runs[0].results)
         assert_same(again.blocks.labels, before.blocks.labels)
@@ -175,14 +175,14 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     content[begin : begin + 10] = bytes(10)
     path.write_bytes(content)
     open_project(window, qtbot, path)
-    (left_aside,) = window.workspace.frames.entries
-    assert not window.workspace.has_session
+    (left_aside,) = window.workspace.entries
+    assert not window.workspace.has_current
     assert left_aside.summary.problem
     box = next(box for box in window.findChildren(QMessageBox) if box.isVisible())
     box.button(QMessageBox.StandardButton.Yes).click()
-    qtbot.waitUntil(lambda: window.workspace.has_session and not window.loader.busy, timeout=WAIT_MS)
-    assert left_aside.session is None
-    assert len(window.workspace.frames.entries) == 2, "the files are opened anew, beside the work"
+    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy, timeout=WAIT_MS)
+    assert left_aside.document is None
+    assert len(window.workspace.entries) == 2, "the files are opened anew, beside the work"
     save(window, qtbot, path)
     with zipfile.ZipFile(path) as archive:
         assert before_saving < set(archive.namelist())
@@ -197,7 +197,7 @@ def test_missing_files_are_asked_for_and_checked(
         for file in ("rgb.png", "depth.png"):
             (folder / file).write_bytes((folder / file).read_bytes() + bytes(number))
         open_frame(window, qtbot, FrameRef(str(folder)))
-        window.workspace.blocks.edit_info(1, "Rename", name=f"Wall {number}")
+        window.workspace.current.edit_info(1, "Rename", name=f"Wall {number}")
     path = tmp_path / "project" / "p.ilf"
     path.parent.mkdir()
     save(window, qtbot, path)
@@ -210,8 +210,8 @@ def test_missing_files_are_asked_for_and_checked(
     open_project(second, qtbot, path)
     workspace, dialog = second.workspace, second.project.missing.dialog
     assert isinstance(dialog, MissingFilesDialog)
-    assert not workspace.has_session
-    assert [entry.summary.stage for entry in workspace.frames.entries] == [Stage.FAILED] * 3
+    assert not workspace.has_current
+    assert [entry.summary.stage for entry in workspace.entries] == [Stage.FAILED] * 3
     assert dialog.files.topLevelItemCount() == 5
     for _ in range(2):  # what cannot be opened is kept as it was, and what is said of it
         save(second, qtbot, path)
@@ -232,7 +232,7 @@ def test_missing_files_are_asked_for_and_checked(
     second.project.missing.locate_folder(tmp_path / "away")
     qtbot.waitUntil(searched, timeout=WAIT_MS)
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
-    assert [entry.summary.stage for entry in workspace.frames.entries] == [
+    assert [entry.summary.stage for entry in workspace.entries] == [
         Stage.EXTRACTED,
         Stage.EXTRACTED,
         Stage.FAILED,
@@ -240,19 +240,17 @@ def test_missing_files_are_asked_for_and_checked(
     assert second.project.present.words() == "list of frames, paths of files"
     for number in (0, 1):
         show(second, qtbot, number)
-        assert workspace.session.info(1).name == f"Wall {number}"
+        assert workspace.current.info(1).name == f"Wall {number}"
 
     shutil.copy(tmp_path / "away" / "a" / "depth.png", folders[2] / "depth.png")
     (folders[2] / "rgb.png").write_bytes((folders[2] / "rgb.png").read_bytes() + b"!")
     second.project.missing.open_new(changed)
     show(second, qtbot, 3)
-    assert not workspace.session.unsaved
+    assert not workspace.current.unsaved
     save(second, qtbot, path)
     third = another()
     open_project(third, qtbot, path)
-    assert (
-        third.workspace.frames.entries[0].session is not None or third.workspace.frames.entries[3].session is not None
-    )
+    assert third.workspace.entries[0].document is not None or third.workspace.entries[3].document is not None
     assert {lost.frame for lost in third.project.missing.lost} == {changed.frame}, "what was found stays found"
 
 
@@ -260,10 +258,10 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "room.ilf"
-    opened.workspace.blocks.edit_info(1, "Rename", name="Wall")
+    opened.workspace.current.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
     before = path.read_bytes()
-    opened.workspace.blocks.edit_info(1, "Rename", name="Floor")
+    opened.workspace.current.edit_info(1, "Rename", name="Floor")
     told: list[str] = []
     monkeypatch.setattr(opened.notes, "report", lambda what, error: told.append(f"{what}: {error}"))
 
@@ -280,7 +278,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
         qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
     assert told[0].endswith("the disk is full. Free some space or choose another folder.")
     assert path.read_bytes() == before
-    assert opened.workspace.session.unsaved_summary() == "1 edit"
+    assert opened.workspace.current.unsaved_summary() == "1 edit"
 
     opened.documents.discard_silently = False
     opened.close()
@@ -302,30 +300,30 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     workspace, done = opened.workspace, []
-    workspace.blocks.edit_info(1, "Rename", name="Wall")
+    workspace.current.edit_info(1, "Rename", name="Wall")
     opened.project.saving.save(SaveRequest(tmp_path / "p.ilf", then=done.append))
-    workspace.blocks.edit_info(1, "Rename", name="Floor")
+    workspace.current.edit_info(1, "Rename", name="Floor")
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
-    assert workspace.session.unsaved
+    assert workspace.current.unsaved
     path = tmp_path / "p.ilf"
     with read_project(path) as project:
-        assert project.state(workspace.frames.entries[0].id).state.blocks.infos[1].name == "Wall"
+        assert project.state(workspace.entries[0].id).state.blocks.infos[1].name == "Wall"
 
     # somebody else writes it
     save(opened, qtbot, path)
     other = path.read_bytes() + b" "
     path.write_bytes(other)
-    opened.workspace.blocks.edit_info(1, "Rename", name="Floor")
+    opened.workspace.current.edit_info(1, "Rename", name="Floor")
     opened.actions_["save_project"].trigger()
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
     assert "has been changed by another window or program" in box.text()
     box.button(QMessageBox.StandardButton.Cancel).click()
     assert path.read_bytes() == other
-    assert opened.workspace.session.unsaved
+    assert opened.workspace.current.unsaved
     opened.actions_["save_project"].trigger()
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
     next(button for button in box.buttons() if "Replace" in button.text()).click()
-    qtbot.waitUntil(lambda: not opened.workspace.session.unsaved, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.workspace.current.unsaved, timeout=WAIT_MS)
     assert path.read_bytes() != other
 
     # it is write-protected
@@ -335,7 +333,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
     before = path.read_bytes()
     open_project(opened, qtbot, path)
     assert told == ["It is write-protected."]
-    opened.workspace.blocks.edit_info(1, "Rename", name="Wall")
+    opened.workspace.current.edit_info(1, "Rename", name="Wall")
     opened.actions_["save_project"].trigger()
     dialog = opened.findChild(SaveAsDialog)
     assert dialog is not None
@@ -376,12 +374,12 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     opened.documents.discard_silently = False
     assert opened.project.closing.dialog is None
     open_frame(opened, qtbot, FrameRef(str(write_frame(tmp_path / "second", small_frame))))
-    first, second = (entry.session for entry in workspace.frames.entries)
+    first, second = (entry.document for entry in workspace.entries)
     assert first is not None
     assert second is not None
-    for session in (first, second):
-        workspace.frames.show(session)
-        workspace.blocks.edit_info(1, "Rename", name="Wall")
+    for document in (first, second):
+        workspace.show(document)
+        workspace.current.edit_info(1, "Rename", name="Wall")
 
     opened.close()
     dialog = opened.project.closing.dialog
@@ -415,8 +413,8 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     assert stages == ["extracted", "untouched"], "the list says of a frame what the file holds"
     open_project(window, qtbot, path)
     names = []
-    for entry in window.workspace.frames.entries:
-        names.append(show(window, qtbot, window.workspace.frames.entries.row_of(entry)).info(1).name)
+    for entry in window.workspace.entries:
+        names.append(show(window, qtbot, window.workspace.entries.row_of(entry)).info(1).name)
     assert names == ["Wall", "Block 1"], "what was not ticked is as it was before"
     window.documents.discard_silently = False
     window.close()
@@ -454,35 +452,35 @@ def test_a_root_folder_is_no_place_for_a_project(qtbot: QtBot, tmp_path: Path) -
 
 def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
     workspace, path = opened.workspace, tmp_path / "p.ilf"
-    workspace.blocks.edit_info(1, "Rename", name="Wall")
+    workspace.current.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
     opened.documents.discard_silently = False
     for answer, name in (("save_button", "Floor"), ("discard_button", "Floor")):
-        workspace.blocks.edit_info(1, "Rename", name="Floor" if answer == "save_button" else "Ceiling")
+        workspace.current.edit_info(1, "Rename", name="Floor" if answer == "save_button" else "Ceiling")
         opened.actions_["close_frame"].trigger()
         dialog = opened.project.closing.dialog
         assert dialog is not None
         getattr(dialog, answer).click()
-        qtbot.waitUntil(lambda: not workspace.has_session, timeout=WAIT_MS)
-        entry = workspace.frames.entries[0]
-        assert (len(workspace.frames.entries), entry.unsaved) == (1, False)
+        qtbot.waitUntil(lambda: not workspace.has_current, timeout=WAIT_MS)
+        entry = workspace.entries[0]
+        assert (len(workspace.entries), entry.unsaved) == (1, False)
         assert show(opened, qtbot, 0).info(1).name == name
     assert not opened.project.present.unsaved
 
-    workspace.blocks.edit_info(1, "Rename", name="Ceiling")
-    opened.documents.remove_entries([workspace.frames.entries[0]])
+    workspace.current.edit_info(1, "Rename", name="Ceiling")
+    opened.documents.remove_entries([workspace.entries[0]])
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
     assert "The work on two-planes is removed, too" in box.text()
     box.button(QMessageBox.StandardButton.Cancel).click()
-    assert len(workspace.frames.entries) == 1
+    assert len(workspace.entries) == 1
     opened.actions_["new_project"].trigger()
     dialog = opened.project.closing.dialog
     assert dialog is not None
     dialog.discard_button.click()
-    qtbot.waitUntil(lambda: len(workspace.frames.entries) == 0, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(workspace.entries) == 0, timeout=WAIT_MS)
     assert opened.project.present.path is None
     open_project(opened, qtbot, path)
-    assert workspace.session.info(1).name == "Floor"
+    assert workspace.current.info(1).name == "Floor"
 
 
 @pytest.mark.parametrize("waits", [False, True])
@@ -491,7 +489,7 @@ def test_a_run_is_not_lost_when_the_window_closes(
 ) -> None:
     workspace, path = opened.workspace, tmp_path / "p.ilf"
     save(opened, qtbot, path)
-    first, second = list(workspace.session.counts())[:2]
+    first, second = list(workspace.current.counts())[:2]
     endless = 3_000 if waits else 100_000
     workspace.parameters.set(ilf.preset("paper", max_iterations=3))
     workspace.parameters.set_own(
@@ -499,7 +497,7 @@ def test_a_run_is_not_lost_when_the_window_closes(
     )
     opened.documents.discard_silently = False
     opened.actions_["run_all"].trigger()
-    qtbot.waitUntil(lambda: second in workspace.session.results.live and first in workspace.session.valid_results())
+    qtbot.waitUntil(lambda: second in workspace.current.results.live and first in workspace.current.valid_results())
     opened.close()
     dialog = opened.project.closing.dialog
     assert dialog is not None
@@ -520,7 +518,7 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
-    opened.workspace.blocks.edit_info(1, "Rename", name="Wall")
+    opened.workspace.current.edit_info(1, "Rename", name="Wall")
     with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
         opened.documents.export(tmp_path / "out", ExportOptions())
     assert opened.project.present.unsaved
@@ -529,7 +527,7 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
 
     sweep = opened.feature(SweepFeature)
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
-    opened.workspace.frames.note_saved(opened.workspace.session, opened.workspace.session.stamp)
+    opened.workspace.current.note_saved(opened.workspace.current.stamp)
     sweep.open("max_iterations")
     sweep.start()
     assert sweep.worker.busy

@@ -16,8 +16,8 @@ from gui.features.filter.panel import Sharing
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.propagation.feature import PropagateDialog, PropagationFeature
 from gui.features.quality_check.feature import QualityCheckFeature
+from gui.state.document import Document
 from gui.state.entries import Entry
-from gui.state.session import Session
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
@@ -46,12 +46,12 @@ def sequence(tmp_path: Path, small_frame: RGBDFrame) -> list[FrameRef]:
 @pytest.fixture
 def listed(window: MainWindow, qtbot: QtBot, sequence: list[FrameRef]) -> MainWindow:
     """The window with the sequence in its list, the first frame open, and two blocks there."""
-    window.workspace.frames.add_entries([Entry.of(source) for source in sequence])
+    window.workspace.add_entries([Entry.of(source) for source in sequence])
     open_frame(window, qtbot, sequence[0])
-    labels = np.ones(window.workspace.session.labels.shape, np.int32)
+    labels = np.ones(window.workspace.current.labels.shape, np.int32)
     labels[:, 30:] = 2
-    window.workspace.blocks.replace(labels, "Blocks of the test", {1: "Wall", 2: "Floor"})
-    window.workspace.blocks.set_lock(1, True)
+    window.workspace.current.replace_blocks(labels, "Blocks of the test", {1: "Wall", 2: "Floor"})
+    window.workspace.current.set_lock(1, True)
     return window
 
 
@@ -60,22 +60,22 @@ def part(listed: MainWindow) -> PropagationFeature:
     return listed.feature(PropagationFeature)
 
 
-def propagate_state(window: MainWindow, part: PropagationFeature, qtbot: QtBot, command: str) -> Session:
+def propagate_state(window: MainWindow, part: PropagationFeature, qtbot: QtBot, command: str) -> Document:
     """Give a command and wait until blocks have been carried; the frame that is shown then."""
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
         window.actions_[command].trigger()
     window.refresh.now()
-    return window.workspace.session
+    return window.workspace.current
 
 
-def border(session: Session) -> int:
+def border(document: Document) -> int:
     """The column in which the right one of the two blocks begins, in the middle of the frame."""
-    return int(np.argmax(session.labels[24] == 2))
+    return int(np.argmax(document.labels[24] == 2))
 
 
 def test_next_frame_with_these_blocks(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
     window, workspace = listed, listed.workspace
-    first = workspace.session
+    first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")
     assert second.name == "frame-1"
     assert np.array_equal(second.labels, first.labels)
@@ -87,7 +87,7 @@ def test_next_frame_with_these_blocks(listed: MainWindow, part: PropagationFeatu
     assert "optical flow" in window.toasts.message
     window.actions_["undo"].trigger()
     assert not third.counts()
-    assert workspace.session is third
+    assert workspace.current is third
 
     third = propagate_state(window, part, qtbot, "propagate_previous")
     assert third.name == "frame-2"
@@ -97,15 +97,15 @@ def test_next_frame_with_these_blocks(listed: MainWindow, part: PropagationFeatu
 def test_through_frames_that_keep_what_was_done_by_hand(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot, sequence: list[FrameRef]
 ) -> None:
-    window, workspace, entries = listed, listed.workspace, listed.workspace.frames.entries
-    first = workspace.session
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    first = workspace.current
     third = propagate_state(window, part, qtbot, "propagate_next") and propagate_state(
         window, part, qtbot, "propagate_next"
     )
     labels = third.labels.copy()
     labels[:8, 50:] = 3
-    workspace.blocks.edit(patch_between(third.labels, labels), "Draw")
-    workspace.frames.show(first)
+    workspace.current.edit(patch_between(third.labels, labels), "Draw")
+    workspace.show(first)
     (Path(sequence[3].rgb) / "depth.png").write_bytes(b"nothing")
     said: list[str] = []
     window.notes.warn = lambda what, notes, details="": said.extend(notes)  # type: ignore[method-assign]
@@ -119,9 +119,9 @@ def test_through_frames_that_keep_what_was_done_by_hand(
         dialog.accept()
     window.refresh.now()
     assert part.how == "flow"
-    assert workspace.session is first
+    assert workspace.current is first
     assert np.array_equal(third.labels, labels)
-    last = entries[4].session
+    last = entries[4].document
     assert last is not None
     assert last.labels[4, 62] == 3  # the frame that was edited is carried on from
     assert [entry.summary.stage for entry in entries][2:] == [Stage.EDITED, Stage.FAILED, Stage.PROPAGATED]
@@ -134,20 +134,20 @@ def test_through_frames_that_keep_what_was_done_by_hand(
 def test_frames_on_the_way_are_put_away_and_come_back(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
-    window, workspace, entries = listed, listed.workspace, listed.workspace.frames.entries
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     window.feature(FramesFeature).open_frames.max_open = 1
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
         part.propagate_through(4)
     window.feature(FramesFeature).open_frames.close_surplus()
-    qtbot.waitUntil(lambda: len(workspace.frames.sessions) == 1, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(workspace.open) == 1, timeout=WAIT_MS)
     summaries = [entry.summary for entry in entries]
     assert [summary.stage for summary in summaries[1:]] == [Stage.PROPAGATED] * 4
     # what is put away is gone through again: from the frame before, and on to frames that nobody has edited
     window.loader.open_entry(entries[3])
-    qtbot.waitUntil(lambda: entries[3].session is not None, timeout=WAIT_MS)
-    session = propagate_state(window, part, qtbot, "propagate_previous")
-    assert session.info(1).name == "Wall"
-    assert session.blocks.propagated_from == "frame-2"
+    qtbot.waitUntil(lambda: entries[3].document is not None, timeout=WAIT_MS)
+    document = propagate_state(window, part, qtbot, "propagate_previous")
+    assert document.info(1).name == "Wall"
+    assert document.blocks.propagated_from == "frame-2"
     last = propagate_state(window, part, qtbot, "propagate_next")
     assert abs(border(last) - (30 + SHIFTS[4])) <= 1
     window.actions_["undo"].trigger()
@@ -158,22 +158,22 @@ def test_frames_on_the_way_are_put_away_and_come_back(
 def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
-    window, workspace, entries = listed, listed.workspace, listed.workspace.frames.entries
-    first = workspace.session
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")
     labels = second.labels.copy()
     labels[:8, 50:] = 3
-    workspace.blocks.edit(patch_between(second.labels, labels), "Draw")
-    workspace.frames.show(first)
+    workspace.current.edit(patch_between(second.labels, labels), "Draw")
+    workspace.show(first)
     window.feature(FramesFeature).open_frames.max_open = 1
     window.feature(FramesFeature).open_frames.close_surplus()
-    qtbot.waitUntil(lambda: entries[1].session is None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: entries[1].document is None, timeout=WAIT_MS)
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
         part.propagate_through(2)
     (propagation_run,) = ended.args
     assert propagation_run.kept == ["frame-1"]
     assert [arrival.blocks for arrival in propagation_run.done] == [3]
-    assert entries[1].session is None  # nobody had to open it
+    assert entries[1].document is None  # nobody had to open it
 
 
 def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
@@ -194,13 +194,13 @@ def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: Prop
 def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
-    workspace, entries = listed.workspace, listed.workspace.frames.entries
-    workspace.frames.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
+    workspace, entries = listed.workspace, listed.workspace.entries
+    workspace.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
 
     def remove() -> None:
         if part.propagator.present is entries[2]:
             part.propagator.changed.disconnect(remove)
-            workspace.frames.remove_entries(list(entries)[2:])
+            workspace.remove_entries(list(entries)[2:])
 
     part.propagator.changed.connect(remove)
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
@@ -215,9 +215,9 @@ def test_a_frame_stays_open_while_blocks_are_carried_to_it(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
     window, workspace = listed, listed.workspace
-    first = workspace.session
+    first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")
-    workspace.frames.show(first)
+    workspace.show(first)
     window.feature(FramesFeature).open_frames.max_open = 1
     busy: list[bool] = []
     part.propagator.changed.connect(lambda: busy.append(window.feature(FramesFeature).open_frames._is_busy(second)))
@@ -229,26 +229,26 @@ def test_a_frame_stays_open_while_blocks_are_carried_to_it(
 def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
-    window, entry = listed, listed.workspace.frames.entries[1]
+    window, entry = listed, listed.workspace.entries[1]
     state = FrameState(
-        entry.id, read_frame(entry.source), Blocks(np.zeros(window.workspace.session.labels.shape, np.int32))
+        entry.id, read_frame(entry.source), Blocks(np.zeros(window.workspace.current.labels.shape, np.int32))
     )
     damaged = SimpleNamespace(state=state, problems=("Its runs cannot be read.",))
     window.loader.stored = SimpleNamespace(has=lambda id: True, read=lambda id: damaged)
     entry.has_state = True
-    told: list[tuple[Session, tuple[str, ...]]] = []
-    window.loader.incomplete.connect(lambda session, problems: told.append((session, problems)))
-    session = propagate_state(window, part, qtbot, "propagate_next")
-    assert told == [(session, damaged.problems)]
+    told: list[tuple[Document, tuple[str, ...]]] = []
+    window.loader.incomplete.connect(lambda document, problems: told.append((document, problems)))
+    document = propagate_state(window, part, qtbot, "propagate_next")
+    assert told == [(document, damaged.problems)]
 
 
 def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
     window, workspace = listed, listed.workspace
-    session = propagate_state(window, part, qtbot, "propagate_next")
-    session.change(to_check=frozenset({1, 2}))
+    document = propagate_state(window, part, qtbot, "propagate_next")
+    document.change(to_check=frozenset({1, 2}))
     reasons = {1: "A half of it could not be seen before.", 2: "It was not in the picture before."}
-    session.change_blocks(reasons=reasons)
-    workspace.blocks.note_checked(session)
+    document.change_blocks(reasons=reasons)
+    document.note(Part.INFOS)
 
     def said(command: str) -> str:
         window.actions_[command].trigger()
@@ -257,24 +257,24 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: Propagation
         return window.feature(QualityCheckFeature).strip.label.text()
 
     assert "Floor was propagated: it was not in the picture before." in said("next_check")
-    assert session.selected == [2]
+    assert document.selected == [2]
     assert "Wall was propagated: a half of it" in said("ignore_check")
-    assert session.state.to_check == {1}
-    assert session.selected == [1]
+    assert document.state.to_check == {1}
+    assert document.selected == [1]
     assert "was propagated" not in said("mark_checked")
-    assert not session.state.to_check
+    assert not document.state.to_check
     assert not window.actions_["mark_checked"].isEnabled()
     window.actions_["undo"].trigger()
-    assert session.state.to_check == {1}
+    assert document.state.to_check == {1}
     assert "Wall was propagated" in said("next_check")
     assert window.feature(QualityCheckFeature).strip.remedy.text() == "Mark Wall as checked (Enter)"
     assert "was propagated" not in said("apply_remedy")
-    assert not session.state.to_check
+    assert not document.state.to_check
 
 
 def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
     window, workspace, row = listed, listed.workspace, listed.feature(FilterFeature).panel.frames
-    first = workspace.session
+    first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")
     assert row.box.currentText() == Sharing.EACH
     row.chosen.emit(Sharing.ALL)
@@ -288,11 +288,11 @@ def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationF
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALONE
     assert (first.state.common.smoothness, second.state.common.smoothness) == (3.0, 5.0)
-    assert workspace.frames.entries[1].summary.own_parameters
+    assert workspace.entries[1].summary.own_parameters
     third = propagate_state(window, part, qtbot, "propagate_next")  # the values of runs go along, as its own
     assert (third.state.common.smoothness, third.state.own_parameters) == (5.0, True)
     window.actions_["reset_to_shared"].trigger()
     assert (third.state.common.smoothness, third.state.own_parameters) == (3.0, False)
-    workspace.frames.show(first)
+    workspace.show(first)
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL

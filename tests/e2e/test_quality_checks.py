@@ -19,8 +19,8 @@ from gui.features.quality_check.feature import QualityCheckFeature
 from gui.features.quality_check.invalid_depth import InvalidDepthFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
+from gui.state.document import Document
 from gui.state.results import ErrorEstimate
-from gui.state.session import Session
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.quality.remedies import Remedy
 from ilf.segmentation.editing.patches import patch_between
@@ -45,7 +45,7 @@ def three_walls() -> RGBDFrame:
 
 def opened_with(window: MainWindow, qtbot: QtBot, tmp_path: Path, labels: np.ndarray) -> None:
     open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / "walls", three_walls()))))
-    window.workspace.blocks.replace(labels.astype(np.int32), "Blocks of the test")
+    window.workspace.current.replace_blocks(labels.astype(np.int32), "Blocks of the test")
     window.refresh.now()
 
 
@@ -74,7 +74,7 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     assert not window.actions_["ignore_check"].isEnabled()
     assert press(window, qtbot, "next_check") == "1 of 2: Depth jumps by 0.50 m inside Block 1."
     assert strip.isVisible()
-    assert workspace.session.selected == [1]
+    assert workspace.current.selected == [1]
     assert not window.feature(QualityCheckFeature)._marks.path.isEmpty()
     assert "2 of 2" in press(window, qtbot, "next_check")
     assert "1 of 2" in press(window, qtbot, "next_check")
@@ -82,10 +82,10 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     press(window, qtbot, "next_check")
 
     # what an edit mends is dropped, what undo brings back is there again
-    workspace.blocks.replace(walls(80, WIDTH).astype(np.int32), "Split")
+    workspace.current.replace_blocks(walls(80, WIDTH).astype(np.int32), "Split")
     assert settled(window, qtbot) == "Fixed. 1 flagged place left to check."
     assert "1 of 1: Depth jumps by 0.70 m inside Block 2." in press(window, qtbot, "next_check")
-    assert workspace.session.selected == [2]
+    assert workspace.current.selected == [2]
     window.actions_["undo"].trigger()
     settled(window, qtbot)
     assert len(window.feature(QualityCheckFeature).review.places) == 2
@@ -96,9 +96,9 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     said = press(window, qtbot, "ignore_check")
     assert said == "No more flagged places. 1 ignored."
     assert not window.actions_["ignore_check"].isEnabled()
-    state = workspace.session.snapshot()
-    assert Session.of_state(state, None, "again").state.ignored == workspace.session.state.ignored != ()
-    workspace.blocks.replace(walls(81, WIDTH).astype(np.int32), "Another edit")
+    state = workspace.current.snapshot()
+    assert Document.of_state(state, None, "again").state.ignored == workspace.current.state.ignored != ()
+    workspace.current.replace_blocks(walls(81, WIDTH).astype(np.int32), "Another edit")
     assert settled(window, qtbot) == said, "it stays ignored"
     window.actions_["undo"].trigger()
     settled(window, qtbot)
@@ -106,7 +106,7 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     assert settled(window, qtbot) == "1 flagged place left to check.", "ignoring is undone as any step"
     window.actions_["redo"].trigger()
     assert settled(window, qtbot) == said
-    workspace.blocks.replace(walls(80, 150, WIDTH).astype(np.int32), "An edit there")
+    workspace.current.replace_blocks(walls(80, 150, WIDTH).astype(np.int32), "An edit there")
     assert settled(window, qtbot) == "1 flagged place left to check.", "it is another place now"
     window.actions_["close_checks"].trigger()
     assert not strip.isVisible()
@@ -116,7 +116,7 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
 def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     workspace, checks = window.workspace, window.feature(QualityCheckFeature)
-    workspace.blocks.edit_info(1, "Rename", name="Wall")
+    workspace.current.edit_info(1, "Rename", name="Wall")
     view = window.views.cells["colour"].view
 
     def enter() -> str:
@@ -124,7 +124,7 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
         QTest.keyClick(view, Qt.Key.Key_Return)
         return settled(window, qtbot)
 
-    steps = workspace.session.undo_stack.count()
+    steps = workspace.current.undo_stack.count()
     assert enter() == "", "nothing is shown"
     assert press(window, qtbot, "next_check").startswith("1 of 2")
     assert checks.strip.remedy.text() == "Split Wall (Enter)"
@@ -141,24 +141,24 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     window.editor.set_tool("split")
     assert checks.strip.remedy.text() == "Split Wall (Enter)"
     QTest.keyClick(view, Qt.Key.Key_Return)
-    assert workspace.session.undo_stack.count() == steps + 1, "Split has no line yet"
+    assert workspace.current.undo_stack.count() == steps + 1, "Split has no line yet"
     settled(window, qtbot)
     assert window.actions_["undo"].text() == "Undo Split Wall"
-    labels = workspace.session.labels
+    labels = workspace.current.labels
     assert np.mean((labels == labels[0, 0]) == (walls(80, WIDTH) == 1)) > 0.97
     assert "1 of 1" in settled(window, qtbot), "it has gone on to the next place"
 
     # what is locked has no remedy
     there = checks.review.present.labels[0]
-    workspace.blocks.set_lock(there, True)
+    workspace.current.set_lock(there, True)
     settled(window, qtbot)
     assert checks.strip.remedy.text() == "No remedy found"
     assert not window.actions_["apply_remedy"].isEnabled()
-    workspace.blocks.set_lock(there, False)
+    workspace.current.set_lock(there, False)
     settled(window, qtbot)
     window.actions_["apply_remedy"].trigger()
     assert settled(window, qtbot) == "No flagged places."
-    assert len(workspace.session.counts()) == 3
+    assert len(workspace.current.counts()) == 3
     assert checks.remedy is None
     for _ in range(4):
         window.actions_["undo"].trigger()
@@ -173,9 +173,9 @@ def test_a_remedy_leaves_no_sliver(window, qtbot, tmp_path, monkeypatch):
     monkeypatch.setattr("gui.features.quality_check.feature.find_remedy", lambda *_, **__: remedy)
     press(window, qtbot, "next_check")
     press(window, qtbot, "apply_remedy")
-    assert np.array_equal(window.workspace.session.labels == 2, walls(80, WIDTH) == 1)
+    assert np.array_equal(window.workspace.current.labels == 2, walls(80, WIDTH) == 1)
     window.actions_["undo"].trigger()
-    assert (window.workspace.session.labels == 1).all(), "one step"
+    assert (window.workspace.current.labels == 1).all(), "one step"
 
 
 @pytest.mark.parametrize("focus", ["film strip", "closed panel", "layout", "panels by keys"])
@@ -184,7 +184,7 @@ def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path,
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow, timeout=WAIT_MS)
-    session, table = window.workspace.session, window.feature(BlocksFeature).table.view
+    document, table = window.workspace.current, window.feature(BlocksFeature).table.view
     strip = window.feature(FramesFeature).panel.view
     (strip if focus == "film strip" else table).setFocus()
     press(window, qtbot, "next_check")
@@ -203,8 +203,8 @@ def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path,
             key(window, Qt.Key.Key_Tab, CTRL)
     key(window, Qt.Key.Key_Return)
     settled(window, qtbot)
-    assert window.workspace.session is session, "no other frame is opened"
-    assert session.undo_stack.undoText() == "Split Block 1"
+    assert window.workspace.current is document, "no other frame is opened"
+    assert document.undo_stack.undoText() == "Split Block 1"
     if focus in ("closed panel", "layout"):
         assert window.views.isAncestorOf(QApplication.focusWidget())
         window.editor.set_tool("select")
@@ -214,7 +214,7 @@ def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path,
 
 def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    window.workspace.blocks.edit_info(1, "Rename", name="Wall")
+    window.workspace.current.edit_info(1, "Rename", name="Wall")
     assert press(window, qtbot, "next_check").endswith("inside Wall.")
     view = window.views.cells["colour"].view
     place = window.feature(QualityCheckFeature).review.present
@@ -255,20 +255,18 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
     run_all(window)
     assert press(window, qtbot, "next_check") == "No flagged places."
-    session = window.workspace.session
-    qtbot.waitUntil(lambda: session.expected_error() is not None, timeout=WAIT_MS)  # or it comes after what follows
-    error = np.where(session.frame.known, np.float32(np.nan), np.float32(0.3))
-    window.workspace.runs.store_error_estimate(
-        session, session.completion(), ErrorEstimate(error, np.zeros(error.shape, bool))
-    )
+    document = window.workspace.current
+    qtbot.waitUntil(lambda: document.expected_error() is not None, timeout=WAIT_MS)  # or it comes after what follows
+    error = np.where(document.frame.known, np.float32(np.nan), np.float32(0.3))
+    document.store_error_estimate(document.completion(), ErrorEstimate(error, np.zeros(error.shape, bool)))
     settled(window, qtbot)
     first = press(window, qtbot, "next_check")
     assert "Expected error 300 mm" in first
-    monkeypatch.setattr(Session, "expected_error", lambda _: None)  # as while an edit is solved
+    monkeypatch.setattr(Document, "expected_error", lambda _: None)  # as while an edit is solved
     monkeypatch.setattr(window.feature(ErrorFeature)._questions, "ask", lambda _: None)  # or it is endless
-    labels = session.labels.copy()
+    labels = document.labels.copy()
     labels[170:, 230:] = 1
-    window.workspace.blocks.edit(patch_between(session.labels, labels), "Paint")
+    window.workspace.current.edit(patch_between(document.labels, labels), "Paint")
     assert settled(window, qtbot).partition(": ")[2] == first.partition(": ")[2], (
         "high errors of other blocks stay until they are computed again"
     )
@@ -285,16 +283,16 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     frame = RGBDFrame(np.full((HEIGHT, WIDTH, 3), 120, np.uint8), depth)
     open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / "speck", frame))))
     workspace = window.workspace
-    workspace.blocks.replace(np.ones((HEIGHT, WIDTH), np.int32), "One block")
-    workspace.parameters.set(workspace.session.state.common.replace(s_criteria=0.0))
+    workspace.current.replace_blocks(np.ones((HEIGHT, WIDTH), np.int32), "One block")
+    workspace.parameters.set(workspace.current.state.common.replace(s_criteria=0.0))
     run_all(window)
-    outcome = workspace.session.completion().outcomes[1]
+    outcome = workspace.current.completion().outcomes[1]
     assert outcome.suspect == np.count_nonzero(speck)
     assert np.array_equal(window.views._layers._masks["suspect"], speck)
-    row = block_rows(workspace.session, window.runs)[0]
+    row = block_rows(workspace.current, window.runs)[0]
     assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
     assert "limit of steps" in row.detail
-    assert workspace.session.summary().not_converged == 1
+    assert workspace.current.summary().not_converged == 1
 
 
 def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):
@@ -306,19 +304,19 @@ def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):
 
 def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
-    strip, session = window.feature(InvalidDepthFeature).strip, window.workspace.session
+    strip, document = window.feature(InvalidDepthFeature).strip, window.workspace.current
     for taken in (False, True):
         window.actions_["suggest_invalid"].trigger()
         qtbot.waitUntil(lambda: not window.feature(InvalidDepthFeature).busy, timeout=WAIT_MS)
         assert strip.label.text().startswith("4 pixels of known depth may be invalid")
-        assert session.frame.invalid_mask is None
+        assert document.frame.invalid_mask is None
         window.actions_["mark_suggested" if taken else "ignore_suggested"].trigger()
         assert not strip.isVisible()
     wrong = np.zeros((HEIGHT, WIDTH), bool)
     wrong[30:32, 200:202] = True
-    assert np.array_equal(session.frame.invalid_mask, wrong)
+    assert np.array_equal(document.frame.invalid_mask, wrong)
     window.actions_["undo"].trigger()
-    assert session.frame.invalid_mask is None
+    assert document.frame.invalid_mask is None
     window.actions_["redo"].trigger()
     window.actions_["suggest_invalid"].trigger()
     qtbot.waitUntil(lambda: not window.feature(InvalidDepthFeature).busy, timeout=WAIT_MS)

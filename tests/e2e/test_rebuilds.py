@@ -74,7 +74,7 @@ def test_an_edit_and_its_undo_rebuild_the_table_once_each(opened: MainWindow, mo
 def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    frame = opened.workspace.session.frame
+    frame = opened.workspace.current.frame
     folder = write_frame(tmp_path / "other", RGBDFrame(frame.rgb[:40], frame.depth[:40]))
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     pictures = _Count(monkeypatch, opened.views, "set_frame")
@@ -105,9 +105,9 @@ def test_a_stroke_repaints_its_box_alone_until_it_ends(opened: MainWindow, monke
     QTest.mouseMove(view.viewport(), second)
     assert (rows.taken(), whole.taken()) == (0, 0)
     assert boxes
-    np.testing.assert_array_equal(opened.views._overlay.labels, opened.workspace.session.labels)
+    np.testing.assert_array_equal(opened.views._overlay.labels, opened.workspace.current.labels)
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=second)
     assert (rows.taken(), whole.taken()) == (1, 0)
     opened.actions_["undo"].trigger()
     assert rows.taken() == 1
-    np.testing.assert_array_equal(opened.views._overlay.labels, opened.workspace.session.labels)
+    np.testing.assert_array_equal(opened.views._overlay.labels, opened.workspace.current.labels)

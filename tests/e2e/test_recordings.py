@@ -36,10 +36,10 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window: MainWindow, q
     path = write_aligned(tmp_path, "ros1")
     window.recorder.start()
     _open(window, qtbot, path)
-    entries, workspace = window.workspace.frames.entries, window.workspace
+    entries, workspace = window.workspace.entries, window.workspace
     assert [entry.name for entry in entries] == [f"recording {key}" for key in KEYS]
-    assert [entry.session is not None for entry in entries] == [True, False, False]
-    assert np.array_equal(workspace.session.frame.rgb, COLOUR)
+    assert [entry.document is not None for entry in entries] == [True, False, False]
+    assert np.array_equal(workspace.current.frame.rgb, COLOUR)
     pictures = window.feature(FramesFeature).panel.thumbnails
     pictures.of(entries[2])
     qtbot.waitUntil(lambda: not pictures.busy, timeout=WAIT_MS)
@@ -49,7 +49,7 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window: MainWindow, q
     for key in KEYS[1:]:
         with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
             window.actions_["next_frame"].trigger()
-        assert workspace.session.frame.inputs.frame == key
+        assert workspace.current.frame.inputs.frame == key
     _open(window, qtbot, path)
     assert len(entries) == 3, "frames that are there already do not come again"
 
@@ -67,8 +67,8 @@ def test_a_project_brings_frames_of_a_recording_back(
     workspace = window.workspace
     labels = np.zeros(DEPTH.shape, np.int32)
     labels[4:12, 4:20] = 1
-    workspace.blocks.replace(labels, "Draw")
-    workspace.frames.set_note(workspace.frames.entries[1], "glass")
+    workspace.current.replace_blocks(labels, "Draw")
+    workspace.set_note(workspace.entries[1], "glass")
     save(window, qtbot, tmp_path / "work.ilf", embed=True)
     assert (tmp_path / "work.ilf").stat().st_size < storage_of(tmp_path, "mcap").stat().st_size * 4
     close_all()
@@ -80,11 +80,11 @@ def test_a_project_brings_frames_of_a_recording_back(
     assert isinstance(again.project.missing.dialog, MissingFilesDialog)
     again.project.missing.locate_folder(tmp_path / "away")
     qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy, timeout=WAIT_MS)
-    session = show(again, qtbot, 0)
-    assert np.array_equal(session.labels, labels)
-    assert session.frame.inputs.frame == KEYS[0]
-    assert np.array_equal(session.frame.rgb, COLOUR)
-    assert [entry.note for entry in again.workspace.frames.entries] == ["", "glass", ""]
+    document = show(again, qtbot, 0)
+    assert np.array_equal(document.labels, labels)
+    assert document.frame.inputs.frame == KEYS[0]
+    assert np.array_equal(document.frame.rgb, COLOUR)
+    assert [entry.note for entry in again.workspace.entries] == ["", "glass", ""]
     assert show(again, qtbot, 2).frame.depth[0, 0] == np.float32(1.502)
 
 
@@ -98,4 +98,4 @@ def test_a_recording_that_cannot_be_read_is_one_message(window: MainWindow, qtbo
     qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
     assert told[0][0] == "Look for frames in cut.bag"
     assert "truncated, damaged" in told[0][1]
-    assert not len(window.workspace.frames.entries)
+    assert not len(window.workspace.entries)

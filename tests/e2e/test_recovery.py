@@ -18,7 +18,7 @@ from gui.features.project.autosave import AutosaveFeature, RecoveryDialog
 from gui.features.project.saving import SaveRequest
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.widgets.basics import Message
 from ilf.data.frame import RGBDFrame
@@ -60,8 +60,8 @@ def _leave(qtbot: QtBot, folder: Path, frames: list[Path], labels: np.ndarray, p
     recorder.project = project
     recorder.start()
     for number, path in enumerate(frames):
-        workspace.add_session(Session.of(Run(load_frame(str(path)), labels), None, str(path)))
-        workspace.blocks.edit_info(1, "Rename", name=f"wall {number}")
+        workspace.open_document(Document.of(Run(load_frame(str(path)), labels), None, str(path)))
+        workspace.current.edit_info(1, "Rename", name=f"wall {number}")
     with qtbot.waitSignal(recorder.kept, timeout=WAIT_MS):
         pass
     assert recorder.shutdown()
@@ -91,7 +91,7 @@ def _dialog(window: MainWindow, qtbot: QtBot) -> RecoveryDialog:
 
 
 def _names(window: MainWindow) -> list[str]:
-    return [entry.name for entry in window.workspace.frames.entries]
+    return [entry.name for entry in window.workspace.entries]
 
 
 def test_left_work_is_restored_discarded_or_left(
@@ -106,8 +106,8 @@ def test_left_work_is_restored_discarded_or_left(
     hall.restore_button.click()
     qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
     assert _names(window) == ["frame-hall", "frame-stairs"]
-    assert window.workspace.session.info(1).name == "wall 1", "the one that was looked at"
-    assert all(entry.unsaved for entry in window.workspace.frames.entries)
+    assert window.workspace.current.info(1).name == "wall 1", "the one that was looked at"
+    assert all(entry.unsaved for entry in window.workspace.entries)
     assert dialog.added.isVisible()
     attic.restore_button.click()
     qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
@@ -194,7 +194,7 @@ def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_folder(
     qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
     qtbot.waitUntil(lambda: window.recorder.store.is_written, timeout=WAIT_MS)
     assert _names(window) == ["frame-hall", "frame-stairs"]
-    assert [entry.unsaved for entry in window.workspace.frames.entries].count(True) == 1
+    assert [entry.unsaved for entry in window.workspace.entries].count(True) == 1
     assert len(told) == 1
     assert str(hall) in told[0]
     assert damaged in _frame_parts(hall), "nothing of it is lost"
@@ -219,7 +219,7 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     qtbot.addWidget(window)
     window.show()
     _dialog(window, qtbot).rows[0].restore_button.click()
-    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
     assert window.project.present.path == path
     assert "has been saved after this work" in window.project.present.read_only
     window.close()
@@ -258,11 +258,11 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     former.show()
     for name in ("hall", "stairs", "attic"):
         open_frame(former, qtbot, FrameRef(str(write_frame(tmp_path / name, small_frame))))
-        former.workspace.blocks.edit_info(1, "Rename", name="wall")
+        former.workspace.current.edit_info(1, "Rename", name="wall")
     done: list[bool] = []
     former.project.saving.save(SaveRequest(path, then=done.append))
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
-    former.workspace.blocks.edit_info(1, "Rename", name="roof")
+    former.workspace.current.edit_info(1, "Rename", name="roof")
     if sets_more:
         former.workspace.parameters.set_keeps_handmade(not former.workspace.parameters.keeps_handmade)
     stored: list[object] = []
@@ -282,10 +282,10 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     dialog = _dialog(window, qtbot)
     assert any("1 of 3 frames changed" in message.text() for message in dialog.findChildren(Message))
     dialog.rows[0].restore_button.click()
-    qtbot.waitUntil(lambda: window.workspace.has_session and not window.loader.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy, timeout=WAIT_MS)
     assert _names(window) == ["hall", "stairs", "attic"]
-    assert window.workspace.session.info(1).name == "roof"
-    unsaved = [entry.unsaved for entry in window.workspace.frames.entries]
+    assert window.workspace.current.info(1).name == "roof"
+    unsaved = [entry.unsaved for entry in window.workspace.entries]
     assert unsaved == ([False, False, True] if file_is_there else [True, True, True])
     assert window.project.present.words() == ("extraction parameters" if sets_more else "")
     window.close()

@@ -72,9 +72,9 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
     assert "two-planes" in dialog.scope.itemText(0)
     assert dialog.scope.itemText(1).endswith(": 0")
     dialog.close()
-    session = opened.workspace.session
-    label = next(iter(session.counts()))
-    opened.workspace.blocks.edit_info(label, "Rename", name="Wall <of> stone")
+    document = opened.workspace.current
+    label = next(iter(document.counts()))
+    opened.workspace.current.edit_info(label, "Rename", name="Wall <of> stone")
     run_all(opened)
     opened.actions_["report"].trigger()
     dialog.scope.setCurrentIndex(dialog.scope.findData(ALL_FRAMES))

@@ -54,19 +54,19 @@ def test_runs_are_kept_compared_and_come_back_to(
     opened: MainWindow, part: RunHistoryFeature, qtbot: QtBot, run_all: Run
 ) -> None:
     workspace, actions = opened.workspace, opened.actions_
-    session = workspace.session
+    document = workspace.current
     workspace.parameters.set(preset("paper"))
     run_all(opened)
-    depth = session.completion().depth.copy()
-    chosen = next(iter(session.counts()))
-    workspace.blocks.select([chosen])
+    depth = document.completion().depth.copy()
+    chosen = next(iter(document.counts()))
+    workspace.select([chosen])
     opened.refresh.now()
     slider = opened.feature(FilterFeature).panel.form.findChild(QSlider, "slider_padding")
     for position in (5, 6, 7, 8):
         slider.setValue(position)
         qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: len(session.state.runs) == 2 and not part.keeper.waits, timeout=WAIT_MS)
-    first, live = session.state.runs
+    qtbot.waitUntil(lambda: len(document.state.runs) == 2 and not part.keeper.waits, timeout=WAIT_MS)
+    first, live = document.state.runs
     qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error), timeout=WAIT_MS)
     opened.refresh.now()
     texts = [_cell(part, row, Column.NAME) for row in (0, 1)]
@@ -79,36 +79,36 @@ def test_runs_are_kept_compared_and_come_back_to(
     assert not actions["accept_run"].isEnabled(), "no run is chosen"
     part.table.select(first)
     actions["compare_runs"].trigger()
-    assert session.compared == [first]
+    assert document.compared == [first]
     opened.refresh.now()
     assert Qt.CheckState(_cell(part, 1, Column.COMPARED, Qt.ItemDataRole.CheckStateRole)) == Qt.CheckState.Checked
     actions["compare_runs"].trigger()
-    assert session.compared == []
+    assert document.compared == []
 
     actions["accept_run"].trigger()
     opened.refresh.now()
-    assert (session.state.common, session.changed_blocks()) == (preset("paper"), [])
-    np.testing.assert_array_equal(session.completion().depth, depth)
-    np.testing.assert_array_equal(session.current_depth(), depth)
+    assert (document.state.common, document.changed_blocks()) == (preset("paper"), [])
+    np.testing.assert_array_equal(document.completion().depth, depth)
+    np.testing.assert_array_equal(document.current_depth(), depth)
     assert _cell(part, 1, Column.NAME) == "Run 1 · current"
     actions["undo"].trigger()
-    assert live.is_of(session.valid_results())
+    assert live.is_of(document.valid_results())
     actions["restore_run"].trigger()
-    assert session.state.common == preset("paper")
+    assert document.state.common == preset("paper")
     actions["undo"].trigger()
-    assert session.state.common.padding == 3.0
+    assert document.state.common.padding == 3.0
 
     _type(part, 1, Column.NAME, "as printed")
     _type(part, 0, Column.NOTE, "sharper")
     assert (first.name, live.note) == ("as printed", "sharper")
     part.table.select(live)
     QTest.keyClick(part.table.view, Qt.Key.Key_Delete)
-    assert session.state.runs == (first,)
+    assert document.state.runs == (first,)
     actions["undo"].trigger()
-    assert session.state.runs == (first, live)
+    assert document.state.runs == (first, live)
     opened.refresh.now()
     assert part.table.runs() == [live, first]
-    assert len(session.state.runs) == 2, "undo solves nothing anew"
+    assert len(document.state.runs) == 2, "undo solves nothing anew"
 
 
 def test_another_frame_has_runs_of_its_own(opened: MainWindow, part: RunHistoryFeature, run_all: Run) -> None:

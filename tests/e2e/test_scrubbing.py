@@ -29,22 +29,22 @@ def test_the_views_look_back_and_return(
 ) -> None:
     run_all(opened)
     opened.panels._show([*opened.panels.open, "Convergence"])
-    session, bar = opened.workspace.session, opened.feature(CurvesFeature).panel.scrub_bar
+    document, bar = opened.workspace.current, opened.feature(CurvesFeature).panel.scrub_bar
     opened.refresh.draw_all()
-    present = session.current_depth().copy()
-    lengths = {label: len(result.history) for label, result in session.valid_results().items()}
+    present = document.current_depth().copy()
+    lengths = {label: len(result.history) for label, result in document.valid_results().items()}
     assert bar.last == max(lengths.values()) > 3
 
     bar._slider.setValue(3)
-    qtbot.waitUntil(lambda: opened.workspace.runs.viewed_iteration is not None, timeout=WAIT_MS)
-    expected = session.frame.depth.copy()
+    qtbot.waitUntil(lambda: opened.workspace.viewed_iteration is not None, timeout=WAIT_MS)
+    expected = document.frame.depth.copy()
     for label in lengths:
-        stepper = ilf.iterate(session.frame, session.labels, label, extraction=session.blocks.extraction)
+        stepper = ilf.iterate(document.frame, document.labels, label, extraction=document.blocks.extraction)
         for _ in range(3):
             next(stepper, None)
-        missing = (session.labels == label) & ~session.frame.known
-        surface = np.full(session.labels.shape, np.nan)
-        surface[session.labels == label] = stepper.surface
+        missing = (document.labels == label) & ~document.frame.known
+        surface = np.full(document.labels.shape, np.nan)
+        surface[document.labels == label] = stepper.surface
         expected[missing] = surface[missing].astype(np.float32)
     np.testing.assert_array_equal(_shown(opened), expected)
     assert opened.views.cells["depth-out"].strip._text == "as of iteration 3"
@@ -70,25 +70,25 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
     def view_iteration() -> None:
         opened.refresh.draw_all()
         bar._slider.setValue(2)
-        qtbot.waitUntil(lambda: workspace.runs.viewed_iteration is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: workspace.viewed_iteration is not None, timeout=WAIT_MS)
 
     view_iteration()
-    labels = workspace.session.labels.copy()
+    labels = workspace.current.labels.copy()
     labels[:3, :3] = 3 - labels[0, 0]
-    workspace.blocks.edit(patch_between(workspace.session.labels, labels), "Edit")
-    assert (workspace.runs.viewed_iteration, bar.at_end) == (None, True)
-    workspace.session.undo_stack.undo()
+    workspace.current.edit(patch_between(workspace.current.labels, labels), "Edit")
+    assert (workspace.viewed_iteration, bar.at_end) == (None, True)
+    workspace.current.undo_stack.undo()
     view_iteration()
     opened.actions_["step"].trigger()
     qtbot.waitUntil(lambda: opened.runs.state is RunState.PAUSED, timeout=WAIT_MS)
     view_iteration()
     opened.actions_["pause"].trigger()
-    assert (workspace.runs.viewed_iteration, bar.at_end) == (None, True)
+    assert (workspace.viewed_iteration, bar.at_end) == (None, True)
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
     view_iteration()
-    workspace.frames.show(None)
+    workspace.show(None)
     opened.refresh.now()
-    assert (workspace.runs.viewed_iteration, bar.last) == (None, 0)
+    assert (workspace.viewed_iteration, bar.last) == (None, 0)
 
 
 def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None:
@@ -104,15 +104,15 @@ def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None
 
 
 def test_key_frames_are_those_of_the_last_frames_that_were_run(opened: MainWindow) -> None:
-    workspace, first = opened.workspace, opened.workspace.session
+    workspace, first = opened.workspace, opened.workspace.current
     run = Run(first.frame, first.labels, ilf.preset(max_iterations=2))
-    with run.steps(1, workspace.runs.watch(first, run)) as steps:
+    with run.steps(1, workspace.watch(first, run)) as steps:
         for _ in steps:
             pass
     assert first.key_frames.nbytes > 0
     others = [type(first)(first.state, None, f"other {at}") for at in range(4)]
-    for session in others[:3]:
-        workspace.runs.watch(session, run)
+    for document in others[:3]:
+        workspace.watch(document, run)
     assert first.key_frames.nbytes > 0
-    workspace.runs.watch(others[3], run)
+    workspace.watch(others[3], run)
     assert first.key_frames.nbytes == 0

@@ -21,7 +21,7 @@ def selecting(opened: MainWindow, qtbot: QtBot) -> MainWindow:
     """The window with the tool, no block selected."""
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow, timeout=WAIT_MS)
-    opened.workspace.blocks.select([])
+    opened.workspace.select([])
     opened.actions_["tool_smart_select"].trigger()
     opened.views.cells["colour"].view.setFocus()
     opened.refresh.now()
@@ -46,58 +46,58 @@ def _hatched(window: MainWindow) -> QPainterPath:
 
 
 def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting: MainWindow, qtbot: QtBot) -> None:
-    session = selecting.workspace.session
-    before = session.labels.copy()
+    document = selecting.workspace.current
+    before = document.labels.copy()
     click(selecting, (50, 20))
     key(selecting, _Key.Key_Return)  # before or after the selection is there
     _wait(selecting, qtbot)
-    new = session.selected[0]
+    new = document.selected[0]
     assert new not in before
-    assert session.labels[20, 50] == new
-    assert session.labels[20, 5] != new
-    assert session.undo_stack.count() == 1
+    assert document.labels[20, 50] == new
+    assert document.labels[20, 5] != new
+    assert document.undo_stack.count() == 1
     assert not selecting.editor.busy
     key(selecting, _Key.Key_Z, CTRL)
-    assert np.array_equal(session.labels, before)
+    assert np.array_equal(document.labels, before)
 
 
 @pytest.mark.parametrize("how", ["click", "box"])
 def test_after_enter_a_click_outside_starts_a_new_object(selecting: MainWindow, qtbot: QtBot, how: str) -> None:
-    session = selecting.workspace.session
-    height, width = session.labels.shape
+    document = selecting.workspace.current
+    height, width = document.labels.shape
     click(selecting, (5, 20))
     _wait(selecting, qtbot)
     key(selecting, _Key.Key_Return)
-    first = session.selected[0]
+    first = document.selected[0]
     if how == "click":
         click(selecting, (50, 20))
     else:
         drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
     _wait(selecting, qtbot)
     key(selecting, _Key.Key_Return)
-    assert session.labels[20, 5] == first
-    assert session.labels[20, 50] == session.selected[0] != first
-    assert session.undo_stack.count() == 2
+    assert document.labels[20, 5] == first
+    assert document.labels[20, 50] == document.selected[0] != first
+    assert document.undo_stack.count() == 2
 
 
 def test_with_shift_the_selected_block_gets_the_selection_and_the_change_is_hatched(
     selecting: MainWindow, qtbot: QtBot
 ) -> None:
-    session = selecting.workspace.session
-    left = int(session.labels[20, 5])
+    document = selecting.workspace.current
+    left = int(document.labels[20, 5])
     click(selecting, (50, 20))
     _wait(selecting, qtbot)
     assert _hatched(selecting).isEmpty(), "a new block is outlined"
     key(selecting, _Key.Key_Escape)
-    selecting.workspace.blocks.select([left])
+    selecting.workspace.select([left])
     click(selecting, (50, 20), SHIFT)
     _wait(selecting, qtbot)
     assert _hatched(selecting).contains(QPointF(50, 20))
     assert not _hatched(selecting).contains(QPointF(5, 20))
-    assert session.info(left).name in selecting.editor.tool.hint
+    assert document.info(left).name in selecting.editor.tool.hint
     key(selecting, _Key.Key_Return)
-    assert session.labels[20, 50] == left
-    assert session.undo_stack.count() == 1
+    assert document.labels[20, 50] == left
+    assert document.undo_stack.count() == 1
 
 
 def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selecting: MainWindow, qtbot: QtBot) -> None:
@@ -114,12 +114,12 @@ def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selec
     assert selecting.views.cells["colour"].view.transform().m11() == scale
     left, _, right, _ = _shown(selecting)
     assert left <= 0
-    assert right >= selecting.workspace.session.labels.shape[1]
+    assert right >= selecting.workspace.current.labels.shape[1]
 
 
 def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting: MainWindow, qtbot: QtBot) -> None:
-    session = selecting.workspace.session
-    before = session.labels.copy()
+    document = selecting.workspace.current
+    before = document.labels.copy()
     for point, modifier in (((50, 20), CTRL), ((5, 20), None), ((5, 5), ALT)):
         click(selecting, point, *(() if modifier is None else (modifier,)))
         _wait(selecting, qtbot)
@@ -129,52 +129,52 @@ def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting
     assert "Enter" in selecting.editor.tool.hint
     key(selecting, _Key.Key_Escape)
     assert not selecting.editor.busy
-    assert np.array_equal(session.labels, before)
+    assert np.array_equal(document.labels, before)
     click(selecting, (50, 20))
     click(selecting, (5, 20), ALT)
     key(selecting, _Key.Key_Return)
     _wait(selecting, qtbot)
-    assert session.labels[20, 50] == session.selected[0] != session.labels[20, 5]
+    assert document.labels[20, 50] == document.selected[0] != document.labels[20, 5]
 
 
 def test_a_box_selects_what_lies_in_it(selecting: MainWindow, qtbot: QtBot) -> None:
-    session = selecting.workspace.session
-    height, width = session.labels.shape
+    document = selecting.workspace.current
+    height, width = document.labels.shape
     drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
     _wait(selecting, qtbot)
     key(selecting, _Key.Key_Return)
-    new = session.selected[0]
-    assert session.labels[20, 50] == new
-    assert not (session.labels[:, :24] == new).any()
+    new = document.selected[0]
+    assert document.labels[20, 50] == new
+    assert not (document.labels[:, :24] == new).any()
 
 
 def test_with_a_block_selected_alt_click_takes_a_part_away_and_ctrl_makes_a_new_block(
     selecting: MainWindow, qtbot: QtBot
 ) -> None:
-    session = selecting.workspace.session
-    before, left = session.labels.copy(), int(session.labels[20, 5])
-    selecting.workspace.blocks.select([left])
+    document = selecting.workspace.current
+    before, left = document.labels.copy(), int(document.labels[20, 5])
+    selecting.workspace.select([left])
     for point, modifier in (((50, 20), SHIFT), ((50, 20), ALT), ((50, 20), CTRL)):
         click(selecting, point, modifier)
         _wait(selecting, qtbot)
         key(selecting, _Key.Key_Return)
-        assert (session.labels[20, 50] == left) == (modifier is SHIFT)
-        assert session.labels[20, 5] == left
-        selecting.workspace.blocks.select([left])
-    assert session.labels[20, 50] not in before
-    assert session.undo_stack.count() == 3
+        assert (document.labels[20, 50] == left) == (modifier is SHIFT)
+        assert document.labels[20, 5] == left
+        selecting.workspace.select([left])
+    assert document.labels[20, 50] not in before
+    assert document.undo_stack.count() == 3
 
 
 def test_a_stroke_with_shift_acts_like_a_click(selecting: MainWindow, qtbot: QtBot) -> None:
-    session = selecting.workspace.session
+    document = selecting.workspace.current
     drag(selecting, [(36, 8), (50, 20), (54, 36)], SHIFT)
     _wait(selecting, qtbot)
     drag(selecting, [(4, 8), (8, 30)], SHIFT | ALT)
     _wait(selecting, qtbot)
     key(selecting, _Key.Key_Return)
-    new = session.selected[0]
-    assert session.labels[8, 36] == session.labels[36, 54] == new
-    assert session.labels[8, 4] != new != session.labels[30, 8]
+    new = document.selected[0]
+    assert document.labels[8, 36] == document.labels[36, 54] == new
+    assert document.labels[8, 4] != new != document.labels[30, 8]
 
 
 def test_after_a_click_the_preview_shows_what_the_next_would_change(selecting: MainWindow, qtbot: QtBot) -> None:
@@ -188,22 +188,22 @@ def test_after_a_click_the_preview_shows_what_the_next_would_change(selecting: M
 
 
 def test_a_locked_block_gets_nothing(selecting: MainWindow, qtbot: QtBot) -> None:
-    session = selecting.workspace.session
-    left = int(session.labels[20, 5])
-    selecting.workspace.blocks.select([left])
+    document = selecting.workspace.current
+    left = int(document.labels[20, 5])
+    selecting.workspace.select([left])
     selecting.actions_["lock_blocks"].trigger()
-    before = session.labels.copy()
+    before = document.labels.copy()
     click(selecting, (50, 20), SHIFT)
     _wait(selecting, qtbot)
     key(selecting, _Key.Key_Return)
-    assert np.array_equal(session.labels, before)
+    assert np.array_equal(document.labels, before)
 
 
 def test_steps_of_a_click_stay_when_another_is_added(selecting: MainWindow, qtbot: QtBot) -> None:
-    session = selecting.workspace.session
+    document = selecting.workspace.current
     click(selecting, (50, 20))
     turn_wheel(selecting, (50, 20), 20, CTRL)
     click(selecting, (52, 22))
     key(selecting, _Key.Key_Return)
     _wait(selecting, qtbot)
-    assert (session.labels == session.selected[0]).all()
+    assert (document.labels == document.selected[0]).all()

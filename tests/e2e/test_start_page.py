@@ -47,7 +47,7 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(
     page.recent.setCurrentRow(2)
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         QTest.keyClick(page.recent, Qt.Key.Key_Return)
-    assert window.workspace.session.key == str(tmp_path / "frame-0")
+    assert window.workspace.current.key == str(tmp_path / "frame-0")
     assert not page.isVisible()
     window.actions_["close_frame"].trigger()
     qtbot.waitUntil(page.isVisible)

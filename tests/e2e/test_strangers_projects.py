@@ -66,12 +66,12 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(
     box.defaultButton().click()
     qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy, timeout=WAIT_MS)
     assert not asked
-    assert not window.workspace.has_session
-    window.loader.open_entry(window.workspace.frames.entries[0])
+    assert not window.workspace.has_current
+    window.loader.open_entry(window.workspace.entries[0])
     box = question(window, qtbot)
     assert f"{address}/depth/0000.png" in box.text()
     box.button(QMessageBox.StandardButton.Yes).click()
-    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
     assert asked
 
 
@@ -90,4 +90,4 @@ def test_the_open_dialog_leads_to_the_question(window: MainWindow, qtbot: QtBot,
     assert "--" not in dialog.message.text(), "that is for the command line"
     dialog.open_button.click()
     question(window, qtbot).button(QMessageBox.StandardButton.Yes).click()
-    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)

@@ -38,13 +38,13 @@ def _take(window: MainWindow, tool: str) -> None:
 
 
 def test_a_border_is_drawn_anew(editing: MainWindow) -> None:
-    session = editing.workspace.session
-    left, right = int(session.labels[5, 5]), int(session.labels[5, 50])
+    document = editing.workspace.current
+    left, right = int(document.labels[5, 5]), int(document.labels[5, 50])
     _take(editing, "border")
     drag(editing, [(30, 10), (24, 16), (24, 28), (30, 34)])
-    assert session.labels[22, 26] == right
-    assert session.labels[22, 20] == left
-    assert session.undo_stack.undoText() == "Redraw border"
+    assert document.labels[22, 26] == right
+    assert document.labels[22, 20] == left
+    assert document.undo_stack.undoText() == "Redraw border"
     shown = editing.views.cells["depth-in"].view.preview
     assert not shown.boundingRect().isEmpty(), "it can be adjusted"
     key(editing, _Key.Key_Return)
@@ -52,37 +52,37 @@ def test_a_border_is_drawn_anew(editing: MainWindow) -> None:
 
 
 def test_a_border_is_adjusted_and_dropped_by_escape_or_undo(editing: MainWindow) -> None:
-    session = editing.workspace.session
-    right, before = int(session.labels[5, 50]), session.labels.copy()
+    document = editing.workspace.current
+    right, before = int(document.labels[5, 50]), document.labels.copy()
     editing.editor.set_option("leash", 0)
     _take(editing, "border")
     for end, modifier in ((_Key.Key_Escape, PLAIN), (_Key.Key_Z, CTRL)):
         drag(editing, [(30, 10), (24, 22), (30, 34)])
         drag(editing, [(24, 22), (20, 22), (16, 22)])
-        assert session.labels[22, 18] == right
-        assert session.undo_stack.index() == 1
+        assert document.labels[22, 18] == right
+        assert document.undo_stack.index() == 1
         key(editing, end, modifier)
-        assert np.array_equal(session.labels, before)
-        assert session.undo_stack.index() == 0
+        assert np.array_equal(document.labels, before)
+        assert document.undo_stack.index() == 0
         assert editing.views.cells["colour"].view.preview.boundingRect().isEmpty()
 
 
 def test_a_border_is_refined_by_the_brush(editing: MainWindow, qtbot: QtBot) -> None:
-    session = editing.workspace.session
-    left, right = int(session.labels[5, 5]), int(session.labels[5, 50])
+    document = editing.workspace.current
+    left, right = int(document.labels[5, 5]), int(document.labels[5, 50])
     _take(editing, "border")
     drag(editing, [(30, 10), (26, 14), (26, 30), (30, 34)])
     _take(editing, "refine")
     drag(editing, [(28, 12), (28, 22), (28, 32)])
     qtbot.waitUntil(lambda: not editing.editor.busy, timeout=WAIT_MS)
-    assert session.undo_stack.undoText() == "Refine edge"
-    assert (session.labels[14:30, 20:29] == left).all()
-    assert (session.labels[14:30, 31:36] == right).all()
+    assert document.undo_stack.undoText() == "Refine edge"
+    assert (document.labels[14:30, 20:29] == left).all()
+    assert (document.labels[14:30, 31:36] == right).all()
 
 
 def test_an_outline_is_clicked_and_closed_by_enter(editing: MainWindow) -> None:
-    session = editing.workspace.session
-    editing.workspace.blocks.select([])
+    document = editing.workspace.current
+    editing.workspace.select([])
     _take(editing, "outline")
     for corner in ((40, 6), (56, 6), (56, 20), (44, 26)):
         click(editing, corner)
@@ -92,65 +92,65 @@ def test_an_outline_is_clicked_and_closed_by_enter(editing: MainWindow) -> None:
     key(editing, _Key.Key_Backspace)
     click(editing, (40, 20))
     key(editing, _Key.Key_Return)
-    new = session.selected[0]
-    assert (session.labels[8:18, 42:54] == new).all()
-    assert session.undo_stack.count() == 1
+    new = document.selected[0]
+    assert (document.labels[8:18, 42:54] == new).all()
+    assert document.undo_stack.count() == 1
     double_click(editing, (5, 5))
     key(editing, _Key.Key_Escape)
-    assert session.undo_stack.count() == 1
-    assert session.selected == [new], "Escape has given up the outline alone"
+    assert document.undo_stack.count() == 1
+    assert document.selected == [new], "Escape has given up the outline alone"
     key(editing, _Key.Key_Escape)
-    assert session.selected == []
+    assert document.selected == []
 
 
 def test_a_click_suggests_a_split_and_enter_takes_it(editing: MainWindow, qtbot: QtBot) -> None:
-    session = editing.workspace.session
-    before = session.labels.copy()
-    editing.workspace.blocks.select([1, 2])
+    document = editing.workspace.current
+    before = document.labels.copy()
+    editing.workspace.select([1, 2])
     editing.actions_["merge_blocks"].trigger()
     _take(editing, "split")
     click(editing, (10, 5))
     qtbot.waitUntil(lambda: editing.editor.tool.hint.startswith("Click or Enter"), timeout=WAIT_MS)
-    assert session.undo_stack.undoText() == "Merge 2 blocks"
+    assert document.undo_stack.undoText() == "Merge 2 blocks"
     editing.refresh.now()
     assert editing.feature(StatusFeature).bar.hint.text() == editing.editor.tool.hint
     key(editing, _Key.Key_Enter)
-    assert session.undo_stack.undoText().startswith("Split")
-    parts = session.labels == session.labels[5, 5]
+    assert document.undo_stack.undoText().startswith("Split")
+    parts = document.labels == document.labels[5, 5]
     assert np.count_nonzero(parts != (before == before[5, 5])) < 100
 
 
 def test_pieces_go_to_the_chosen_block(editing: MainWindow) -> None:
-    session = editing.workspace.session
+    document = editing.workspace.current
     _take(editing, "give")
     click(editing, (50, 20))
-    taker = int(session.labels[20, 50])
+    taker = int(document.labels[20, 50])
     hover(editing, (10, 20))
     assert not editing.views.cells["depth-in"].view.preview.boundingRect().isEmpty()
     click(editing, (10, 20))
-    assert (session.labels == taker).all()
+    assert (document.labels == taker).all()
 
 
 def test_distrusted_depth_is_missing_until_it_is_undone(editing: MainWindow) -> None:
-    session = editing.workspace.session
+    document = editing.workspace.current
     _take(editing, "mark_invalid")
     drag(editing, [(45, 6), (55, 6)])
-    assert not session.frame.known[5:8, 46:54].any()
+    assert not document.frame.known[5:8, 46:54].any()
     editing.refresh.now()
     editing.feature(StatusFeature).readout.point_at((50, 6))
     assert "invalid" in editing.feature(StatusFeature).bar.readout.text()
     drag(editing, [(45, 6), (50, 6)], ALT)
-    assert session.frame.known[6, 46]
+    assert document.frame.known[6, 46]
     editing.actions_["undo"].trigger()
     editing.actions_["undo"].trigger()
-    assert session.frame.invalid_mask is None
+    assert document.frame.invalid_mask is None
 
 
 def test_a_band_chooses_in_picture_and_table(editing: MainWindow) -> None:
     _take(editing, "select")
     drag(editing, [(63, 47), (40, 20), (28, 1)], SHIFT)
     editing.refresh.now()
-    assert editing.workspace.session.selected == editing.feature(BlocksFeature).table.selected()
+    assert editing.workspace.current.selected == editing.feature(BlocksFeature).table.selected()
     assert len(editing.feature(BlocksFeature).table.selected()) == 1
     click(editing, (5, 5), SHIFT)
     editing.refresh.now()
@@ -215,7 +215,7 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
     assert viewport.cursor().shape() is Qt.CursorShape.OpenHandCursor
     QTest.keyRelease(widget, _Key.Key_Space)
     assert viewport.cursor().shape() is Qt.CursorShape.CrossCursor
-    assert all(editing.workspace.session.info(label).visible for label in (1, 2)), "space hides no block"
+    assert all(editing.workspace.current.info(label).visible for label in (1, 2)), "space hides no block"
 
 
 def test_who_goes_through_the_panels_by_keys_has_tab_and_space_there(editing: MainWindow) -> None:
@@ -242,7 +242,7 @@ def test_who_goes_through_the_panels_by_keys_has_tab_and_space_there(editing: Ma
 def test_space_pans_in_a_view_that_had_not_the_focus(editing: MainWindow) -> None:
     _take(editing, "paint")
     click(editing, (50, 24))
-    steps = editing.workspace.session.undo_stack.count()
+    steps = editing.workspace.current.undo_stack.count()
     view = editing.views.cells["colour"].view
     corner = view.to_image(QPointF(0, 0))
     other = editing.views.cells["depth-in"].view
@@ -252,7 +252,7 @@ def test_space_pans_in_a_view_that_had_not_the_focus(editing: MainWindow) -> Non
     drag(editing, [(40, 20), (30, 20), (20, 20)])
     QTest.keyRelease(view, _Key.Key_Space)
     assert view.to_image(QPointF(0, 0)).x() > corner.x() + 5
-    assert editing.workspace.session.undo_stack.count() == steps
+    assert editing.workspace.current.undo_stack.count() == steps
 
 
 def test_text_fields_keep_their_keys(editing: MainWindow) -> None:
@@ -267,144 +267,144 @@ def test_text_fields_keep_their_keys(editing: MainWindow) -> None:
 
 
 def test_undo_during_a_stroke_gives_up_that_stroke_only(editing: MainWindow) -> None:
-    session = editing.workspace.session
+    document = editing.workspace.current
     click(editing, (50, 24))
     _take(editing, "paint")
     drag(editing, [(10, 10), (14, 14)])
-    first = session.labels.copy()
+    first = document.labels.copy()
     drag(editing, [(20, 30), (24, 34)], release=False)
-    assert not np.array_equal(session.labels, first)
+    assert not np.array_equal(document.labels, first)
     key(editing, _Key.Key_Z, CTRL)
-    assert np.array_equal(session.labels, first)
+    assert np.array_equal(document.labels, first)
     let_go(editing, (24, 34))
-    assert session.undo_stack.index() == 1
+    assert document.undo_stack.index() == 1
     key(editing, _Key.Key_Z, CTRL)
-    assert session.undo_stack.index() == 0
+    assert document.undo_stack.index() == 0
 
 
 def test_the_undo_button_gives_up_what_is_under_way_first(editing: MainWindow) -> None:
-    session = editing.workspace.session
-    editing.workspace.blocks.select([])
+    document = editing.workspace.current
+    editing.workspace.select([])
     _take(editing, "outline")
     drag(editing, [(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
     click(editing, (5, 5))
     click(editing, (15, 5))
     editing.actions_["undo"].trigger()
     assert not editing.editor.busy
-    assert session.undo_stack.index() == 1
+    assert document.undo_stack.index() == 1
     editing.actions_["undo"].trigger()
-    assert session.undo_stack.index() == 0
+    assert document.undo_stack.index() == 0
 
 
 def test_undo_gives_up_the_very_first_stroke(editing: MainWindow) -> None:
-    before = editing.workspace.session.labels.copy()
+    before = editing.workspace.current.labels.copy()
     click(editing, (50, 24))
     _take(editing, "paint")
     drag(editing, [(10, 10), (14, 14)], release=False)
     key(editing, _Key.Key_Z, CTRL)
-    assert np.array_equal(editing.workspace.session.labels, before)
+    assert np.array_equal(editing.workspace.current.labels, before)
 
 
 def test_slivers_are_said_and_cleaned_up_by_what_is_offered(editing: MainWindow, qtbot: QtBot) -> None:
-    session = editing.workspace.session
+    document = editing.workspace.current
     click(editing, (50, 24))
     _take(editing, "paint")
     editing.editor.set_option("brush_radius", 1.0)
     click(editing, (10, 24))
     assert editing.toasts.message == "1 sliver left."
     QTest.mouseClick(editing.toasts.shown[-1].commands[0], Qt.MouseButton.LeftButton)
-    assert session.undo_stack.undoText() == "Clean up"
-    assert session.labels[24, 10] == session.labels[5, 5]
+    assert document.undo_stack.undoText() == "Clean up"
+    assert document.labels[24, 10] == document.labels[5, 5]
     assert "1 sliver" in editing.toasts.message
     assert [toast for toast in editing.toasts.shown if toast.commands] == [], "what was offered is done"
 
 
 def test_slivers_that_were_there_before_are_not_said(editing: MainWindow) -> None:
-    session = editing.workspace.session
-    labels = session.labels.copy()
+    document = editing.workspace.current
+    labels = document.labels.copy()
     labels[24, 10] = labels[24, 50]
-    editing.workspace.blocks.replace(labels, "A sliver")
+    editing.workspace.current.replace_blocks(labels, "A sliver")
     click(editing, (50, 40))
     _take(editing, "paint")
     editing.editor.set_option("brush_radius", 3.0)
     drag(editing, [(50, 30), (8, 30), (8, 40)])
-    assert session.undo_stack.undoText() == f"Paint {session.info(session.selected[0]).name}"
-    assert session.labels[24, 10] == session.labels[24, 50] != session.labels[24, 12]
+    assert document.undo_stack.undoText() == f"Paint {document.info(document.selected[0]).name}"
+    assert document.labels[24, 10] == document.labels[24, 50] != document.labels[24, 12]
     assert "sliver" not in editing.toasts.message
 
 
 def test_blocks_grow_shrink_and_become_smooth_by_the_amount(editing: MainWindow) -> None:
-    session = editing.workspace.session
-    counts = session.counts()
-    editing.workspace.blocks.select([1])
+    document = editing.workspace.current
+    counts = document.counts()
+    editing.workspace.select([1])
     editing.editor.set_option("amount", 3)
     editing.actions_["grow_blocks"].trigger()
-    assert session.counts()[1].pixels == counts[1].pixels + 3 * 48
-    assert session.undo_stack.undoText() == "Grow Block 1 by 3 px"
+    assert document.counts()[1].pixels == counts[1].pixels + 3 * 48
+    assert document.undo_stack.undoText() == "Grow Block 1 by 3 px"
     editing.actions_["shrink_blocks"].trigger()
-    assert session.counts()[1].pixels == counts[1].pixels
+    assert document.counts()[1].pixels == counts[1].pixels
     editing.actions_["smooth_blocks"].trigger()
-    assert session.counts()[1].pixels == counts[1].pixels
+    assert document.counts()[1].pixels == counts[1].pixels
 
 
 def test_merging_says_that_parts_do_not_touch(editing: MainWindow) -> None:
-    session = editing.workspace.session
-    labels = np.ones_like(session.labels)
+    document = editing.workspace.current
+    labels = np.ones_like(document.labels)
     labels[:10, :10], labels[-10:, -10:] = 2, 3
-    editing.workspace.blocks.replace(labels, "Corners")
-    editing.workspace.blocks.select([2, 3])
+    editing.workspace.current.replace_blocks(labels, "Corners")
+    editing.workspace.select([2, 3])
     editing.actions_["merge_blocks"].trigger()
     assert "do not touch" in editing.toasts.message
-    assert session.labels[-1, -1] == session.labels[0, 0]
+    assert document.labels[-1, -1] == document.labels[0, 0]
 
 
 def test_the_menu_offers_what_can_be_done_here(editing: MainWindow, qtbot: QtBot) -> None:
-    session = editing.workspace.session
-    before = session.labels.copy()
+    document = editing.workspace.current
+    before = document.labels.copy()
     left, right = int(before[5, 5]), int(before[5, 50])
-    editing.workspace.blocks.select([left])
+    editing.workspace.select([left])
     menu = editing.feature(BlocksFeature).menu_at(50, 5)
     texts = {action.text(): action for action in menu.actions()}
-    assert session.selected == [right]
+    assert document.selected == [right]
     texts[f"Merge Block {right} into Block {left}"].trigger()
-    assert (session.labels == left).all()
+    assert (document.labels == left).all()
     editing.actions_["undo"].trigger()
-    editing.workspace.blocks.select([left])
+    editing.workspace.select([left])
     menu = editing.feature(BlocksFeature).menu_at(50, 5)
     next(action for action in menu.actions() if action.text().startswith("Give this piece")).trigger()
-    assert session.selected == [left]
-    assert (session.labels == left).all()
+    assert document.selected == [left]
+    assert (document.labels == left).all()
     menu = editing.feature(BlocksFeature).menu_at(50, 5)
     next(action for action in menu.actions() if action.text().startswith("Split")).trigger()
     qtbot.waitUntil(lambda: not editing.editor.working, timeout=WAIT_MS)
-    assert session.labels[5, 5] != session.labels[5, 50]
+    assert document.labels[5, 5] != document.labels[5, 50]
     assert editing.actions_["zoom_block"] in menu.actions()
 
 
 def test_the_rest_of_a_covered_block_goes_in_the_same_undo_step(editing: MainWindow) -> None:
-    session = editing.workspace.session
-    before = session.labels.copy()
+    document = editing.workspace.current
+    before = document.labels.copy()
     height, width = before.shape
-    covered = session.info(int(before[24, 50])).name
-    editing.workspace.blocks.select([])
+    covered = document.info(int(before[24, 50])).name
+    editing.workspace.select([])
     _take(editing, "outline")
     drag(editing, [(31, -1), (width, -1), (width, height), (31, height), (31, 0)])
-    assert len(session.counts()) == 2
+    assert len(document.counts()) == 2
     assert covered in editing.toasts.message
-    assert (session.labels[:, 30:] == session.selected[0]).all()
-    assert session.undo_stack.count() == 1
+    assert (document.labels[:, 30:] == document.selected[0]).all()
+    assert document.undo_stack.count() == 1
     editing.actions_["undo"].trigger()
-    assert np.array_equal(session.labels, before)
+    assert np.array_equal(document.labels, before)
 
 
 def test_a_part_that_could_not_be_completed_is_not_cut_off(editing: MainWindow) -> None:
-    session = editing.workspace.session
-    mask = np.zeros(session.labels.shape, bool)
+    document = editing.workspace.current
+    mask = np.zeros(document.labels.shape, bool)
     mask[:6, 58:] = True
-    editing.workspace.blocks.set_invalid_mask(mask, "Mark depth as invalid")
-    session.change_blocks(extraction=session.blocks.extraction.changed(min_size=2))
+    editing.workspace.current.set_invalid_mask(mask, "Mark depth as invalid")
+    document.change_blocks(extraction=document.blocks.extraction.changed(min_size=2))
     _take(editing, "split")
     drag(editing, [(60, -1), (60, 4), (65, 4)])
-    assert len(session.counts()) == 2
+    assert len(document.counts()) == 2
     assert "without known depth" in editing.toasts.message
-    assert session.undo_stack.undoText() == "Mark depth as invalid"
+    assert document.undo_stack.undoText() == "Mark depth as invalid"

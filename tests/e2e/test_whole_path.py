@@ -51,8 +51,8 @@ def test_window_shows_what_the_library_computes(opened: MainWindow, run_all: Run
     run_all(opened)
     frame = ilf.load_frame(frame_folder)
     expected = ilf.complete(frame, ilf.extract_blocks(frame))
-    session = opened.workspace.session
-    completion = session.completion()
+    document = opened.workspace.current
+    completion = document.completion()
     assert completion is not None
     assert np.array_equal(completion.depth, expected.depth, equal_nan=True)
     assert all(outcome.status in (Status.COMPLETED, Status.NOTHING_MISSING) for outcome in completion.outcomes.values())
@@ -61,9 +61,9 @@ def test_window_shows_what_the_library_computes(opened: MainWindow, run_all: Run
 def test_curves_of_the_chosen_block_are_its_records(opened: MainWindow, run_all: Run) -> None:
     opened.panels.reveal("Convergence")
     run_all(opened)
-    session = opened.workspace.session
-    for label, result in session.valid_results().items():
-        opened.workspace.blocks.select([label])
+    document = opened.workspace.current
+    for label, result in document.valid_results().items():
+        opened.workspace.select([label])
         assert [record.i for record in opened.feature(CurvesFeature).panel.records] == [
             record.i for record in result.history
         ]
@@ -75,12 +75,12 @@ def test_edited_blocks_survive_export_replay_and_reopening(
     workspace = opened.workspace
     opened.actions_["select_all"].trigger()
     opened.actions_["merge_blocks"].trigger()
-    assert len(workspace.session.counts()) == 1
+    assert len(workspace.current.counts()) == 1
     workspace.parameters.set(ilf.preset("paper", centred=True))
     run_all(opened)
     _export(opened, qtbot, tmp_path / "first")
     assert json.loads((tmp_path / "first" / "run.json").read_text())["blocks"]["edited"] is True
-    assert workspace.session.unsaved, "names, locks and the other runs are not in an export"
+    assert workspace.current.unsaved, "names, locks and the other runs are not in an export"
 
     assert (
         command_line(
@@ -91,12 +91,12 @@ def test_edited_blocks_survive_export_replay_and_reopening(
     for path in (tmp_path / "first").iterdir():
         assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes(), path.name
 
-    merged = workspace.session.labels.copy()
+    merged = workspace.current.labels.copy()
     opened.actions_["close_frame"].trigger()
-    assert not workspace.has_session
+    assert not workspace.has_current
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.documents.open_paths([tmp_path / "first" / "run.json"])
-    assert np.array_equal(workspace.session.labels, merged)
+    assert np.array_equal(workspace.current.labels, merged)
     assert workspace.parameters.current.centred
     run_all(opened)
     _export(opened, qtbot, tmp_path / "third")
@@ -126,43 +126,43 @@ def test_step_pause_resume_cancel(opened: MainWindow, qtbot: QtBot) -> None:
         actions["cancel"].trigger()
     assert "cancelled" in ended.args[0]
     assert seen == list(range(1, len(seen) + 1))
-    assert opened.workspace.session.completion() is None
+    assert opened.workspace.current.completion() is None
     assert not actions["cancel"].isEnabled()
     assert actions["run"].isEnabled()
 
 
 def test_running_chosen_blocks_leaves_the_others(opened: MainWindow, qtbot: QtBot) -> None:
-    session = opened.workspace.session
-    chosen = next(iter(session.counts()))
-    opened.workspace.blocks.select([chosen])
+    document = opened.workspace.current
+    chosen = next(iter(document.counts()))
+    opened.workspace.select([chosen])
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run_selected"].trigger()
-    assert set(session.valid_results()) == {chosen}
+    assert set(document.valid_results()) == {chosen}
 
 
 def test_a_block_of_its_own_parameters(opened: MainWindow, run_all: Run) -> None:
     workspace = opened.workspace
-    first, second = list(workspace.session.counts())[:2]
-    workspace.blocks.select([first])
+    first, second = list(workspace.current.counts())[:2]
+    workspace.select([first])
     workspace.parameters.set(ilf.preset(max_iterations=3), first)
     run_all(opened)
-    results = workspace.session.valid_results()
+    results = workspace.current.valid_results()
     assert results[first].outcome.iterations == 3
     assert results[second].outcome.iterations > 3
 
 
 def test_editing_a_block_takes_back_its_result_and_undo_brings_it_back(opened: MainWindow, run_all: Run) -> None:
     run_all(opened)
-    workspace, session = opened.workspace, opened.workspace.session
-    before = session.completion()
-    labels = session.labels.copy()
-    label = next(iter(session.counts()))
-    workspace.blocks.select([label])
+    workspace, document = opened.workspace, opened.workspace.current
+    before = document.completion()
+    labels = document.labels.copy()
+    label = next(iter(document.counts()))
+    workspace.select([label])
     opened.actions_["delete_blocks"].trigger()
-    assert label not in session.valid_results()
+    assert label not in document.valid_results()
     workspace.undo_group.undo()
-    assert np.array_equal(session.labels, labels)
-    after = session.completion()
+    assert np.array_equal(document.labels, labels)
+    after = document.completion()
     assert before is not None
     assert after is not None
     assert np.array_equal(before.depth, after.depth, equal_nan=True)
@@ -171,7 +171,7 @@ def test_editing_a_block_takes_back_its_result_and_undo_brings_it_back(opened: M
 def test_closing_the_window_in_the_middle_of_a_run_ends_its_thread(opened: MainWindow, qtbot: QtBot) -> None:
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["run"].trigger()
-    qtbot.waitUntil(lambda: bool(opened.workspace.session.results.live), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(opened.workspace.current.results.live), timeout=WAIT_MS)
     opened.close()
     assert opened.runs.state is RunState.IDLE
 
@@ -180,22 +180,22 @@ def test_several_frames_keep_their_own_state(opened: MainWindow, qtbot: QtBot, r
     from .conftest import write_frame
 
     run_all(opened)
-    first = opened.workspace.session
+    first = opened.workspace.current
     depth = first.frame.depth + np.float32(0.5)
     second_folder = write_frame(tmp_path / "farther", ilf.RGBDFrame(first.frame.rgb, depth))
     open_frame(opened, qtbot, FrameRef(str(second_folder)))
-    second = opened.workspace.session
+    second = opened.workspace.current
     assert second is not first
     assert second.completion() is None
     opened.actions_["previous_frame"].trigger()
-    assert opened.workspace.session is first
+    assert opened.workspace.current is first
     assert first.completion() is not None
     opened.refresh.now()
     assert opened.windowTitle().startswith("two-planes")
     opened.centre.show_cloud()
     opened.actions_["next_frame"].trigger()
     opened.actions_["close_frame"].trigger()
-    assert opened.workspace.frames.sessions == [first]
+    assert opened.workspace.open == [first]
 
 
 def test_keyboard_shortcuts_are_unique_and_no_bare_key_deletes(window: MainWindow) -> None:
@@ -229,8 +229,8 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
 ) -> None:
     workspace = opened.workspace
     opened.panels.reveal("Convergence")
-    first, second = list(workspace.session.counts())[:2]
-    workspace.blocks.select([second])
+    first, second = list(workspace.current.counts())[:2]
+    workspace.select([second])
     shown: list[tuple[int, int]] = []
 
     def note(label: int) -> None:
@@ -241,22 +241,22 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
     run_all(opened)
     assert all(count > 0 for _, count in shown)
     assert (
-        len(opened.feature(CurvesFeature).panel.records) == workspace.session.valid_results()[second].outcome.iterations
+        len(opened.feature(CurvesFeature).panel.records) == workspace.current.valid_results()[second].outcome.iterations
     )
     assert first in {label for label, _ in shown}
 
 
 def test_cancelling_keeps_the_blocks_that_are_done(opened: MainWindow, qtbot: QtBot) -> None:
-    session = opened.workspace.session
-    first, second = list(session.counts())[:2]
+    document = opened.workspace.current
+    first, second = list(document.counts())[:2]
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000), second)
     done: list[str] = []
     opened.runs.ended.connect(done.append)
     opened.actions_["run"].trigger()
-    qtbot.waitUntil(lambda: second in opened.workspace.session.results.live, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: second in opened.workspace.current.results.live, timeout=WAIT_MS)
     opened.actions_["cancel"].trigger()
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
-    assert set(session.valid_results()) == {first}
+    assert set(document.valid_results()) == {first}
     assert "cancelled, 1 block" in done[0]
 
 
@@ -265,7 +265,7 @@ def test_a_frame_that_runs_is_not_closed_silently(opened: MainWindow, qtbot: QtB
     opened.actions_["run"].trigger()
     opened.documents.discard_silently = False
     opened.actions_["close_frame"].trigger()
-    assert opened.workspace.has_session
+    assert opened.workspace.has_current
     question = opened.project.closing.dialog
     assert question is not None
     question.reject()
@@ -281,35 +281,35 @@ def test_opening_a_run_twice_keeps_the_work_in_it(
     _export(opened, qtbot, tmp_path / "out")
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.loader.open_run(tmp_path / "out" / "run.json")
-    session = opened.workspace.session
-    opened.workspace.blocks.select([1, 2])
+    document = opened.workspace.current
+    opened.workspace.select([1, 2])
     opened.actions_["merge_blocks"].trigger()
     # by the same path, and by another to the same place
     for again in (tmp_path / "out" / "run.json", Path(os.path.relpath(tmp_path / "out" / "run.json"))):
         opened.loader.open_run(again)
         assert not opened.loader.busy
-        assert opened.workspace.session is session
-        assert session.unsaved
+        assert opened.workspace.current is document
+        assert document.unsaved
 
 
 def test_opening_with_other_units_reads_the_frame_again(opened: MainWindow, qtbot: QtBot, frame_folder: Path) -> None:
-    first = opened.workspace.session
+    first = opened.workspace.current
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
-    second = opened.workspace.session
-    assert opened.workspace.frames.sessions == [second]
+    second = opened.workspace.current
+    assert opened.workspace.open == [second]
     assert np.nanmedian(second.frame.depth) == pytest.approx(np.nanmedian(first.frame.depth) / 2, rel=1e-3)
 
 
 def test_a_partial_run_comes_back_as_it_was(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
-    opened.workspace.blocks.select([2])
+    opened.workspace.select([2])
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run_selected"].trigger()
     _export(opened, qtbot, tmp_path / "out")
     opened.actions_["close_frame"].trigger()
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.loader.open_run(tmp_path / "out" / "run.json")
-    assert opened.workspace.session.selected == [2]
+    assert opened.workspace.current.selected == [2]
 
 
 def test_nothing_runs_while_blocks_are_extracted(opened: MainWindow, qtbot: QtBot) -> None:
@@ -347,7 +347,7 @@ def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
     workspace.parameters.set(ilf.preset("paper"))
     opened.refresh.now()
     workspace.parameters.set(ilf.preset("paper", centred=True))
-    workspace.blocks.select([1])
+    workspace.select([1])
     workspace.parameters.set(ilf.preset("released-code"), 1)
     panel.set_scope(chosen=True)
     opened.refresh.now()

@@ -62,7 +62,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     QTest.keyClick(palette.field, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
     QTest.keyClicks(palette.field, "sel all")
     QTest.keyClick(palette.field, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: list(opened.workspace.session.selected) == [1, 2])
+    qtbot.waitUntil(lambda: list(opened.workspace.current.selected) == [1, 2])
     assert QApplication.focusWidget() is view
 
     keymap = _part(opened, ShortcutsFeature).keymap
@@ -85,7 +85,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     opened.documents.close_frame()
     with qtbot.waitSignal(opened.loader.idle, timeout=60_000):
         first.trigger()
-    assert opened.workspace.session.key == str(frame_folder)
+    assert opened.workspace.current.key == str(frame_folder)
 
 
 def test_messages_leave_the_hint_alone(window: MainWindow, qtbot: QtBot) -> None:
@@ -103,7 +103,7 @@ def test_messages_leave_the_hint_alone(window: MainWindow, qtbot: QtBot) -> None
 def test_keys_of_a_command_that_cannot_be_used_say_why(opened: MainWindow, qtbot: QtBot, focus: str) -> None:
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow)
-    opened.workspace.blocks.select([])
+    opened.workspace.select([])
     view, table = opened.views.cells["colour"].view, opened.feature(BlocksFeature).table.view
     widget = view if focus == "view" else table
     widget.setFocus()

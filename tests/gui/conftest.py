@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.state.workspace import Workspace
 from ilf import RGBDFrame
 from ilf.data.blocks import Blocks
@@ -18,7 +17,7 @@ from ilf.data.results import BlockResult
 from ilf.run.run import Run, complete
 
 from .scripted_runs import WAIT_MS, Bench, Script, ScriptedSteps, Until
-from .states import QUICK, SIGNALS
+from .states import QUICK, Told
 
 
 @pytest.fixture(autouse=True)
@@ -52,36 +51,33 @@ def extracted(labels: np.ndarray) -> Blocks:
 
 
 @pytest.fixture
-def session(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Session:
+def document(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Document:
     """`small_frame` with its two blocks, as an extraction gave them."""
-    return Session.of(Run(small_frame, extracted(small_labels)), "origin", "key")
+    return Document.of(Run(small_frame, extracted(small_labels)), "origin", "key")
 
 
 @pytest.fixture
-def other(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Session:
+def other(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Document:
     """Another frame, of the same pixels."""
-    return Session.of(Run(small_frame, extracted(small_labels)), "other origin", "other key")
+    return Document.of(Run(small_frame, extracted(small_labels)), "other origin", "other key")
 
 
 @pytest.fixture
-def workspace(session: Session, other: Session) -> Workspace:
+def workspace(document: Document, other: Document) -> Workspace:
     """Both frames, the first the present one."""
     workspace = Workspace()
-    workspace.add_session(other)
-    workspace.add_session(session)
+    workspace.open_document(other)
+    workspace.open_document(document)
     return workspace
 
 
 @pytest.fixture
-def told(workspace: Workspace) -> list[str]:
-    """Names of the signals that the workspace sends from now on."""
-    names: list[str] = []
-    for name in SIGNALS:
-        attrgetter(name)(workspace).connect(lambda *_, name=name: names.append(name))
-    return names
+def told(workspace: Workspace) -> Told:
+    """What the workspace tells from now on."""
+    return Told(workspace)
 
 
 @pytest.fixture
-def results(session: Session) -> list[BlockResult]:
+def results(document: Document) -> list[BlockResult]:
     """What a short run of both blocks gives."""
-    return list(complete(session.frame, session.labels, QUICK).results.values())
+    return list(complete(document.frame, document.labels, QUICK).results.values())

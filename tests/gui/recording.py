@@ -9,7 +9,7 @@ import numpy as np
 
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.state.workspace import Workspace
 from ilf.data.frame import RGBDFrame
 from ilf.project.state_codec import load_state
@@ -29,16 +29,16 @@ class Recording:
         self.store = WorkStore(folder)
         self.recorder = Recorder(self.workspace, self.store)
         self.recorder.start()
-        self.sessions = [Session.of(Run(frame, labels), None, name) for name in ("one", "two")]
-        for session in self.sessions:
-            self.workspace.add_session(session)
+        self.documents = [Document.of(Run(frame, labels), None, name) for name in ("one", "two")]
+        for document in self.documents:
+            self.workspace.open_document(document)
 
-    def erase(self, session: Session, row: int) -> None:
+    def erase(self, document: Document, row: int) -> None:
         """Take a row from the blocks."""
-        self.workspace.frames.show(session)
-        labels = session.labels.copy()
+        self.workspace.show(document)
+        labels = document.labels.copy()
         labels[row] = 0
-        self.workspace.blocks.edit(patch_between(session.labels, labels), "Erase")
+        self.workspace.current.edit(patch_between(document.labels, labels), "Erase")
 
     def written(self) -> WorkFolder:
         """The autosave as another program finds it after this one's end."""
@@ -53,11 +53,11 @@ class Recording:
         self.store.discard()
 
 
-def assert_holds(parts: WorkFolder, session: Session) -> None:
+def assert_holds(parts: WorkFolder, document: Document) -> None:
     """The newest state of a frame is in an autosave."""
-    decoded = load_state(session.id, parts)
+    decoded = load_state(document.id, parts)
     assert decoded.problems == ()
-    assert np.array_equal(decoded.state.blocks.labels, session.labels)
+    assert np.array_equal(decoded.state.blocks.labels, document.labels)
     assert {label: info.name for label, info in decoded.state.blocks.infos.items()} == {
-        label: info.name for label, info in session.blocks.infos.items()
+        label: info.name for label, info in document.blocks.infos.items()
     }

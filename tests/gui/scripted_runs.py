@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QTimer
 
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.work.frame_runs import RunState
 from gui.work.runs import RunController
@@ -121,12 +121,13 @@ class Bench:
     def __init__(self, frame: RGBDFrame, labels: NDArray[np.int32], script: Script) -> None:
         self.frame, self.labels, self.script = frame, labels, script
         self.workspace = Workspace()
-        self.session = self.open("first")
+        self.document = self.open("first")
+        self.workspace.tell()
         self.runs = RunController(self.workspace)
         self.said: list[str] = []
         self.resolved: list[str] = []
         self.failed: list[Exception] = []
-        self.finished: list[Session] = []
+        self.finished: list[Document] = []
         self.records: list[tuple[int, list[int]]] = []
         self.states: list[RunState] = []
         runs = self.runs
@@ -137,16 +138,16 @@ class Bench:
         runs.records.connect(lambda label, records: self.records.append((label, [record.i for record in records])))
         runs.state_changed.connect(lambda: self.states.append(runs.state))
 
-    def open(self, name: str) -> Session:
+    def open(self, name: str) -> Document:
         frame = replace(self.frame, name=name)
-        session = Session.of(Run(frame, self.labels), None, name)
-        self.workspace.add_session(session)
-        return session
+        document = Document.of(Run(frame, self.labels), None, name)
+        self.workspace.open_document(document)
+        return document
 
     @property
     def patience(self) -> QTimer:
         """What lets a re-solve of the first frame end when its values have changed."""
-        return self.runs.of(self.session)._patience
+        return self.runs.of(self.document)._patience
 
     @property
     def run(self) -> ScriptedSteps:

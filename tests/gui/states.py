@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gui.state.session import Session
+from gui.state.document import Document
+from gui.state.parts import NO_PART, Part
 from gui.state.workspace import Workspace
 from ilf.data.blocks import own_values
 from ilf.data.presets import preset
@@ -15,39 +16,38 @@ from ilf.segmentation.extraction import Extraction, extract
 
 QUICK = preset("paper", max_iterations=2)
 QUICK_OWN = own_values(QUICK, preset())
-SIGNALS = (
-    *(
-        "blocks.about_to_change",
-        "frames.sessions_changed",
-        "frames.session_changed",
-        "blocks.labels_changed",
-        "blocks.stroke_changed",
-        "blocks.infos_changed",
-    ),
-    *(
-        "runs.results_changed",
-        "runs.results_added",
-        "runs.records_added",
-        "runs.previews_changed",
-        "runs.error_changed",
-        "blocks.selection_changed",
-    ),
-    *("parameters.changed", "parameters.extraction_changed", "blocks.invalid_mask_changed"),
-)
 
 
-def painted(session: Session, label: int, rows: slice = np.s_[0:4], columns: slice = np.s_[0:5]) -> np.ndarray:
+class Told:
+    """Calling it gives what a workspace has told since the last call."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
+        self._parts = NO_PART
+        workspace.tell()
+        workspace.changed.connect(self._take)
+
+    def _take(self, parts: Part) -> None:
+        self._parts |= parts
+
+    def __call__(self) -> Part:
+        self._workspace.tell()
+        parts, self._parts = self._parts, NO_PART
+        return parts
+
+
+def painted(document: Document, label: int, rows: slice = np.s_[0:4], columns: slice = np.s_[0:5]) -> np.ndarray:
     """The label map with a box of another label."""
-    labels = session.labels.copy()
+    labels = document.labels.copy()
     labels[rows, columns] = label
     return labels
 
 
 def edit(workspace: Workspace, label: int, **box: slice) -> bool:
-    labels = workspace.session.labels
-    return workspace.blocks.edit(patch_between(labels, painted(workspace.session, label, **box)), "Edit")
+    labels = workspace.current.labels
+    return workspace.current.edit(patch_between(labels, painted(workspace.current, label, **box)), "Edit")
 
 
-def extraction(session: Session, labels: np.ndarray) -> Extraction:
+def extraction(document: Document, labels: np.ndarray) -> Extraction:
     """One that gives these blocks."""
-    return replace(extract(session.frame), blocks=labels.copy())
+    return replace(extract(document.frame), blocks=labels.copy())

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from gui.state.document import Document
 from gui.state.inspection import Inspection
-from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.tools.base import Point, Result, Tool, ToolOptions
 from gui.tools.edge_data import EdgeData, edge_data_of
@@ -25,7 +25,7 @@ class ToolHost:
         self.options = ToolOptions(brush_radius=3.0, leash=leash)
         self.workspace = Workspace()
         self.inspection = Inspection(self.workspace)
-        self.workspace.add_session(Session.of(Run(frame, labels), "origin", "key"))
+        self.workspace.open_document(Document.of(Run(frame, labels), "origin", "key"))
         strength = np.zeros(frame.shape, np.float32)
         strength[:, 29:31] = 1.0
         regions = np.where(np.arange(frame.shape[1]) < 30, 1, 2) + np.zeros(frame.shape, np.int32)
@@ -36,49 +36,49 @@ class ToolHost:
         self.waiting: list[Callable[[], None]] = []
 
     @property
-    def session(self) -> Session:
-        return self.workspace.session
+    def document(self) -> Document:
+        return self.workspace.current
 
     @property
     def labels(self) -> NDArray[np.int32]:
-        return self.session.labels
+        return self.document.labels
 
     @property
     def steps(self) -> list[str]:
         """What there is to undo."""
-        stack = self.session.undo_stack
+        stack = self.document.undo_stack
         return [stack.text(index) for index in range(stack.index())]
 
     @property
     def undo_index(self) -> int:
-        return self.session.undo_stack.index()
+        return self.document.undo_stack.index()
 
     def undo(self) -> None:
-        self.session.undo_stack.undo()
+        self.document.undo_stack.undo()
 
     def select(self, labels: list[int]) -> None:
-        self.workspace.blocks.select(labels)
+        self.workspace.select(labels)
 
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
-        return patch if self.workspace.blocks.edit(patch, text) else None
+        return patch if self.workspace.current.edit(patch, text) else None
 
     def stroke(self, patch: LabelPatch | None) -> None:
-        self.workspace.blocks.stroke(patch)
+        self.workspace.current.stroke(patch)
 
     def end_stroke(self, text: str, label: int = 0) -> bool:
-        return self.workspace.blocks.end_stroke(text) is not None
+        return self.workspace.current.end_stroke(text) is not None
 
     def drop_stroke(self) -> bool:
-        return self.workspace.blocks.drop_stroke()
+        return self.workspace.current.drop_stroke()
 
     def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        return self.workspace.blocks.set_invalid_mask(mask, text)
+        return self.workspace.current.set_invalid_mask(mask, text)
 
     def state_depth(self, depth: NDArray[np.float32], where: NDArray[np.bool_], text: str) -> bool:
-        return self.workspace.by_hand.set_depth(depth, where, text)
+        return self.workspace.current.set_by_hand(depth, where, text)
 
     def propose_depth(self, depth: NDArray[np.float32] | None) -> None:
-        self.workspace.by_hand.propose(depth)
+        self.workspace.current.propose(depth)
 
     def set_option(self, name: str, value: float | bool) -> None:
         setattr(self.options, name, value)

@@ -15,8 +15,8 @@ from ilf.errors import IlfError
 
 from ...base.commands import Command
 from ...base.needs import Need
+from ...state.document import Document
 from ...state.results import GROUND_TRUTH, HOLD_OUT, BlockErrors
-from ...state.session import Session
 from ...widgets.docks import PanelGroup
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature, PendingWork
@@ -69,7 +69,7 @@ class AccuracyFeature(Feature):
         self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
         context.panels.add(_TITLE, self.panel, PanelGroup.SETTINGS, "ph.target")
         workspace, panel = context.workspace, self.panel
-        changed = workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.runs.results_changed
+        changed = workspace.frames.session_changed, workspace.labels_changed, workspace.runs.results_changed
         shown = (
             workspace.blocks.ground_truth_changed,
             workspace.blocks.infos_changed,
@@ -114,26 +114,26 @@ class AccuracyFeature(Feature):
 
     def ask_ground_truth(self) -> None:
         """Open the dialog that loads ground truth for the current frame."""
-        session = self.context.workspace.session
-        dialog = GroundTruthDialog(session.frame, self._reader, self.context.window)
+        document = self.context.workspace.current
+        dialog = GroundTruthDialog(document.frame, self._reader, self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take_ground_truth(session, dialog.found()))
+        dialog.accepted.connect(lambda: self._take_ground_truth(document, dialog.found()))
         dialog.open()
 
     def load_ground_truth(self, path: str, units: float | None = None) -> bool:
         """Load the ground truth of the current frame from a file; False, with a message, if that fails."""
-        session = self.context.workspace.session
+        document = self.context.workspace.current
         try:
-            frame = frame_with(GroundTruthSource(session.frame, path, units))
+            frame = frame_with(GroundTruthSource(document.frame, path, units))
         except IlfError as error:
             self.context.notes.report("Load ground truth", error)
             return False
-        self._take_ground_truth(session, frame)
+        self._take_ground_truth(document, frame)
         return True
 
     def remove_ground_truth(self) -> None:
         """Remove the ground truth of the current frame."""
-        self.context.workspace.blocks.set_ground_truth(None)
+        self.context.workspace.current.set_ground_truth(None)
         self.context.notes.show_message("Ground truth removed.")
 
     def ask_test(self) -> None:
@@ -144,27 +144,27 @@ class AccuracyFeature(Feature):
 
     def pending_work(self) -> list[PendingWork]:
         """The hold-out test in progress, if any."""
-        session = self.hidden.testing
-        return [] if session is None else [PendingWork(f"a hold-out test of {session.name}", session)]
+        document = self.hidden.testing
+        return [] if document is None else [PendingWork(f"a hold-out test of {document.name}", document)]
 
-    def _take_ground_truth(self, session: Session, frame: RGBDFrame) -> None:
+    def _take_ground_truth(self, document: Document, frame: RGBDFrame) -> None:
         workspace = self.context.workspace
-        if session not in workspace.frames.sessions:
+        if document not in workspace.open:
             return
-        workspace.frames.show(session)  # another frame may have been opened meanwhile
-        workspace.blocks.set_ground_truth(
+        workspace.show(document)  # another frame may have been opened meanwhile
+        workspace.current.set_ground_truth(
             frame.ground_truth, None if frame.inputs is None else frame.inputs.ground_truth
         )
         self.context.panels.reveal(_TITLE)
 
     def _select_page(self) -> None:
         """Select the page of the panel."""
-        self.panel.show_page(hidden=self.context.workspace.has_session and not self._has_ground_truth)
+        self.panel.show_page(hidden=self.context.workspace.has_current and not self._has_ground_truth)
 
     @property
     def _has_ground_truth(self) -> bool:
         workspace = self.context.workspace
-        return workspace.has_session and workspace.session.frame.ground_truth is not None
+        return workspace.has_current and workspace.current.frame.ground_truth is not None
 
     def _why_no_ground_truth(self) -> str:
         none = "" if self._has_ground_truth else "This frame has no ground truth."
@@ -173,25 +173,25 @@ class AccuracyFeature(Feature):
     def _update_block_errors(self) -> None:
         """Update the errors in the table of blocks."""
         workspace = self.context.workspace
-        if not workspace.has_session:
+        if not workspace.has_current:
             return
-        session, outcome = workspace.session, self.hidden.outcome
-        if session.frame.ground_truth is not None:
+        document, outcome = workspace.current, self.hidden.outcome
+        if document.frame.ground_truth is not None:
             errors = BlockErrors(GROUND_TRUTH, self.ground_truth.blocks)
         elif outcome is not None:
-            errors = BlockErrors(HOLD_OUT, outcome.errors_of(session))
+            errors = BlockErrors(HOLD_OUT, outcome.errors_of(document))
         else:
-            errors = self._expected(session)
-        workspace.blocks.set_block_errors(session, errors)
+            errors = self._expected(document)
+        document.set_block_errors(errors)
 
-    def _expected(self, session: Session) -> BlockErrors:
+    def _expected(self, document: Document) -> BlockErrors:
         """Return the expected errors; until they are computed again, those of the blocks with unchanged results."""
-        error, results = session.expected_error(), session.valid_results()
+        error, results = document.expected_error(), document.valid_results()
         if error is None:
             same = {label for label, result in results.items() if self._results.get(label) is result}
             kept = {label: rmse for label, rmse in self._by_block.rmse.items() if label in same}
             return replace(self._by_block, rmse=kept) if kept else BlockErrors()
         if error is not self._of:
             self._of, self._results = error, WeakValueDictionary(results)
-            self._by_block = BlockErrors.expected(error, session.labels)
+            self._by_block = BlockErrors.expected(error, document.labels)
         return self._by_block

@@ -17,7 +17,7 @@ from ilf.errors import InputError
 from ilf.io.frame_additions import with_ground_truth_file
 from ilf.sources.naming import DEPTH_FILE_SUFFIXES
 
-from ...state.session import Session
+from ...state.document import Document
 from ...widgets.basics import PlainLabel
 from ...widgets.file_choice import choose_file
 from ...work.latest_request import LatestRequest
@@ -160,7 +160,7 @@ class GroundTruthPresenter(QObject):
         self._questions = LatestRequest[EvaluationRequest, EvaluationResult](Evaluator(), self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: context.notes.report("Evaluation against ground truth", error))
-        self._answered: Session | None = None
+        self._answered: Document | None = None
         self._shown_frame: RGBDFrame | None = None
         """The frame whose ground truth source is shown."""
         self.blocks: dict[int, float] = {}
@@ -174,58 +174,58 @@ class GroundTruthPresenter(QObject):
     def show(self) -> None:
         """Evaluate the current results, if there is ground truth."""
         workspace = self._context.workspace
-        session = workspace.session if workspace.has_session else None
-        if session is not self._answered:
+        document = workspace.current if workspace.has_current else None
+        if document is not self._answered:
             self._forget()
-        if session is None:
+        if document is None:
             self._shown_frame = None
             self._panel.show_source(NO_FRAME)
             self._panel.show_ground_truth([], "")
             return
-        frame, completion = session.frame, session.completion()
-        self._show_source(session)
+        frame, completion = document.frame, document.completion()
+        self._show_source(document)
         if frame.ground_truth is None or completion is None:
             self._forget()
             self._panel.show_ground_truth([], _NO_GROUND_TRUTH if frame.ground_truth is None else _NO_RESULT)
             return
         entries = [EvaluatedResult("Current", completion, frame)]
-        areas = self._areas(session)
+        areas = self._areas(document)
         if self._panel.isVisible():
-            for kept in session.compared:
+            for kept in document.compared:
                 entries.append(EvaluatedResult(kept.name, kept.completion, kept.run.frame, kept.colour))
         else:
             areas = {}
-        running = session in self._context.runs.running
+        running = document in self._context.runs.running
         question = EvaluationRequest(
-            session, frame.ground_truth, tuple(entries), session.labels.copy(), areas, self._panel.every, not running
+            document, frame.ground_truth, tuple(entries), document.labels.copy(), areas, self._panel.every, not running
         )
         if not self._panel.ground_truth_table.rows:
             self._panel.show_ground_truth([], _EVALUATING)
-        self._answered = session
+        self._answered = document
         self._questions.ask(question)
 
-    def _areas(self, session: Session) -> dict[str, tuple[int, ...] | Box | None]:
+    def _areas(self, document: Document) -> dict[str, tuple[int, ...] | Box | None]:
         areas: dict[str, tuple[int, ...] | Box | None] = {"Frame": None}
-        chosen = tuple(label for label in session.selected if label in session.counts())
+        chosen = tuple(label for label in document.selected if label in document.counts())
         if chosen:
-            areas[session.info(chosen[0]).name if len(chosen) == 1 else f"{len(chosen)} blocks"] = chosen
-        if session.state.looked.region is not None:
-            areas["Rectangle"] = session.state.looked.region
+            areas[document.info(chosen[0]).name if len(chosen) == 1 else f"{len(chosen)} blocks"] = chosen
+        if document.state.looked.region is not None:
+            areas["Rectangle"] = document.state.looked.region
         return areas
 
-    def _show_source(self, session: Session) -> None:
-        frame = session.frame
+    def _show_source(self, document: Document) -> None:
+        frame = document.frame
         if frame is not self._shown_frame:
             self._shown_frame = frame
             file = None if frame.inputs is None else frame.inputs.ground_truth
             name = "given" if file is None else Path(file.path).name
-            text = f"{session.name} has no ground truth."
+            text = f"{document.name} has no ground truth."
             if frame.ground_truth is not None:
                 text = f"Ground truth: {name}. {described(frame)}"
             self._panel.show_source(text, "" if file is None else file.path)
 
     def _take(self, question: EvaluationRequest, answer: EvaluationResult) -> None:
-        if question.session is not self._answered:
+        if question.document is not self._answered:
             return
         self.blocks = {label: evaluated.rmse for label, evaluated in answer.blocks.items() if evaluated.pixels}
         if answer.areas:

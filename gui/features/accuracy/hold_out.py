@@ -26,7 +26,7 @@ from ilf.evaluation.evaluation import Progress
 from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, untrusted_note
 from ilf.run.run import Run
 
-from ...state.session import Session
+from ...state.document import Document
 from ...widgets.basics import Message, PlainLabel
 from ...work.jobs import Worker
 from ..context import Context
@@ -144,8 +144,8 @@ class HoldOutPresenter(QObject):
         super().__init__(panel)
         self._context = context
         self._panel = panel
-        self._outcomes: WeakKeyDictionary[Session, HoldOutOutcome] = WeakKeyDictionary()
-        self._testing: Session | None = None
+        self._outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
+        self._testing: Document | None = None
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take_steps)
         self.worker.finished.connect(self._finish)
@@ -155,7 +155,7 @@ class HoldOutPresenter(QObject):
         context.workspace.frames.sessions_changed.connect(self._cancel_closed)
 
     @property
-    def testing(self) -> Session | None:
+    def testing(self) -> Document | None:
         """The frame being tested."""
         return self._testing
 
@@ -163,28 +163,28 @@ class HoldOutPresenter(QObject):
     def outcome(self) -> HoldOutOutcome | None:
         """The test outcome of the current frame, if any."""
         workspace = self._context.workspace
-        return self._outcomes.get(workspace.session) if workspace.has_session else None
+        return self._outcomes.get(workspace.current) if workspace.has_current else None
 
     def ask(self) -> None:
         """Open the dialog, and start the test when it is accepted."""
         workspace = self._context.workspace
-        if not workspace.has_session:
+        if not workspace.has_current:
             return
         if self.worker.busy:
             self._context.notes.show_message("A hold-out test is already in progress.")
             return
-        session = workspace.session
-        present = session.run(session.state.common)
-        dialog = HoldOutDialog(session.name, _candidates(session, present), self._context.window)
+        document = workspace.current
+        present = document.run(document.state.common)
+        dialog = HoldOutDialog(document.name, _candidates(document, present), self._context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self.start(session, dialog.chosen(), present, dialog.test()))
+        dialog.accepted.connect(lambda: self.start(document, dialog.chosen(), present, dialog.test()))
         dialog.open()
 
-    def start(self, session: Session, candidates: Sequence[Candidate], present: Run, test: HoldOutTest) -> None:
+    def start(self, document: Document, candidates: Sequence[Candidate], present: Run, test: HoldOutTest) -> None:
         """Test some candidates; `present` is the frame with its current blocks and values."""
         if self.worker.busy:
             return
-        self._testing = session
+        self._testing = document
         self._panel.work.begin()
         self.worker.start(lambda: outcome_steps(candidates, present, test))
         self.show()
@@ -192,13 +192,13 @@ class HoldOutPresenter(QObject):
     def show(self) -> None:
         """Show the hold-out errors of the current frame."""
         workspace, outcome = self._context.workspace, self.outcome
-        chosen = workspace.blocks.chosen
-        self._panel.set_chosen(workspace.session.info(chosen).name if chosen else "")
+        chosen = workspace.chosen
+        self._panel.set_chosen(workspace.current.info(chosen).name if chosen else "")
         if outcome is None:
-            testing = self.worker.busy and workspace.has_session and workspace.session is self._testing
+            testing = self.worker.busy and workspace.has_current and workspace.current is self._testing
             self._panel.show_hold_out([], "", "muted", "Testing…" if testing else _NOT_TESTED)
             return
-        text, tone = _describe_outcome(outcome, workspace.session)
+        text, tone = _describe_outcome(outcome, workspace.current)
         label = chosen if self._panel.over_selected else 0
         empty = "Select a block to see its errors." if self._panel.over_selected and not chosen else ""
         self._panel.show_hold_out([] if empty else hold_out_rows(outcome, label), text, tone, empty)
@@ -207,15 +207,13 @@ class HoldOutPresenter(QObject):
         self._panel.work.show_share(batch[-1].share)
 
     def _finish(self, outcome: HoldOutOutcome) -> None:
-        session = self._testing
-        if session is not None and session in self._context.workspace.frames.sessions:
-            self._outcomes[session] = outcome
+        document = self._testing
+        if document is not None and document in self._context.workspace.open:
+            self._outcomes[document] = outcome
             for one in outcome.tested:
                 kept = one.candidate.kept
-                if kept in session.state.runs and kept.run is one.candidate.run_when_selected:
-                    self._context.workspace.runs.change(
-                        session, kept, hold_out_error=one.whole.rmse, hold_out_test=outcome.test
-                    )
+                if kept in document.state.runs and kept.run is one.candidate.run_when_selected:
+                    document.change_run(kept, hold_out_error=one.whole.rmse, hold_out_test=outcome.test)
         self._end("")
 
     def _fail(self, error: Exception) -> None:
@@ -232,14 +230,14 @@ class HoldOutPresenter(QObject):
 
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""
-        if self._testing is not None and self._testing not in self._context.workspace.frames.sessions:
+        if self._testing is not None and self._testing not in self._context.workspace.open:
             self.worker.cancel()
 
 
-def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
+def _candidates(document: Document, present: Run) -> list[tuple[Candidate, bool]]:
     """Candidates, and whether they are initially ticked, as the current values and the compared runs are."""
     found = [(Candidate(CURRENT, present), True)]
-    found += [(Candidate.of(kept), kept in session.compared) for kept in session.state.runs]
+    found += [(Candidate.of(kept), kept in document.compared) for kept in document.state.runs]
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
     plain = replace(present, blocks=replace(present.blocks, own={}))
     for name, parameters in presets.items():
@@ -247,14 +245,14 @@ def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
     return found
 
 
-def _describe_outcome(outcome: HoldOutOutcome, session: Session) -> tuple[str, str]:
+def _describe_outcome(outcome: HoldOutOutcome, document: Document) -> tuple[str, str]:
     """Describe the test, when it was made and whether it is still valid; and return the tone of the message."""
     seeds = len(outcome.test.seeds)
     pattern = {"areas": "areas", "random": "random pixels"}.get(outcome.test.pattern, outcome.test.pattern)
     left_out = untrusted_note(outcome.present.frame)
     text = f"Held out: {pattern}, {counted(seeds, 'seed')}, at {outcome.when:%H:%M}. {left_out}".rstrip()
-    if not outcome.is_valid_for(session):
+    if not outcome.is_valid_for(document):
         return f"{text} {_OUTDATED}", "warning"
-    if outcome.current_result is not None and not outcome.has_values_of(session):
+    if outcome.current_result is not None and not outcome.has_values_of(document):
         return f"{text} {_OTHER_VALUES}", "warning"
     return text, "muted"

@@ -15,8 +15,8 @@ from ilf.evaluation.ties import Ties, find_ties
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
+from ...state.document import Document
 from ...state.results import same_depth, same_mask
-from ...state.session import Session
 from ...work.jobs import spare_cores
 
 CURRENT = "Current values"
@@ -78,16 +78,16 @@ class HoldOutOutcome:
     best: Mapping[int, Ties | None]
     when: datetime
 
-    def is_valid_for(self, session: Session) -> bool:
+    def is_valid_for(self, document: Document) -> bool:
         """Whether blocks and depth are unchanged since the test."""
         run = self.present
         return (
-            np.array_equal(session.labels, run.blocks.labels)
-            and same_mask(session.frame.invalid_mask, run.frame.invalid_mask)
-            and same_depth(session.frame.guide, run.frame.guide)
-            and same_depth(session.frame.neighbours, run.frame.neighbours)
-            and same_mask(session.blocks.drawn, run.blocks.drawn)
-            and same_depth(session.blocks.by_hand, run.blocks.by_hand)
+            np.array_equal(document.labels, run.blocks.labels)
+            and same_mask(document.frame.invalid_mask, run.frame.invalid_mask)
+            and same_depth(document.frame.guide, run.frame.guide)
+            and same_depth(document.frame.neighbours, run.frame.neighbours)
+            and same_mask(document.blocks.drawn, run.blocks.drawn)
+            and same_depth(document.blocks.by_hand, run.blocks.by_hand)
         )
 
     @property
@@ -95,22 +95,22 @@ class HoldOutOutcome:
         """Result of the values at the time of the test; None if they were not tested."""
         return next((one for one in self.tested if one.candidate.run is self.present), None)
 
-    def has_values_of(self, session: Session) -> bool:
+    def has_values_of(self, document: Document) -> bool:
         """Whether the values have the same effect as at the time of the test."""
-        return all(self._has_values_of(session, label) for label in session.counts())
+        return all(self._has_values_of(document, label) for label in document.counts())
 
-    def _has_values_of(self, session: Session, label: int) -> bool:
-        return self.present.parameters_of(label).same_effect(session.parameters_of(label))
+    def _has_values_of(self, document: Document, label: int) -> bool:
+        return self.present.parameters_of(label).same_effect(document.parameters_of(label))
 
-    def errors_of(self, session: Session) -> dict[int, float]:
+    def errors_of(self, document: Document) -> dict[int, float]:
         """Label -> RMSE [m] of the blocks whose values are unchanged since the test."""
         found = self.current_result
-        if found is None or not self.is_valid_for(session):
+        if found is None or not self.is_valid_for(document):
             return {}
         return {
             label: evaluation.rmse
             for label, evaluation in found.blocks.items()
-            if evaluation.pixels and self._has_values_of(session, label)
+            if evaluation.pixels and self._has_values_of(document, label)
         }
 
 

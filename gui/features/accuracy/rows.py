@@ -24,7 +24,7 @@ from ilf.evaluation.ground_truth import shared_pixels
 from ilf.evaluation.ties import Ties
 
 from ...base import theme
-from ...state.session import Session
+from ...state.document import Document
 from ...widgets.basics import Themed, literal_text, paint_hint
 from .hold_out_tests import CandidateResult, HoldOutOutcome, find_best
 
@@ -106,7 +106,7 @@ class EvaluationRequest:
         Whether to compute the share within the expected error, which takes longer.
     """
 
-    session: Session
+    document: Document
     ground_truth: NDArray[np.float32]
     entries: tuple[EvaluatedResult, ...]
     labels: NDArray[np.int32]

@@ -125,7 +125,7 @@ class BatchFeature(Feature):
         return BatchSettings(parameters, blocks, options=replace(stored_options(), run_record=True))
 
     def _frames(self) -> list[Entry]:
-        return [entry for entry in self.context.workspace.frames.entries if entry.source is not None]
+        return [entry for entry in self.context.workspace.entries if entry.source is not None]
 
     def _chosen(self) -> list[Entry]:
         chosen = {entry.id for entry in self.context.feature(FramesFeature).panel.view.chosen()}

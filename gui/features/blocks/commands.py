@@ -34,64 +34,64 @@ class BlockCommands(QObject):
 
     def delete(self) -> None:
         """Delete the selected blocks."""
-        session = self._workspace.session
+        document = self._workspace.current
         if self._warn_if_locked("delete"):
             return
-        if self._edit(lambda: delete(session.labels, session.selected, session.locked), self._text("Delete")):
-            self._workspace.blocks.select([])
+        if self._edit(lambda: delete(document.labels, document.selected, document.locked), self._text("Delete")):
+            self._workspace.select([])
 
     def merge(self) -> None:
         """Merge the selected blocks into the largest of them."""
-        session = self._workspace.session
+        document = self._workspace.current
         if self._warn_if_locked("merge"):
             return
-        counts = session.counts()
+        counts = document.counts()
         chosen = sorted(
-            (label for label in session.selected if label in counts), key=lambda label: -counts[label].pixels
+            (label for label in document.selected if label in counts), key=lambda label: -counts[label].pixels
         )
         if len(chosen) < 2:
             self.message.emit("Select two or more blocks to merge: Ctrl+click adds one.")
             return
-        apart = not parts_touch(session.labels, chosen)
+        apart = not parts_touch(document.labels, chosen)
         self._editor.cancel()
-        if self._editor.commit(merge(session.labels, chosen, session.locked), self._text("Merge"), chosen[0]):
-            self._workspace.blocks.select(chosen[:1])
+        if self._editor.commit(merge(document.labels, chosen, document.locked), self._text("Merge"), chosen[0]):
+            self._workspace.select(chosen[:1])
             if apart:
-                name = session.info(chosen[0]).name
+                name = document.info(chosen[0]).name
                 self.message.emit(f"{name} now has parts that do not touch: each part is completed separately.")
 
     def toggle_locks(self) -> None:
         """Lock the selected blocks, or unlock them if all are locked."""
-        session = self._workspace.session
-        lock = not all(session.info(label).locked for label in session.selected)
-        changed = [label for label in session.selected if session.info(label).locked != lock]
+        document = self._workspace.current
+        lock = not all(document.info(label).locked for label in document.selected)
+        changed = [label for label in document.selected if document.info(label).locked != lock]
         if changed:
             text = self._text("Lock" if lock else "Unlock")
-            self._workspace.blocks.edit_infos({label: {"locked": lock} for label in changed}, text)
+            self._workspace.current.edit_infos({label: {"locked": lock} for label in changed}, text)
 
     def mark_checked(self) -> None:
         """Mark the selected blocks, which were propagated from another frame, as checked."""
-        self._workspace.blocks.mark_checked(self._workspace.session.selected)
+        self._workspace.current.mark_checked(self._workspace.current.selected)
 
     def toggle_visibility(self) -> None:
         """Show the selected blocks in the overlay if any of them is hidden, otherwise hide them."""
-        session = self._workspace.session
-        show = not all(session.info(label).visible for label in session.selected)
-        for label in list(session.selected):
-            if session.info(label).visible != show:
-                self._workspace.blocks.set_visible(label, show)
+        document = self._workspace.current
+        show = not all(document.info(label).visible for label in document.selected)
+        for label in list(document.selected):
+            if document.info(label).visible != show:
+                self._workspace.current.set_visible(label, show)
 
     def select_all(self) -> None:
         """Select all blocks."""
-        self._workspace.blocks.select(list(self._workspace.session.counts()))
+        self._workspace.select(list(self._workspace.current.counts()))
 
     def new(self) -> None:
         """Start a new block, and switch to a tool that can draw it."""
-        label = self._workspace.blocks.start()
+        label = self._workspace.current.start_block()
         if self._editor.tool_name != "outline":
             self._editor.set_tool("paint")
         verb = "Outline" if self._editor.tool_name == "outline" else "Paint"
-        self.message.emit(f"{verb} the pixels of {self._workspace.session.info(label).name}.")
+        self.message.emit(f"{verb} the pixels of {self._workspace.current.info(label).name}.")
 
     def grow(self) -> None:
         """Grow the selected blocks."""
@@ -107,63 +107,63 @@ class BlockCommands(QObject):
 
     def clean_up(self) -> None:
         """Assign islands, slivers and holes of the whole frame to the blocks around them."""
-        session = self._workspace.session
-        smallest = sliver_size(session.labels.size)
+        document = self._workspace.current
+        smallest = sliver_size(document.labels.size)
         self._editor.cancel()
-        found = count_slivers(session.labels, smallest, locked=session.locked)
-        if self._edit(lambda: clean_up(session.labels, smallest, session.locked), "Clean up"):
+        found = count_slivers(document.labels, smallest, locked=document.locked)
+        if self._edit(lambda: clean_up(document.labels, smallest, document.locked), "Clean up"):
             self.message.emit(f"{counted(found, 'sliver')} of less than {smallest} px cleaned up.")
         else:
             self.message.emit(f"There are no islands, slivers or holes of less than {smallest} px.")
 
     def _change(self, verb: str, change: Callable[..., LabelPatch | None]) -> None:
         """Grow, shrink or smooth all selected blocks, as one undo step."""
-        session, amount = self._workspace.session, self._editor.options.amount
+        document, amount = self._workspace.current, self._editor.options.amount
         if self._warn_if_locked(verb.lower()):
             return
         text = f"{self._text(verb)} by {amount} px"
-        if not self._edit_each(lambda label: change(session.labels, label, amount, session.locked), text):
+        if not self._edit_each(lambda label: change(document.labels, label, amount, document.locked), text):
             self.message.emit(f"{verb}: nothing to change by {amount} px here.")
 
     def _edit_each(self, edit: Callable[[int], LabelPatch | None], text: str) -> bool:
         """Edit the selected blocks one after another, as one undo step."""
         self._editor.cancel()
-        for label in list(self._workspace.session.selected):
-            self._workspace.blocks.stroke(edit(label))
-        return self._editor.end_stroke(text, self._workspace.blocks.chosen)
+        for label in list(self._workspace.current.selected):
+            self._workspace.current.stroke(edit(label))
+        return self._editor.end_stroke(text, self._workspace.chosen)
 
     def _edit(self, edit: Callable[[], LabelPatch | None], text: str) -> bool:
         """Edit the label map after cancelling a stroke in progress."""
         self._editor.cancel()
-        return self._workspace.blocks.edit(edit(), text)
+        return self._workspace.current.edit(edit(), text)
 
     def _warn_if_locked(self, verb: str) -> bool:
-        session = self._workspace.session
-        locked = [label for label in session.selected if label in session.locked]
+        document = self._workspace.current
+        locked = [label for label in document.selected if label in document.locked]
         if locked:
-            self.message.emit(f"{session.info(locked[0]).name} is locked. Unlock it to {verb} it.")
+            self.message.emit(f"{document.info(locked[0]).name} is locked. Unlock it to {verb} it.")
         return bool(locked)
 
     def _text(self, verb: str) -> str:
-        session = self._workspace.session
-        chosen = session.selected
-        return f"{verb} {session.info(chosen[0]).name}" if len(chosen) == 1 else f"{verb} {len(chosen)} blocks"
+        document = self._workspace.current
+        chosen = document.selected
+        return f"{verb} {document.info(chosen[0]).name}" if len(chosen) == 1 else f"{verb} {len(chosen)} blocks"
 
     # at a position in the image
 
     def offers(self, x: float, y: float) -> list[tuple[str, Callable[[], object]]]:
         """Select the block at a position in the image, and return the texts and actions of what can be done there."""
         self._editor.cancel()
-        session = self._workspace.session
-        before, label = list(session.selected), session.label_at(x, y)
+        document = self._workspace.current
+        before, label = list(document.selected), document.label_at(x, y)
         if label not in before:
-            self._workspace.blocks.select([label] if label else [])
+            self._workspace.select([label] if label else [])
         if label == 0:
             return []
-        name = session.info(label).name
+        name = document.info(label).name
         offers: list[tuple[str, Callable[[], object]]] = []
         if before and label != before[0]:
-            taker = session.info(before[0]).name
+            taker = document.info(before[0]).name
             offers = [
                 (f"Give this piece to {taker}", lambda: self._give(x, y, before)),
                 (f"Merge {name} into {taker}", lambda: self._merge_into(before[0], label)),
@@ -171,17 +171,17 @@ class BlockCommands(QObject):
         return [*offers, (f"Split {name} along the suggested line", lambda: cut_suggested(self._editor, label))]
 
     def _give(self, x: float, y: float, chosen: list[int]) -> None:
-        session = self._workspace.session
-        source = session.label_at(x, y)
-        self._workspace.blocks.select(chosen)
-        give_piece(self._editor, piece_at(session.labels, x, y), source)
+        document = self._workspace.current
+        source = document.label_at(x, y)
+        self._workspace.select(chosen)
+        give_piece(self._editor, piece_at(document.labels, x, y), source)
 
     def _merge_into(self, taker: int, other: int) -> None:
-        session = self._workspace.session
+        document = self._workspace.current
         for label in (taker, other):
-            if label in session.locked:
-                self._editor.show_message(f"{session.info(label).name} is locked. Unlock it to merge it.")
+            if label in document.locked:
+                self._editor.show_message(f"{document.info(label).name} is locked. Unlock it to merge it.")
                 return
-        text = f"Merge into {session.info(taker).name}"
-        self._editor.commit(merge(session.labels, [taker, other], session.locked), text, taker)
-        self._workspace.blocks.select([taker])
+        text = f"Merge into {document.info(taker).name}"
+        self._editor.commit(merge(document.labels, [taker, other], document.locked), text, taker)
+        self._workspace.select([taker])

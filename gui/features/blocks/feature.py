@@ -17,9 +17,9 @@ from ilf.drawing.blocks import block_colour
 
 from ...base.commands import Command
 from ...base.needs import Need
+from ...state.document import Document
 from ...state.parameters import parameter_labels
 from ...state.results import BlockCounts
-from ...state.session import Session
 from ...work.runs import RunController
 from ..context import Context, Feature
 from ..menus import BLOCK_MENU, entries
@@ -31,16 +31,16 @@ from .table import BlockTable
 # The rows of the table of blocks.
 
 
-def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
+def block_rows(document: Document, runs: RunController) -> list[BlockRow]:
     """Rows of the current frame: one per block that has pixels, or is selected for painting."""
-    results = session.valid_results()
-    counts = {label: BlockCounts(0, 0) for label in session.selected} | session.counts()
+    results = document.valid_results()
+    counts = {label: BlockCounts(0, 0) for label in document.selected} | document.counts()
     queued = runs.queued
     rows = []
     for label, count in counts.items():
-        info = session.info(label)
+        info = document.info(label)
         anew = label in runs.resolving
-        records = [] if anew else session.results.live.get(label, [])
+        records = [] if anew else document.results.live.get(label, [])
         result = results.get(label)
         if records:
             state, detail = "running", ""
@@ -49,12 +49,12 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
             state, detail, iterations, sigma = "queued", "", 0, math.nan
         elif result is not None:
             outcome = result.outcome
-            values = session.parameters_of(label)
+            values = document.parameters_of(label)
             outdated = not anew and not result.parameters.same_effect(values)
             state = "values changed" if outdated else str(outcome.status)
             iterations, sigma = outcome.iterations, outcome.sigma_i
             detail = _detail(result, values if outdated else None)
-        elif label in session.results.kept:
+        elif label in document.results.kept:
             state, detail, iterations, sigma = "edited", "The block has changed since its last run.", 0, math.nan
         else:
             state, detail, iterations, sigma = "ready", "", 0, math.nan
@@ -71,19 +71,19 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
                 sigma_i=sigma,
                 visible=info.visible,
                 locked=info.locked,
-                error=session.block_errors.rmse.get(label, math.nan),
-                look=_check_reason(session, label),
-                own=", ".join(parameter_labels(session.blocks.own.get(label, ()))),
+                error=document.block_errors.rmse.get(label, math.nan),
+                look=_check_reason(document, label),
+                own=", ".join(parameter_labels(document.blocks.own.get(label, ()))),
             )
         )
     return rows
 
 
-def _check_reason(session: Session, label: int) -> str:
+def _check_reason(document: Document, label: int) -> str:
     """Why a propagated block needs checking; "" if it does not."""
-    if label not in session.state.to_check:
+    if label not in document.state.to_check:
         return ""
-    return session.blocks.reasons.get(label, f"propagated from {session.blocks.propagated_from or 'another frame'}")
+    return document.blocks.reasons.get(label, f"propagated from {document.blocks.propagated_from or 'another frame'}")
 
 
 def _detail(result: BlockResult, wanted: Parameters | None) -> str:
@@ -119,11 +119,11 @@ class BlocksFeature(Feature):
         self.commands.message.connect(context.notes.show_message)
         context.actions.add(self._declared())
         self.table = table = BlockTable()
-        table.selectionChanged.connect(workspace.blocks.select)
-        table.renamed.connect(lambda label, name: workspace.blocks.edit_info(label, "Rename block", name=name))
+        table.selectionChanged.connect(workspace.select)
+        table.renamed.connect(lambda label, name: workspace.current.edit_info(label, "Rename block", name=name))
         table.recoloured.connect(self._recolour)
-        table.visibilityChanged.connect(workspace.blocks.set_visible)
-        table.lockChanged.connect(workspace.blocks.set_lock)
+        table.visibilityChanged.connect(lambda label, on: workspace.current.set_visible(label, on))
+        table.lockChanged.connect(lambda label, on: workspace.current.set_lock(label, on))
         table.contextMenuRequested.connect(lambda place, _: self.show_menu(place))
         table.activated.connect(lambda _: context.feature(ViewsFeature).presenter.zoom_to_blocks())
         context.views.contextMenuRequested.connect(self._show_menu_at)
@@ -135,7 +135,7 @@ class BlocksFeature(Feature):
             "table",
             self.show,
             (
-                *(workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.blocks.infos_changed),
+                *(workspace.frames.session_changed, workspace.labels_changed, workspace.blocks.infos_changed),
                 *(workspace.blocks.selection_changed, workspace.parameters.changed, workspace.runs.results_changed),
                 *(runs.state_changed, workspace.blocks.block_errors_changed),
             ),
@@ -260,25 +260,25 @@ class BlocksFeature(Feature):
 
     def _why_none_selected(self) -> str:
         """As the shared reason, but a selected block may have no pixels yet."""
-        if self._workspace.has_session and self._workspace.session.selected:
+        if self._workspace.has_current and self._workspace.current.selected:
             return ""
         return self.context.reasons.none_selected()
 
     def _why_none_to_check(self) -> str:
         why = self.context.reasons
-        to_check = self._workspace.session.state.to_check if self._workspace.has_session else frozenset()
+        to_check = self._workspace.current.state.to_check if self._workspace.has_current else frozenset()
         return "" if why.selected & to_check else why.none_selected() or "The selected blocks need no check."
 
     def show(self) -> None:
         """Update the rows and the selection."""
         self.table.view.hint = self.context.reasons.no_frame() or "Extract blocks from the frame, or paint one"
-        if self._workspace.has_session:
-            session = self._workspace.session
-            rows = block_rows(session, self._runs)
-            self.table.set_error_source(session.block_errors.source)
+        if self._workspace.has_current:
+            document = self._workspace.current
+            rows = block_rows(document, self._runs)
+            self.table.set_error_source(document.block_errors.source)
             self.table.set_rows(rows)
-            if self.table.selected() != [label for label in self.table.labels() if label in session.selected]:
-                self.table.select(session.selected)
+            if self.table.selected() != [label for label in self.table.labels() if label in document.selected]:
+                self.table.select(document.selected)
         else:
             self.table.set_rows([])
 
@@ -288,7 +288,7 @@ class BlocksFeature(Feature):
 
     def _show_menu_at(self, place: QPoint, x: float, y: float) -> None:
         """Show the context menu of the views at a screen position, which is x, y in the image."""
-        if self._workspace.has_session:
+        if self._workspace.has_current:
             self._run(self.menu_at(x, y), place)
 
     def menu_at(self, x: float, y: float) -> QMenu:
@@ -318,19 +318,19 @@ class BlocksFeature(Feature):
 
     def shuffle_colours(self) -> None:
         """Assign new colours with distinct hues to all blocks, as one undoable step."""
-        if not self._workspace.has_session:
+        if not self._workspace.has_current:
             return
-        session = self._workspace.session
-        labels = list(session.counts())
-        in_use = {session.info(label).colour for label in labels}
+        document = self._workspace.current
+        labels = list(document.counts())
+        in_use = {document.info(label).colour for label in labels}
         start = random.randrange(1, _COLOURS)
         numbers = random.sample(range(start, start + len(labels)), len(labels))
         more = range(start + len(labels), start + 2 * len(labels))
         unused = [colour for colour in map(block_colour, [*numbers, *more]) if colour not in in_use]
-        session.undo_stack.beginMacro("Shuffle colours")
+        document.undo_stack.beginMacro("Shuffle colours")
         for label, colour in zip(labels, unused, strict=False):
-            self._workspace.blocks.edit_info(label, "Recolour block", colour=colour)
-        session.undo_stack.endMacro()
+            self._workspace.current.edit_info(label, "Recolour block", colour=colour)
+        document.undo_stack.endMacro()
 
     def _recolour(self, label: int, colour: QColor) -> None:
-        self._workspace.blocks.edit_info(label, "Recolour block", colour=(colour.red(), colour.green(), colour.blue()))
+        self._workspace.current.edit_info(label, "Recolour block", colour=(colour.red(), colour.green(), colour.blue()))

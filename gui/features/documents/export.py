@@ -31,7 +31,7 @@ from ilf.run.options import WORLD, ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import filenames
 
-from ...state.session import Session
+from ...state.document import Document
 from ...widgets.basics import Message, group, label_of, row, stack
 
 _OPTIONS_KEY = "export/options"
@@ -399,11 +399,11 @@ class ExportDialog(QDialog):
             raise ParameterError(f"PNG values per metre must be a number such as 1000, not {text!r}.") from error
 
 
-def behind(session: Session) -> str:
+def behind(document: Document) -> str:
     """Describe which blocks of a frame lack up-to-date results; "" for none."""
-    counts = session.counts()
-    without = len(counts.keys() - session.valid_results().keys())
-    otherwise = len(session.changed_blocks()) - without
+    counts = document.counts()
+    without = len(counts.keys() - document.valid_results().keys())
+    otherwise = len(document.changed_blocks()) - without
     sentences = []
     if without:
         sentences.append(

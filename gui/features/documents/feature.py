@@ -28,9 +28,9 @@ from ilf.sources.frame_ref import FrameRef
 from ...base.commands import Command
 from ...base.needs import Need
 from ...base.paths import sort_paths
+from ...state.document import Document
 from ...state.entries import Entry
 from ...state.results import same_depth, same_mask
-from ...state.session import Session
 from ...widgets.file_choice import EXPORTS, remember_folder, save_folder
 from ...work.found_blocks import describe_blocks
 from ...work.jobs import Worker
@@ -88,7 +88,7 @@ class DocumentsFeature(Feature):
         """Prepares removal of frames from the list: calls `then` unless the user cancels."""
         self.join: Callable[[Path, Callable[[], None]], None] = lambda place, then: then()
         """Prepares opening of a file or folder: calls `then` unless the user cancels."""
-        self.close: Callable[[Entry], None] = lambda entry: workspace.frames.remove_entries([entry])
+        self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
         """Closes a frame."""
 
     def begin(self) -> None:
@@ -209,7 +209,7 @@ class DocumentsFeature(Feature):
         if source.depth is None and source.frame is None and contains_frames(source.rgb):
             self.folder_requested.emit(source)
             return
-        entry = self._workspace.frames.entries.of_key(source.key)
+        entry = self._workspace.entries.of_key(source.key)
         if entry is None or entry.origin == source:
             self._loader.open(source)
         else:
@@ -243,8 +243,8 @@ class DocumentsFeature(Feature):
         """Replace the blocks by those of a file or folder, with the dialog."""
         from .load_blocks import LoadBlocksDialog
 
-        session, filling = self._workspace.session, self._workspace.parameters.extraction
-        dialog = LoadBlocksDialog(session.frame, filling, self._block_questions, self._window)
+        document, filling = self._workspace.current, self._workspace.parameters.extraction
+        dialog = LoadBlocksDialog(document.frame, filling, self._block_questions, self._window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._take_blocks(dialog.found()))
         dialog.open()
@@ -255,7 +255,7 @@ class DocumentsFeature(Feature):
 
         filling = self._workspace.parameters.extraction if fill_gaps else None
         try:
-            blocks = blocks_from(BlockSource(self._workspace.session.frame, path, filling))
+            blocks = blocks_from(BlockSource(self._workspace.current.frame, path, filling))
         except IlfError as error:
             self._notes.report("Load blocks", error)
         else:
@@ -263,14 +263,14 @@ class DocumentsFeature(Feature):
             self._notes.warn("Blocks loaded", blocks.notes)
 
     def _take_blocks(self, blocks: LoadedBlocks) -> None:
-        self._workspace.blocks.replace(blocks.labels, "Load blocks", blocks.names)
-        count = len(self._workspace.session.counts())
-        self._notes.show_message(f"Loaded: {describe_blocks(count, self._workspace.session.labels)}.")
+        self._workspace.current.replace_blocks(blocks.labels, "Load blocks", blocks.names)
+        count = len(self._workspace.current.counts())
+        self._notes.show_message(f"Loaded: {describe_blocks(count, self._workspace.current.labels)}.")
 
     def ask_save_blocks(self) -> None:
         """Write the blocks to a file that the user chooses, in one of the formats."""
         filters = {f"{text} (*{suffix})": name for name, (text, suffix) in BLOCK_FORMATS.items()}
-        proposed = _export_folder(self._workspace.session).parent / f"{self._workspace.session.name}-blocks.png"
+        proposed = _export_folder(self._workspace.current).parent / f"{self._workspace.current.name}-blocks.png"
         path, chosen = QFileDialog.getSaveFileName(self._window, "Save blocks", str(proposed), ";;".join(filters))
         if path:
             format = filters.get(chosen, "png")
@@ -285,21 +285,21 @@ class DocumentsFeature(Feature):
         """Write the blocks with their names; return False, with a message, if the file cannot be written."""
         from .load_blocks import save_blocks
 
-        session = self._workspace.session
+        document = self._workspace.current
         try:
-            save_blocks(Path(path), session, format)
+            save_blocks(Path(path), document, format)
         except IlfError as error:
             self._notes.report("Save blocks", error)
             return False
         names = "" if path.lower().endswith(".json") else " (without names: use COCO or labelme for these)"
-        self._notes.show_message(f"Saved {counted(len(session.counts()), 'block')} to {path}{names}")
+        self._notes.show_message(f"Saved {counted(len(document.counts()), 'block')} to {path}{names}")
         return True
 
     # closing
 
     def close_frame(self) -> None:
         """Close the current frame, after asking about unsaved work; a saved frame stays in the list."""
-        entry = self._workspace.frames.entries.of(self._workspace.session.id)
+        entry = self._workspace.entries.of(self._workspace.current.id)
         if entry is not None:
             self.leave([entry], lambda: self.close(entry))
 
@@ -307,7 +307,7 @@ class DocumentsFeature(Feature):
         """Remove frames from the list, after asking once about the work on them; then call `then`."""
 
         def remove() -> None:
-            self._workspace.frames.remove_entries(entries)
+            self._workspace.remove_entries(entries)
             then()
 
         self.remove(entries, remove)
@@ -318,13 +318,13 @@ class DocumentsFeature(Feature):
         """Export with the dialog."""
         from .export import ExportDialog, behind
 
-        session = self._workspace.session
-        completion = session.completion()
-        run = session.run(session.state.common, extrapolate=session.extrapolated)
+        document = self._workspace.current
+        completion = document.completion()
+        run = document.run(document.state.common, extrapolate=document.extrapolated)
         dialog = ExportDialog(
-            run, completion is not None, str(_export_folder(session)), self._window, behind=behind(session)
+            run, completion is not None, str(_export_folder(document)), self._window, behind=behind(document)
         )
-        dialog.set_depth(completion.depth if completion is not None else session.frame.depth)
+        dialog.set_depth(completion.depth if completion is not None else document.frame.depth)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self.export(Path(dialog.folder()), dialog.options(), dialog.png_note.text()))
         dialog.open()
@@ -336,9 +336,9 @@ class DocumentsFeature(Feature):
         if self._exporter.busy:
             self._notes.show_message("An export is in progress. Wait until it has ended.")
             return
-        session = self._workspace.session
-        run = session.run(session.state.common, extrapolate=session.extrapolated)
-        completion = session.completion() or compose(run, {})
+        document = self._workspace.current
+        run = document.run(document.state.common, extrapolate=document.extrapolated)
+        completion = document.completion() or compose(run, {})
         remember_folder(EXPORTS, folder)
 
         def job() -> Generator[None, None, Written]:
@@ -351,7 +351,7 @@ class DocumentsFeature(Feature):
         self._exporter.start(job)
         self.exporting_changed.emit()
         self._notes.show_message(
-            " ".join((f"Exporting to {folder}…", behind(session) if session.results.kept else "")).strip()
+            " ".join((f"Exporting to {folder}…", behind(document) if document.results.kept else "")).strip()
         )
 
     @property
@@ -390,50 +390,50 @@ class DocumentsFeature(Feature):
 
     # runs opened from a record
 
-    def _tell_differences(self, session: Session) -> None:
+    def _tell_differences(self, document: Document) -> None:
         """Report which input, network, version or output of a session opened from a record differs, if any."""
-        if session.record_replay is not None:
-            self._notes.warn(f"{session.name}: differences to the run record", session.record_replay.differences)
+        if document.record_replay is not None:
+            self._notes.warn(f"{document.name}: differences to the run record", document.record_replay.differences)
 
-    def _tell_verdict(self, session: Session) -> None:
+    def _tell_verdict(self, document: Document) -> None:
         """If the run that has ended is the recorded one, report whether its result equals the record."""
-        completion = session.completion()
+        completion = document.completion()
         if (
-            session.record_replay is None
+            document.record_replay is None
             or completion is None
-            or not _is_recorded_run(session, session.record_replay.run, completion)
+            or not _is_recorded_run(document, document.record_replay.run, completion)
         ):
             return
-        verdict = session.record_replay.verdict(completion)
+        verdict = document.record_replay.verdict(completion)
         if verdict:
-            self._notes.warn(f"{session.name}: the result differs from the run record", verdict)
+            self._notes.warn(f"{document.name}: the result differs from the run record", verdict)
         else:
-            self._notes.show_message(f"{session.name}: the result equals the run record.")
+            self._notes.show_message(f"{document.name}: the result equals the run record.")
 
     def shutdown(self) -> bool:
         """Stop reading. True if all threads have ended."""
         return self._loader.shutdown()
 
 
-def _is_recorded_run(session: Session, recorded: Run, completion: Completion) -> bool:
+def _is_recorded_run(document: Document, recorded: Run, completion: Completion) -> bool:
     """Whether the completion is of the recorded run: the same blocks with drawn borders, depth by hand, invalid mask,
     guide, depth of neighbours and parameters."""
-    if session.extrapolated != recorded.extrapolate or not np.array_equal(session.labels, recorded.blocks.labels):
+    if document.extrapolated != recorded.extrapolate or not np.array_equal(document.labels, recorded.blocks.labels):
         return False
-    drawn, invalid_mask = session.blocks.drawn, session.frame.invalid_mask
+    drawn, invalid_mask = document.blocks.drawn, document.frame.invalid_mask
     if not (same_mask(drawn, recorded.blocks.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
         return False
-    if not same_depth(session.frame.neighbours, recorded.frame.neighbours):
+    if not same_depth(document.frame.neighbours, recorded.frame.neighbours):
         return False
-    if not same_depth(session.frame.guide, recorded.frame.guide):
+    if not same_depth(document.frame.guide, recorded.frame.guide):
         return False
-    if not same_depth(session.blocks.by_hand, recorded.blocks.by_hand):
+    if not same_depth(document.blocks.by_hand, recorded.blocks.by_hand):
         return False
     return set(completion.results) == (recorded.only or frozenset()) and all(
         result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()
     )
 
 
-def _export_folder(session: Session) -> Path:
+def _export_folder(document: Document) -> Path:
     """Return the default folder of an export: beside the last one, or in the working folder."""
-    return save_folder() / output_folder_name(session.name)
+    return save_folder() / output_folder_name(document.name)

@@ -17,7 +17,7 @@ from ilf.run.writing import check_not_an_input
 from ilf.segmentation.extraction import found_blocks
 from ilf.segmentation.reextraction import with_gaps_filled
 
-from ...state.session import Session
+from ...state.document import Document
 from ...widgets.basics import label_of, row
 from ...widgets.file_choice import choose_file, choose_folder
 from ...work.found_blocks import describe_blocks
@@ -48,11 +48,11 @@ def blocks_from(source: BlockSource) -> LoadedBlocks:
     )
 
 
-def save_blocks(path: Path, session: Session, format: str | None) -> None:
+def save_blocks(path: Path, document: Document, format: str | None) -> None:
     """Write a frame's blocks with the names given by the user; raises ExportError as `write_blocks` does."""
-    check_not_an_input(session.frame, [path])
-    given = {label: info.name for label, info in session.blocks.infos.items() if info.name != f"Block {label}"}
-    write_blocks(path, session.labels, format=format, names=given, image=_colour_file(session.frame))
+    check_not_an_input(document.frame, [path])
+    given = {label: info.name for label, info in document.blocks.infos.items() if info.name != f"Block {label}"}
+    write_blocks(path, document.labels, format=format, names=given, image=_colour_file(document.frame))
 
 
 def _colour_file(frame: RGBDFrame) -> str | None:

@@ -77,7 +77,7 @@ class ExtractionFeature(Feature):
         turned, extraction = workspace.frames.session_changed, workspace.parameters.extraction_changed
         seen = views.shownChanged, context.centre.turned
         context.refresh.add("stages", self.show, (turned, extraction, self.changed, *seen))
-        changed = workspace.blocks.labels_changed, workspace.blocks.infos_changed, self.described
+        changed = workspace.labels_changed, workspace.blocks.infos_changed, self.described
         context.refresh.add("extraction", self.describe, changed)
 
     def _commands(self) -> Sequence[Command]:
@@ -159,7 +159,7 @@ class ExtractionFeature(Feature):
     def show(self) -> None:
         """Update the picture and the summary from frame, parameters and stage."""
         self.panel.form.set_parameters(self._workspace.parameters.extraction)
-        frame = self._workspace.session.frame if self._workspace.has_session else None
+        frame = self._workspace.current.frame if self._workspace.has_current else None
         if frame is not self._frame:
             self._frame = frame
             self._preview.set_frame(frame)
@@ -175,11 +175,11 @@ class ExtractionFeature(Feature):
         if self.panel.previews:
             parameters: BlockParameters | None = self._workspace.parameters.extraction
         else:
-            parameters = self._preview.cached_parameters(frame) or self._workspace.session.blocks.extraction
+            parameters = self._preview.cached_parameters(frame) or self._workspace.current.blocks.extraction
         if parameters is None:
             self._board.show_message(_OFF)
             return
-        self._is_waiting = self._loader.is_extracting(self._workspace.session) and not self._preview.held(
+        self._is_waiting = self._loader.is_extracting(self._workspace.current) and not self._preview.held(
             frame, parameters
         )
         if not self._is_waiting:
@@ -188,7 +188,7 @@ class ExtractionFeature(Feature):
     def describe(self) -> None:
         """Show the summary of the parameters' result in the panel, with the blocks that are kept."""
         panel, shown = self.panel, self._views.shows("stage")
-        if self._frame is None or not self._workspace.has_session:
+        if self._frame is None or not self._workspace.has_current:
             panel.show_summary("")
         elif not shown and self._has_new_values() and panel.previews:
             panel.offer_view(LAYOUT_TEXTS[LAYOUT])
@@ -201,7 +201,7 @@ class ExtractionFeature(Feature):
 
     def _has_new_values(self) -> bool:
         """Whether the frame's blocks were extracted with other parameters than the panel's."""
-        return self._workspace.session.blocks.extraction != self._workspace.parameters.extraction
+        return self._workspace.current.blocks.extraction != self._workspace.parameters.extraction
 
     def _summary(self, found: FoundBlocks) -> str:
         if self.panel.previews:
@@ -210,7 +210,7 @@ class ExtractionFeature(Feature):
             fits = found.parameters == self._workspace.parameters.extraction
             title = "With these parameters" if fits else "With other parameters"
         blocks = found.extraction.blocks
-        locked, by_hand = self._workspace.blocks.staying(self._workspace.session)
+        locked, by_hand = self._workspace.current.staying(self._workspace.parameters.keeps_handmade)
         around = _describe_around(len(locked), len(by_hand))
         took = f"{1000 * found.seconds:.0f} ms" if found.seconds < 1 else f"{found.seconds:.1f} s"
         return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {took}."
@@ -234,9 +234,9 @@ class ExtractionFeature(Feature):
 
     def extract(self) -> None:
         """Extract the blocks again with the panel's parameters; at once if the preview has the result."""
-        session = self._workspace.session
-        found = self._preview.held(session.frame, self._workspace.parameters.extraction)
-        self._loader.extract(session, found)
+        document = self._workspace.current
+        found = self._preview.held(document.frame, self._workspace.parameters.extraction)
+        self._loader.extract(document, found)
 
     def hold(self, found: FoundBlocks) -> None:
         """Reuse the extraction of a frame's blocks for the view."""

@@ -8,8 +8,8 @@ from ilf.data.blocks import OwnValues, own_values
 from ilf.data.parameters import Parameters
 
 from ...base.commands import Command
+from ...state.document import Document
 from ...state.parameters import parameter_labels
-from ...state.session import Session
 from ..context import Context, Feature
 from .panel import FilterPanel, Sharing
 from .sharing import SharingCommands
@@ -112,13 +112,13 @@ class FilterFeature(Feature):
     def _why_none_own(self) -> str:
         why = self.context.reasons
         none_selected = why.none_selected()
-        if none_selected or not why.selected.isdisjoint(self._workspace.session.blocks.own):
+        if none_selected or not why.selected.isdisjoint(self._workspace.current.blocks.own):
             return none_selected
         return "The selected blocks have no parameters of their own."
 
     def _why_no_copy(self) -> str:
-        session = self._workspace.session if self._workspace.has_session else None
-        if session is not None and len(session.selected) > 1 and session.selected[0] in session.blocks.own:
+        document = self._workspace.current if self._workspace.has_current else None
+        if document is not None and len(document.selected) > 1 and document.selected[0] in document.blocks.own:
             return ""
         return "Select a block with parameters of its own first, then other blocks."
 
@@ -126,26 +126,26 @@ class FilterFeature(Feature):
     def shown(self) -> Parameters:
         """The parameters that the panel shows: those of all blocks, or of the first selected one."""
         common = self._workspace.parameters.current
-        return self._workspace.session.parameters_of(self._workspace.blocks.chosen) if self._for_selected else common
+        return self._workspace.current.parameters_of(self._workspace.chosen) if self._for_selected else common
 
     def show(self) -> None:
         """Show the parameters of all blocks, or of the first selected one."""
         workspace = self._workspace
-        chosen = workspace.session.selected if workspace.has_session else []
-        names = [workspace.session.info(label).name for label in chosen]
-        alone = workspace.parameters.shared.on and workspace.has_session and workspace.session.state.own_parameters
+        chosen = workspace.current.selected if workspace.has_current else []
+        names = [workspace.current.info(label).name for label in chosen]
+        alone = workspace.parameters.shared.on and workspace.has_current and workspace.current.state.own_parameters
         of_all = workspace.parameters.shared.values if alone else None
         self.panel.show_parameters(self.shown, workspace.parameters.current, names, of_all)
 
     def show_sharing(self) -> None:
         """Show which frames share the parameters."""
         self.panel.frames.show_sharing(self.sharing.present)
-        self.panel.frames.setEnabled(self._workspace.has_session)
+        self.panel.frames.setEnabled(self._workspace.has_current)
 
     def take(self, parameters: Parameters) -> None:
         """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""
         if self._for_selected:
-            self._workspace.parameters.set_own(own_values(parameters, self.shown), self._workspace.session.selected)
+            self._workspace.parameters.set_own(own_values(parameters, self.shown), self._workspace.current.selected)
         else:
             self._workspace.parameters.set(parameters)
         self._resolve()
@@ -164,42 +164,42 @@ class FilterFeature(Feature):
     def take_preset(self, parameters: Parameters) -> None:
         """Apply all parameters of a preset; per-block parameters stay, which a message reports."""
         if self._for_selected:
-            self._workspace.parameters.set(parameters, self._workspace.session.selected)
+            self._workspace.parameters.set(parameters, self._workspace.current.selected)
         else:
             self._workspace.parameters.set(parameters)
-            left = _describe_own(self._workspace.session) if self._workspace.has_session else ""
+            left = _describe_own(self._workspace.current) if self._workspace.has_current else ""
             if left:
                 self.context.notes.show_message(f"Per-block parameters are kept: {left}.")
         self._resolve()
 
     def reset_own(self) -> None:
         """Remove the per-block parameters of the selected blocks."""
-        self._workspace.parameters.reset_own(self._workspace.session.selected)
+        self._workspace.parameters.reset_own(self._workspace.current.selected)
         self._resolve()
 
     def copy_own(self) -> None:
         """Copy the per-block parameters of the first selected block to the others."""
-        first, *others = self._workspace.session.selected
+        first, *others = self._workspace.current.selected
         self._workspace.parameters.copy_own(first, others)
         self._resolve()
 
     @property
     def _for_selected(self) -> bool:
-        return bool(self._workspace.blocks.chosen) and self.panel.for_selected
+        return bool(self._workspace.chosen) and self.panel.for_selected
 
     def _resolve(self) -> None:
-        if self._workspace.blocks.chosen and self._live.isChecked():
-            there = self._workspace.session.counts()
-            wanted = [label for label in self._workspace.session.selected if label in there]
+        if self._workspace.chosen and self._live.isChecked():
+            there = self._workspace.current.counts()
+            wanted = [label for label in self._workspace.current.selected if label in there]
             if wanted:
                 self._runs.resolve(wanted)
 
 
-def _describe_own(session: Session) -> str:
+def _describe_own(document: Document) -> str:
     """Describe which blocks have which per-block parameters."""
-    there = session.counts()
+    there = document.counts()
     return "; ".join(
-        f"{session.info(label).name} ({', '.join(parameter_labels(values))})"
-        for label, values in sorted(session.blocks.own.items())
+        f"{document.info(label).name} ({', '.join(parameter_labels(values))})"
+        for label, values in sorted(document.blocks.own.items())
         if label in there
     )

@@ -33,7 +33,7 @@ class SharingCommands(QObject):
         workspace = self._workspace
         if not workspace.parameters.shared.on:
             return Sharing.EACH
-        own = workspace.has_session and workspace.session.state.own_parameters
+        own = workspace.has_current and workspace.current.state.own_parameters
         return Sharing.ALONE if own else Sharing.ALL
 
     def choose(self, wanted: Sharing) -> None:
@@ -62,7 +62,7 @@ class SharingCommands(QObject):
 
     def reset(self) -> None:
         """Reset the current frame to the shared parameters."""
-        name = self._workspace.session.name
+        name = self._workspace.current.name
         changed = self._workspace.parameters.current != self._workspace.parameters.shared.values
         self._workspace.parameters.reset_to_shared()
         if changed:
@@ -71,5 +71,5 @@ class SharingCommands(QObject):
     def separate(self) -> None:
         """Give every frame its own parameters."""
         self._workspace.parameters.separate()
-        if any(entry.session is None and entry.has_state for entry in self._workspace.frames.entries):
+        if any(entry.document is None and entry.has_state for entry in self._workspace.entries):
             self.message.emit("Frames that are not open keep their last parameters.")

@@ -20,8 +20,8 @@ from ...base import theme
 from ...base.commands import Command
 from ...base.needs import Need
 from ...project.store import WorkStore
+from ...state.document import Document
 from ...state.entries import Entry
-from ...state.session import Session
 from ...state.workspace import Workspace
 from ...widgets.file_choice import choose_file, choose_folder
 from ..context import Context, Feature
@@ -61,8 +61,8 @@ class OpenFrameLimiter(QObject):
     def __init__(
         self,
         workspace: Workspace,
-        is_busy: Callable[[Session], bool],
-        is_left: Callable[[Session], bool],
+        is_busy: Callable[[Document], bool],
+        is_left: Callable[[Document], bool],
         is_stored: Callable[[str], bool],
         flush: Callable[[Then], None],
         parent: QObject | None = None,
@@ -74,55 +74,53 @@ class OpenFrameLimiter(QObject):
         self._is_left = is_left
         self._is_stored = is_stored
         self._settle = flush
-        self._recently_shown: list[Session] = []
+        self._recently_shown: list[Document] = []
         """In the order in which they were shown; the current one is the last."""
         workspace.frames.session_changed.connect(self._look)
-        workspace.frames.touched.connect(self._close_surplus_after)
+        workspace.touched.connect(self._close_surplus_after)
         workspace.frames.sessions_changed.connect(self._forget_closed)
 
     def _forget_closed(self) -> None:
-        self._recently_shown = [
-            session for session in self._recently_shown if session in self._workspace.frames.sessions
-        ]
+        self._recently_shown = [document for document in self._recently_shown if document in self._workspace.open]
 
     def _look(self) -> None:
         workspace = self._workspace
-        if workspace.has_session:
-            present = workspace.session
+        if workspace.has_current:
+            present = workspace.current
             self._recently_shown = [*(one for one in self._recently_shown if one is not present), present]
             self.close_surplus()
 
-    def _close_surplus_after(self, session: Session) -> None:
+    def _close_surplus_after(self, document: Document) -> None:
         """Tidy after work on a frame that is not shown, such as propagation through a list."""
-        if session not in self._recently_shown and len(self._workspace.frames.sessions) > self.max_open:
+        if document not in self._recently_shown and len(self._workspace.open) > self.max_open:
             self.close_surplus()
 
     def close_surplus(self) -> None:
         """Close surplus frames as far as possible."""
-        for session in self._surplus():
-            if self._is_left(session) and not session.unsaved and not session.counts():
-                self._workspace.frames.unload(session, stored=False)
-        going = [(session, session.stamp) for session in self._surplus()]
+        for document in self._surplus():
+            if self._is_left(document) and not document.unsaved and not document.counts():
+                self._workspace.unload(document, stored=False)
+        going = [(document, document.stamp) for document in self._surplus()]
         if going:
             self._settle(lambda error: self._put_away(going) if error is None else None)
 
-    def _surplus(self) -> list[Session]:
+    def _surplus(self) -> list[Document]:
         """Return the frames beyond the maximum number, the least recently shown first."""
-        sessions = self._workspace.frames.sessions
-        never = [session for session in sessions if session not in self._recently_shown]
+        documents = self._workspace.open
+        never = [document for document in documents if document not in self._recently_shown]
         idle = [
-            session
-            for session in (*never, *self._recently_shown)
-            if session in sessions and not self._workspace.frames.is_current(session) and not self._is_busy(session)
+            document
+            for document in (*never, *self._recently_shown)
+            if document in documents and not self._workspace.is_shown(document) and not self._is_busy(document)
         ]
-        return idle[: max(len(sessions) - self.max_open, 0)]
+        return idle[: max(len(documents) - self.max_open, 0)]
 
-    def _put_away(self, going: Sequence[tuple[Session, tuple[int, ...]]]) -> None:
+    def _put_away(self, going: Sequence[tuple[Document, tuple[int, ...]]]) -> None:
         """Close the stored frames that have not changed since."""
         still = self._surplus()
-        for session, stamp in going:
-            if session in still and session.stamp == stamp and self._is_stored(session.id):
-                self._workspace.frames.unload(session)
+        for document, stamp in going:
+            if document in still and document.stamp == stamp and self._is_stored(document.id):
+                self._workspace.unload(document)
 
 
 _FOLDER_KEY = "open/frames"
@@ -226,7 +224,7 @@ class FramesFeature(Feature):
     def _connect_list(self) -> None:
         panel, context = self.panel, self.context
         panel.filter_changed.connect(self.show)
-        panel.noted.connect(context.workspace.frames.set_note)
+        panel.noted.connect(context.workspace.set_note)
         panel.view.opened.connect(self.open)
         panel.view.note_requested.connect(self._note)
         panel.view.removal_requested.connect(self.remove)
@@ -236,30 +234,30 @@ class FramesFeature(Feature):
     def _follow(self) -> None:
         """Connect the signals that change the list or its rows."""
         workspace, context = self.context.workspace, self.context
-        entries = workspace.frames.entries
+        entries = workspace.entries
         for signal in (entries.added, entries.removed):
             signal.connect(lambda *_: self._soon.start())
         entries.changed.connect(self._note_changed)
-        workspace.frames.touched.connect(self._note_touched)
+        workspace.touched.connect(self._note_touched)
         context.refresh.add(
             "frames",
             self._show_present,
             (
                 workspace.frames.session_changed,
                 workspace.frames.sessions_changed,
-                workspace.blocks.labels_changed,
+                workspace.labels_changed,
                 workspace.runs.results_changed,
             ),
             (workspace.runs.results_added,),
         )
 
-    def _is_busy(self, session: Session) -> bool:
+    def _is_busy(self, document: Document) -> bool:
         """Whether work on a frame is in progress."""
         context = self.context
         return (
-            session in context.runs.running
-            or context.loader.is_extracting(session)
-            or any(way.session is session for way in context.pending_work())
+            document in context.runs.running
+            or context.loader.is_extracting(document)
+            or any(way.document is document for way in context.pending_work())
         )
 
     # display
@@ -267,7 +265,7 @@ class FramesFeature(Feature):
     def show(self) -> None:
         """Update the whole list: frames, order, and counts of the states."""
         self._soon.stop()
-        entries = self.context.workspace.frames.entries
+        entries = self.context.workspace.entries
         present, model = self._present(), self.panel.model
         self.panel.show_counts(counts(entries))
         row = model.row_of(present)
@@ -296,10 +294,10 @@ class FramesFeature(Feature):
         if self._played is not None:
             return self._played
         workspace = self.context.workspace
-        return workspace.frames.entries.of(workspace.session.id) if workspace.has_session else None
+        return workspace.entries.of(workspace.current.id) if workspace.has_current else None
 
-    def _note_touched(self, session: Session) -> None:
-        entry = self.context.workspace.frames.entries.of(session.id)
+    def _note_touched(self, document: Document) -> None:
+        entry = self.context.workspace.entries.of(document.id)
         if entry is not None:
             self._note_changed(entry)
 
@@ -310,11 +308,11 @@ class FramesFeature(Feature):
 
     def why_no_other(self) -> str:
         """The list has no other frame; "" if it has."""
-        more = len(self.context.workspace.frames.entries) > 1
+        more = len(self.context.workspace.entries) > 1
         return "" if more else "The list has no other frame: open more frames, or a folder of frames."
 
     def _why_empty(self) -> str:
-        return "" if len(self.context.workspace.frames.entries) else "Open a frame first."
+        return "" if len(self.context.workspace.entries) else "Open a frame first."
 
     # navigation
 
@@ -340,10 +338,10 @@ class FramesFeature(Feature):
         if entry is None:
             return
         done = not entry.summary.done
-        self.context.workspace.frames.set_done(entry, done)
+        self.context.workspace.set_done(entry, done)
         if not done:
             self.context.notes.show_message(f"{entry.name} is no longer marked as done.")
-        elif len(self.context.workspace.frames.entries) == 1:
+        elif len(self.context.workspace.entries) == 1:
             self.context.notes.show_message(f"{entry.name} is marked as done.")
         else:
             self._go_to_next(lambda other: not other.summary.done, "All frames shown in the list are done.")
@@ -398,7 +396,7 @@ class FramesFeature(Feature):
         def go_on() -> None:
             self.show()
             shown = self.panel.model.entries
-            if shown and not self.context.workspace.has_session:
+            if shown and not self.context.workspace.has_current:
                 self._go_to(shown[min(max(row, 0), len(shown) - 1)])
 
         self.context.feature(DocumentsFeature).remove_entries(entries, go_on)
@@ -449,7 +447,7 @@ def _stored_picture(store: WorkStore, id: str) -> bytes | None:
 
 
 def _is_untouched(entry: Entry) -> bool:
-    return entry.session is None and entry.summary.stage is Stage.UNTOUCHED
+    return entry.document is None and entry.summary.stage is Stage.UNTOUCHED
 
 
 def _show_files(entry: Entry) -> None:

@@ -50,7 +50,7 @@ class FramesPlace(QObject):
         stored = QSettings().value(_KEY, True, bool) if context.panels.persistent else True
         self._on.setChecked(stored is True)
         self._on.toggled.connect(self._keep)
-        entries = context.workspace.frames.entries
+        entries = context.workspace.entries
         context.refresh.add("film strip", self.update, (entries.added, entries.removed, self._on.toggled))
         self.dock.installEventFilter(self)
         context.centre.installEventFilter(self)
@@ -64,7 +64,7 @@ class FramesPlace(QObject):
         least, most = _HEIGHTS
         height = min(max(round(_HEIGHT_SHARE * self._context.window.height()), least), most)
         self._panel.set_bar(0 if docked else height)
-        several = len(self._context.workspace.frames.entries) > 1
+        several = len(self._context.workspace.entries) > 1
         self.bar.setVisible(not docked and several and self._on.isChecked())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

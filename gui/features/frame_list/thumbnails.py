@@ -146,7 +146,7 @@ class Thumbnails(QObject):
             self._made.move_to_end(entry.id)
         elif entry.id not in self._asked:
             self._asked.add(entry.id)
-            rgb = None if entry.session is None else entry.session.frame.rgb
+            rgb = None if entry.document is None else entry.document.frame.rgb
             self._pending[entry.id] = _Request(entry.id, rgb, entry.source)
             if len(self._pending) > _MAX_PENDING:
                 self._asked.discard(self._pending.popitem(last=False)[0])

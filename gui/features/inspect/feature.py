@@ -282,7 +282,7 @@ class InspectFeature(Feature):
         workspace, add = self.context.workspace, self.context.refresh.add
         turned, blocks, results = (
             workspace.frames.session_changed,
-            workspace.blocks.labels_changed,
+            workspace.labels_changed,
             workspace.runs.results_changed,
         )
         coming = workspace.runs.results_added, workspace.runs.previews_changed
@@ -308,7 +308,7 @@ class InspectFeature(Feature):
     def _show_marks(self) -> None:
         """Draw the marks of the tool and of the open panels over the views."""
         workspace, tool = self.context.workspace, self.context.editor.tool_name
-        if not workspace.has_session:
+        if not workspace.has_current:
             self._show(Marks())
             return
         lines = self.inspection.measurements if self.measure_panel.isVisible() or tool == "measure" else ()
@@ -317,7 +317,7 @@ class InspectFeature(Feature):
             Marks(
                 self.inspection.line if plotted else None,
                 self.profile.place if plotted else None,
-                workspace.session.state.looked.region,
+                workspace.current.state.looked.region,
                 lines,
                 self.measure.texts() if lines else (),
             )

@@ -27,8 +27,8 @@ from ilf.evaluation.measuring import (
 from ilf.evaluation.statistics import PlaneFit, SurfaceStatistics, surface_statistics
 from ilf.project.frame_state import Point
 
+from ...state.document import Document
 from ...state.inspection import Inspection
-from ...state.session import Session
 from ...widgets.file_choice import ask_path, save
 from ...work.latest_request import LatestRequest
 from ..context import Context
@@ -159,7 +159,7 @@ class MeasurePresenter(QObject):
         self._panel = panel
         self._of_region = False
         self._numbers: StatisticsResult | None = None
-        self._deleted: WeakKeyDictionary[Session, tuple[Line, ...]] = WeakKeyDictionary()
+        self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
         self._questions = LatestRequest[StatisticsRequest, StatisticsResult](find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
@@ -176,37 +176,37 @@ class MeasurePresenter(QObject):
         """Request the statistics of the selection if the panel is visible."""
         if not self._panel.isVisible():
             return
-        session = self._workspace.session if self._workspace.has_session else None
-        if session is None:
+        document = self._workspace.current if self._workspace.has_current else None
+        if document is None:
             self._panel.show_subject(False, "")
             self._panel.show_statistics(None, None, "")
             return
-        self._panel.show_subject(self._of_region, self._subject_name(session))
-        subject = self._subject(session)
+        self._panel.show_subject(self._of_region, self._subject_name(document))
+        subject = self._subject(document)
         if subject is None:
             self._questions.forget()
             self._numbers = None
             self._panel.show_statistics(None, None, _NO_SUBJECT)
             return
-        depth = self._depth(session)
+        depth = self._depth(document)
         self._questions.ask(
             StatisticsRequest(
-                session.frame.depth,
+                document.frame.depth,
                 None if depth is None else depth.copy(),  # it changes in place
-                session.frame.intrinsics,
+                document.frame.intrinsics,
                 subject,
-                self._other(session),
+                self._other(document),
             )
         )
 
     def show(self) -> None:
         """Show the measurements."""
-        if self._panel.isVisible() and self._workspace.has_session:
-            session = self._workspace.session
+        if self._panel.isVisible() and self._workspace.has_current:
+            document = self._workspace.current
             lines, found = self.measured()
-            message = "" if session.frame.intrinsics is not None else NEEDS_INTRINSICS
+            message = "" if document.frame.intrinsics is not None else NEEDS_INTRINSICS
             self._panel.show_measured(
-                measured_rows(lines, found, session.frame.known), message or self._iteration_text()
+                measured_rows(lines, found, document.frame.known), message or self._iteration_text()
             )
 
     def texts(self) -> list[tuple[Point, str]]:
@@ -215,12 +215,12 @@ class MeasurePresenter(QObject):
 
     def measured(self) -> tuple[Sequence[Line], list[Measured]]:
         """Return all measurements with their points, in the depth that the views show."""
-        if not self._workspace.has_session or self._workspace.session.frame.intrinsics is None:
+        if not self._workspace.has_current or self._workspace.current.frame.intrinsics is None:
             return (), []
-        session, lines = self._workspace.session, self._inspection.measurements
-        depth = self._depth(session) if lines else None
-        values = session.frame.depth if depth is None else depth
-        return lines, [measure(values, line, session.frame.intrinsics) for line in lines]
+        document, lines = self._workspace.current, self._inspection.measurements
+        depth = self._depth(document) if lines else None
+        values = document.frame.depth if depth is None else depth
+        return lines, [measure(values, line, document.frame.intrinsics) for line in lines]
 
     def copy_statistics(self) -> None:
         """Copy the statistics to the clipboard as a tab-separated table."""
@@ -241,7 +241,7 @@ class MeasurePresenter(QObject):
         """Write the measurements to a CSV file that the user chooses."""
         table = self._table()
         if table:
-            name = f"{self._workspace.session.name}-measurements.csv"
+            name = f"{self._workspace.current.name}-measurements.csv"
             path = ask_path(self._context.window, "Save measurements", name, "Table (*.csv)")
             if path:
                 save(self._context.notes, path, lambda: write_bytes(path, table.encode()))
@@ -253,14 +253,14 @@ class MeasurePresenter(QObject):
         if not lines:
             self._context.notes.show_message("There are no measurements to delete.")
             return
-        self._deleted[self._workspace.session] = lines
+        self._deleted[self._workspace.current] = lines
         self._inspection.set_measurements([line for number, line in enumerate(lines) if number not in chosen])
         text = f"Deleted {counted(len(chosen), 'measurement')}."
         self._context.notes.offer(text, self._context.actions["restore_measurements"])
 
     def restore(self) -> None:
         """Restore the measurements that were deleted last."""
-        before = self._deleted.pop(self._workspace.session, None) if self._workspace.has_session else None
+        before = self._deleted.pop(self._workspace.current, None) if self._workspace.has_current else None
         if before is None:
             self._context.notes.show_message("No measurements of this frame have been deleted.")
             return
@@ -287,38 +287,38 @@ class MeasurePresenter(QObject):
         self._panel.show_statistics(numbers.raw, numbers.result, " ".join(filter(None, dict.fromkeys(notes))))
         self.found.emit()
 
-    def _depth(self, session: Session) -> NDArray[np.float32] | None:
+    def _depth(self, document: Document) -> NDArray[np.float32] | None:
         """Return completed depth as the views show it: the current one, or that of the iteration being viewed."""
-        viewed_iteration = self._workspace.runs.viewed_iteration
-        return session.current_depth() if viewed_iteration is None else viewed_iteration.depth
+        viewed_iteration = self._workspace.viewed_iteration
+        return document.current_depth() if viewed_iteration is None else viewed_iteration.depth
 
     def _iteration_text(self) -> str:
         """Describe the iteration being viewed; "" for the current result."""
-        viewed_iteration = self._workspace.runs.viewed_iteration
+        viewed_iteration = self._workspace.viewed_iteration
         return "" if viewed_iteration is None else f"The result is {viewed_iteration.text}."
 
-    def _subject(self, session: Session) -> Mask | None:
-        if self._of_region and session.state.looked.region is not None:
-            mask = np.zeros(session.frame.shape, bool)
-            mask[session.state.looked.region] = True
+    def _subject(self, document: Document) -> Mask | None:
+        if self._of_region and document.state.looked.region is not None:
+            mask = np.zeros(document.frame.shape, bool)
+            mask[document.state.looked.region] = True
             return mask
-        chosen = self._workspace.blocks.chosen
-        return None if self._of_region or chosen not in session.counts() else session.labels == chosen
+        chosen = self._workspace.chosen
+        return None if self._of_region or chosen not in document.counts() else document.labels == chosen
 
-    def _other(self, session: Session) -> NDArray[np.bool_] | None:
+    def _other(self, document: Document) -> NDArray[np.bool_] | None:
         """Return the mask of the second selected block, None if there is none."""
-        chosen = [label for label in session.selected if label in session.counts()]
-        return session.labels == chosen[1] if len(chosen) > 1 and not self._of_region else None
+        chosen = [label for label in document.selected if label in document.counts()]
+        return document.labels == chosen[1] if len(chosen) > 1 and not self._of_region else None
 
-    def _subject_name(self, session: Session) -> str:
-        if self._of_region and session.state.looked.region is not None:
-            rows, columns = session.state.looked.region
+    def _subject_name(self, document: Document) -> str:
+        if self._of_region and document.state.looked.region is not None:
+            rows, columns = document.state.looked.region
             size = f"{columns.stop - columns.start} × {rows.stop - rows.start} px"
             return f"{size} at x {columns.start}, y {rows.start}"
-        chosen = self._workspace.blocks.chosen
+        chosen = self._workspace.chosen
         if self._of_region or not chosen:
             return ""
-        two = [session.info(label).name for label in session.selected[:2]]
+        two = [document.info(label).name for label in document.selected[:2]]
         return " and ".join(two)
 
     def _set_subject(self, of_region: bool) -> None:
@@ -333,4 +333,4 @@ class MeasurePresenter(QObject):
 
     def _turn_to_region(self) -> None:
         """Show statistics of the rectangle if there is one."""
-        self._of_region = self._workspace.has_session and self._workspace.session.state.looked.region is not None
+        self._of_region = self._workspace.has_current and self._workspace.current.state.looked.region is not None

@@ -254,9 +254,9 @@ class ProfilePresenter(QObject):
         if line is None:
             self._panel.show_data(None)
         else:
-            session = workspace.session
-            data = profile_data(session, line, workspace.runs.viewed_iteration)
-            names = {label: session.info(label).name for label in set(data.labels.tolist()) if label}
+            document = workspace.current
+            data = profile_data(document, line, workspace.viewed_iteration)
+            names = {label: document.info(label).name for label in set(data.labels.tolist()) if label}
             self._panel.show_data(data, names)
         if self._pixel is None:
             self._point(self._panel.sample)
@@ -282,7 +282,7 @@ class ProfilePresenter(QObject):
         if self._panel.data is None:
             self._context.notes.show_message("There is no profile to write. Draw a profile line first.")
             return ""
-        name = f"{self._context.workspace.session.name}-profile{suffix}"
+        name = f"{self._context.workspace.current.name}-profile{suffix}"
         return ask_path(self._context.window, title, name, kinds)
 
     def _point(self, sample: int | None) -> None:

@@ -18,9 +18,9 @@ from ilf.evaluation.measuring import DepthProfile, depth_profile
 from ilf.project.run_history import StoredRun
 
 from ...base import theme
+from ...state.document import Document
 from ...state.inspection import Line
 from ...state.results import ViewedIteration
-from ...state.session import Session
 
 # Data along the profile line: raw depth, result, and what they are compared with.
 
@@ -63,15 +63,15 @@ class ProfileData:
         return np.flatnonzero(np.diff(self.labels)) + 1
 
 
-def profile_data(session: Session, line: Line, viewed_iteration: ViewedIteration | None = None) -> ProfileData:
+def profile_data(document: Document, line: Line, viewed_iteration: ViewedIteration | None = None) -> ProfileData:
     """Return the data of a frame along a line, with the current result or that of the iteration `viewed_iteration`,
     which has no expected error."""
-    frame, result = session.frame, session.current_depth() if viewed_iteration is None else viewed_iteration.depth
-    error = session.expected_error() if viewed_iteration is None else None
+    frame, result = document.frame, document.current_depth() if viewed_iteration is None else viewed_iteration.depth
+    error = document.expected_error() if viewed_iteration is None else None
     maps = {_RAW: frame.depth, _ERROR: error, _GROUND_TRUTH: frame.ground_truth}
     others = {name: values for name, values in maps.items() if values is not None}
-    names = _names(session.compared)
-    others |= {name: kept.completion.depth for name, kept in zip(names, session.compared, strict=True)}
+    names = _names(document.compared)
+    others |= {name: kept.completion.depth for name, kept in zip(names, document.compared, strict=True)}
     profile = depth_profile(frame.depth if result is None else result, *line, frame.intrinsics, others)
     found = profile.others
     return ProfileData(
@@ -80,8 +80,8 @@ def profile_data(session: Session, line: Line, viewed_iteration: ViewedIteration
         None if result is None else profile.depth,
         found.get(_ERROR),
         found.get(_GROUND_TRUTH),
-        [(kept.name, kept.colour, found[name]) for name, kept in zip(names, session.compared, strict=True)],
-        session.labels[profile.rows, profile.columns],
+        [(kept.name, kept.colour, found[name]) for name, kept in zip(names, document.compared, strict=True)],
+        document.labels[profile.rows, profile.columns],
         "result" if viewed_iteration is None else f"result {viewed_iteration.text}",
     )
 

@@ -20,8 +20,8 @@ from PySide6.QtWidgets import (
 from ilf.project.state_codec import frame_part
 
 from ...project.current_project import CurrentProject
+from ...state.document import Document
 from ...state.entries import Entry
-from ...state.session import Session
 from ...widgets.basics import Message, group, literal_text, row_list, stack
 from ...widgets.notices import DESTROY, ask
 from ..context import Context
@@ -254,7 +254,7 @@ class Closing(QObject):
         worked = [
             entry.name
             for entry in entries
-            if entry.unsaved or entry.session in self._context.runs.running or frame_part(entry.id) in kept
+            if entry.unsaved or entry.document in self._context.runs.running or frame_part(entry.id) in kept
         ]
         if self._context.feature(DocumentsFeature).discard_silently or not worked:
             then()
@@ -267,8 +267,8 @@ class Closing(QObject):
     def _ask(self, entries: Sequence[Entry], whole: bool, what: str, then: Callable[[], None]) -> None:
         """Ask as in `leave`, once nothing is being saved."""
         runs = self._context.runs
-        sessions = {entry.session for entry in entries}
-        running = [session for session in runs.running if session in sessions]
+        documents = {entry.document for entry in entries}
+        running = [document for document in runs.running if document in documents]
         rows = [Unsaved(entry.id, entry.name, work, entry.summary.stage.value) for entry, work in self._work(entries)]
         words = self._present.words() if whole else ""
         if words:
@@ -276,7 +276,7 @@ class Closing(QObject):
         others = [
             f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and its results are lost."
             for way in self._context.pending_work()
-            if (whole if way.session is None else way.session in sessions)
+            if (whole if way.document is None else way.document in documents)
         ]
         if not (rows or others):
             then()
@@ -301,8 +301,8 @@ class Closing(QObject):
         runs = self._context.runs
         for entry in entries:
             texts = [entry.unsaved_summary()]
-            if entry.session in runs.running:
-                texts.append(f"a run is in progress ({runs.of(entry.session).share_done:.0%})")
+            if entry.document in runs.running:
+                texts.append(f"a run is in progress ({runs.of(entry.document).share_done:.0%})")
             if work := ", ".join(filter(None, texts)):
                 yield entry, work
 
@@ -314,7 +314,7 @@ class _SaveAnswer(QObject):
         self,
         context: Context,
         dialog: CloseDialog,
-        running: list[Session],
+        running: list[Document],
         save: Callable[[frozenset[str], Callable[[bool], None]], None],
     ) -> None:
         super().__init__(dialog)
@@ -329,10 +329,10 @@ class _SaveAnswer(QObject):
     def save(self) -> None:
         """Save the ticked frames when their runs have ended."""
         ticked = self._dialog.ticked()
-        self._running = [session for session in self._running if session.id in ticked]
+        self._running = [document for document in self._running if document.id in ticked]
         if not self._dialog.waits():
-            for session in self._running:
-                self._runs.of(session).cancel()
+            for document in self._running:
+                self._runs.of(document).cancel()
         self._waits = True
         self._look()
 
@@ -340,9 +340,9 @@ class _SaveAnswer(QObject):
         """Save as soon as no run is in progress."""
         if not self._waits:
             return
-        running = [session for session in self._running if session in self._runs.running]
+        running = [document for document in self._running if document in self._runs.running]
         if running:
-            done = sum(self._runs.of(session).share_done for session in running) / len(running)
+            done = sum(self._runs.of(document).share_done for document in running) / len(running)
             names = running[0].name if len(running) == 1 else f"{len(running)} frames"
             self._dialog.show_progress(f"Waiting for the run of {names}: {done:.0%} done…")
             return
@@ -350,7 +350,7 @@ class _SaveAnswer(QObject):
         QTimer.singleShot(0, self, self._begin)  # results of ended runs are stored by then
 
     def _begin(self) -> None:
-        if any(session in self._runs.running for session in self._running):  # an extrapolation follows the run
+        if any(document in self._runs.running for document in self._running):  # an extrapolation follows the run
             self._waits = True
             self._look()
             return

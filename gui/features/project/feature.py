@@ -21,8 +21,8 @@ from ilf.project.state_codec import UnreadableFrame
 from ...base import theme
 from ...base.commands import Command
 from ...project.current_project import CurrentProject, source_of
+from ...state.document import Document
 from ...state.entries import Entry
-from ...state.session import Session
 from ...widgets.file_choice import choose_file
 from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
@@ -82,11 +82,11 @@ class ProjectFeature(Feature):
         self.opening.opened.connect(lambda opened: note_opened(opened.path))
         self.saving.saved.connect(self._tell_saved)
         self.saving.failed.connect(lambda error: context.notes.report("The project is not saved", error))
-        changed = workspace.frames.session_changed, workspace.frames.sessions_changed, workspace.frames.project_touched
+        changed = workspace.frames.session_changed, workspace.frames.sessions_changed, workspace.project_touched
         context.refresh.add(
             "title",
             self._show_title,
-            (*changed, workspace.frames.touched, workspace.undo_group.cleanChanged, self.saving.changed),
+            (*changed, workspace.touched, workspace.undo_group.cleanChanged, self.saving.changed),
         )
 
     @cached_property
@@ -148,7 +148,7 @@ class ProjectFeature(Feature):
         )
 
     def _why_empty(self) -> str:
-        return "" if len(self.context.workspace.frames.entries) else "Open a frame first."
+        return "" if len(self.context.workspace.entries) else "Open a frame first."
 
     def begin(self) -> None:
         """Insert the menu of recent projects and the button *Save*."""
@@ -196,7 +196,7 @@ class ProjectFeature(Feature):
                 self.context.window.close()
 
         if not self._leaves:
-            self.closing.leave(list(self.context.workspace.frames.entries), True, "the window closes", go)
+            self.closing.leave(list(self.context.workspace.entries), True, "the window closes", go)
             asked = True
         return self._leaves
 
@@ -214,12 +214,12 @@ class ProjectFeature(Feature):
 
         def close() -> None:
             summary = self.present.saved_summary(entry)
-            if entry.session is None or summary is None:
-                workspace.frames.remove_entries([entry])
+            if entry.document is None or summary is None:
+                workspace.remove_entries([entry])
                 return
-            workspace.frames.unload(entry.session)
+            workspace.unload(entry.document)
             entry.set_unsaved(False)
-            workspace.frames.entries.set_summary(entry, summary)
+            workspace.entries.set_summary(entry, summary)
 
         if self.present.saved_summary(entry) is None:
             close()
@@ -231,7 +231,7 @@ class ProjectFeature(Feature):
         self.closing.leave(entries, False, what, then)
 
     def _leave_project(self, what: str, then: Callable[[], None]) -> None:
-        self.closing.leave(list(self.context.workspace.frames.entries), True, what, then)
+        self.closing.leave(list(self.context.workspace.entries), True, what, then)
 
     def _begin(self, then: Callable[[], None] = lambda: None) -> None:
         self.missing.forget()
@@ -283,11 +283,11 @@ class ProjectFeature(Feature):
         from .save_as import SaveAsDialog, proposed_path  # made on use
 
         context = self.context
-        first = next(iter(context.workspace.frames.entries), None)
+        first = next(iter(context.workspace.entries), None)
         proposed = self.folders.proposed() or proposed_path(
             self.present.name or ("project" if first is None else first.name)
         )
-        sources = [source for source in map(source_of, context.workspace.frames.entries) if source is not None]
+        sources = [source for source in map(source_of, context.workspace.entries) if source is not None]
         embedded = any(name.startswith("sources/") for name in context.recorder.store.all_names())
         dialog = SaveAsDialog(proposed, embedded, sources, why, context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -328,8 +328,8 @@ class ProjectFeature(Feature):
             f"Opened {opened.path.name}", [text for text in (*opened.problems, self.present.read_only) if text]
         )
 
-    def _tell_incomplete(self, session: Session, problems: Sequence[str]) -> None:
-        self.context.notes.warn(f"{session.name}: opened without some of its files", problems)
+    def _tell_incomplete(self, document: Document, problems: Sequence[str]) -> None:
+        self.context.notes.warn(f"{document.name}: opened without some of its files", problems)
 
     def _offer_anew(self, entry: Entry, error: Exception) -> None:
         """Offer to open the files of a frame whose work cannot be read."""
@@ -340,7 +340,7 @@ class ProjectFeature(Feature):
 
     def _tell_saved(self, path: Path, problems: Sequence[str]) -> None:
         self.recent.note(path)
-        count, size = len(self.context.workspace.frames.entries), path.stat().st_size / 1e6
+        count, size = len(self.context.workspace.entries), path.stat().st_size / 1e6
         actions = self.context.actions
         self.context.actions.refresh()
         self.context.notes.offer(
@@ -352,7 +352,7 @@ class ProjectFeature(Feature):
 
     def _show_title(self) -> None:
         workspace, window = self.context.workspace, self.context.window
-        names = [self.present.name, workspace.session.name if workspace.has_session else ""]
+        names = [self.present.name, workspace.current.name if workspace.has_current else ""]
         name = " — ".join(filter(None, names))
         window.setWindowTitle(f"{name}[*] - {_PROGRAM}" if name else _PROGRAM)
         window.setWindowModified(bool(name) and self.present.unsaved)

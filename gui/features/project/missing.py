@@ -252,7 +252,7 @@ class Missing(QObject):
 
     def open_new(self, lost: MissingFile) -> None:
         """Open the changed files as a new frame."""
-        entries = self._context.workspace.frames.entries
+        entries = self._context.workspace.entries
         entry = entries.of(lost.frame)
         source = None if entry is None else source_of(entry)
         if entry is None or source is None or lost.changed is None:
@@ -278,13 +278,13 @@ class Missing(QObject):
             self._ask()
 
     def _note(self, lost: MissingFile) -> None:
-        entry = self._context.workspace.frames.entries.of(lost.frame)
-        if entry is None or entry.session is not None:
+        entry = self._context.workspace.entries.of(lost.frame)
+        if entry is None or entry.document is not None:
             return
         if lost not in self._lost:
             self._lost.append(lost)
         self._present.note_missing(entry)
-        self._context.workspace.frames.note_problem(entry, _CHANGED if lost.changed else _MISSING)
+        self._context.workspace.note_problem(entry, _CHANGED if lost.changed else _MISSING)
 
     def _ask(self) -> None:
         """Open the dialog if files are lost."""
@@ -304,7 +304,7 @@ class Missing(QObject):
 
     def _named(self) -> list[tuple[str, MissingFile]]:
         """Return the lost files with the names of their frames."""
-        entries = self._context.workspace.frames.entries
+        entries = self._context.workspace.entries
         found = ((entries.of(lost.frame), lost) for lost in self._lost)
         return [(entry.name, lost) for entry, lost in found if entry is not None]
 
@@ -312,9 +312,9 @@ class Missing(QObject):
         self.dialog = None
         self._searcher.cancel()
         lost = {one.frame for one in self._lost}
-        whole = (entry for entry in self._context.workspace.frames.entries if entry.id not in lost)
+        whole = (entry for entry in self._context.workspace.entries if entry.id not in lost)
         first = next(whole, None)
-        if first is not None and not self._context.workspace.has_session and not self._context.loader.busy:
+        if first is not None and not self._context.workspace.has_current and not self._context.loader.busy:
             self._context.loader.open_entry(first)
 
     # search
@@ -362,7 +362,7 @@ class Missing(QObject):
     def _update_found(self, frame: str, found: dict[str, Path]) -> None:
         """Update a frame whose files have been found."""
         workspace = self._context.workspace
-        entry = workspace.frames.entries.of(frame)
+        entry = workspace.entries.of(frame)
         if entry is None:
             return
         if entry.source is not None:
@@ -371,7 +371,7 @@ class Missing(QObject):
             return
         summary = self._present.note_relocated(entry)
         if summary is not None:
-            workspace.frames.entries.set_summary(entry, summary)
-        if frame == self._requested or not workspace.has_session:
+            workspace.entries.set_summary(entry, summary)
+        if frame == self._requested or not workspace.has_current:
             self._requested = ""
             self._context.loader.open_entry(entry)

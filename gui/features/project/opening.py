@@ -71,7 +71,7 @@ class Opening(QObject):
         context = self._context
 
         def leave() -> None:
-            context.workspace.frames.remove_entries(list(context.workspace.frames.entries))
+            context.workspace.remove_entries(list(context.workspace.entries))
             former, context.recorder.store.project, context.recorder.store.places = (
                 context.recorder.store.project,
                 None,
@@ -81,7 +81,7 @@ class Opening(QObject):
                 former.close()
             then()
 
-        context.recorder.revert([entry.id for entry in context.workspace.frames.entries], leave)
+        context.recorder.revert([entry.id for entry in context.workspace.entries], leave)
 
     def restore_project(
         self,
@@ -137,12 +137,12 @@ class Opening(QObject):
     def _fill(self, project: Project, unsaved: Collection[str] = ()) -> None:
         """List the frames of a project, and apply its settings."""
         apply_settings(self._context.workspace, project)
-        self._context.workspace.frames.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
+        self._context.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
 
     def _show(self, project: Project) -> None:
         """Restore the views and the frame that were shown last."""
         self._view.take(project.view)
-        entries = self._context.workspace.frames.entries
+        entries = self._context.workspace.entries
         first = entries.of(project.present) or next(iter(entries), None)
         if first is not None:
             self._context.loader.open_entry(first)
@@ -202,7 +202,7 @@ class FolderProjects(QObject):
     def open(self, how: FrameRef) -> None:
         """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
         context, folder = self._context, Path(how.rgb)
-        if not context.panels.persistent or len(context.workspace.frames.entries) or self._present.path is not None:
+        if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
             context.loader.open_folder(how)
             return
         self._folder = folder

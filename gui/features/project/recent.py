@@ -218,12 +218,12 @@ class RecentFeature(Feature):
     def _note(self) -> None:
         """Record newly opened frames, except those of a project or a folder."""
         workspace = self.context.workspace
-        open_now = {session.key: session for session in workspace.frames.sessions}
-        for key, session in open_now.items():
-            entry = workspace.frames.entries.of(session.id)
+        open_now = {document.key: document for document in workspace.open}
+        for key, document in open_now.items():
+            entry = workspace.entries.of(document.id)
             brought = entry is not None and (entry.has_state or entry.from_folder)
-            if key not in self._noted and not brought and isinstance(session.origin, FrameRef | Path):
-                self.menu.note(session.origin)
+            if key not in self._noted and not brought and isinstance(document.origin, FrameRef | Path):
+                self.menu.note(document.origin)
         self._noted = set(open_now)
 
     def _open(self, origin: Origin) -> None:

@@ -56,7 +56,7 @@ class Restoring(QObject):
 
     def has_no_project(self) -> bool:
         """Whether the window has no project that the restored work would be added to."""
-        return not len(self._context.workspace.frames.entries) and self._context.recorder.store.project is None
+        return not len(self._context.workspace.entries) and self._context.recorder.store.project is None
 
     def restore(self, left: RecoverableWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
         """Restore unsaved work; call `then` on success, `fail` otherwise. The folder is deleted only after this window
@@ -70,7 +70,7 @@ class Restoring(QObject):
         )
 
     def _plan(self, left: RecoverableWork) -> _Plan:
-        entries, alone = self._context.workspace.frames.entries, self.has_no_project()
+        entries, alone = self._context.workspace.entries, self.has_no_project()
         is_of_this = bool(left.project) and left.project == self._context.recorder.project
         frames = left.frames if is_of_this else left.read.project.frames
         ids = {frame.id: frame.id if entries.of(frame.id) is None else uuid.uuid4().hex for frame in frames}
@@ -110,15 +110,15 @@ class Restoring(QObject):
             )
             aside = brought.left_aside
             new = [entry_of(_with_id(frame, ids[frame.id]), ids[frame.id] not in aside) for frame in plan.frames]
-            context.workspace.frames.add_entries(new)
+            context.workspace.add_entries(new)
             if new:
                 present = ids.get(left.read.project.present)
                 context.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))
         problems = [*brought.problems]
         for frame_id, problem in brought.left_aside.items():
-            entry = context.workspace.frames.entries.of(frame_id)
+            entry = context.workspace.entries.of(frame_id)
             if entry is not None:
-                context.workspace.frames.note_problem(entry, problem)
+                context.workspace.note_problem(entry, problem)
                 problems.append(f"{entry.name}: {problem} It stays in {left.path}, which is offered again.")
         context.notes.warn("Restored with errors", problems)
         context.recorder.flush(lambda _: self._discard(plan, whole=not brought.left_aside))

@@ -18,8 +18,8 @@ from ilf.project.project import Project
 from ...base.paths import PROJECT_SUFFIX
 from ...project.current_project import CurrentProject, ProjectSettings, has_content
 from ...project.store import WorkStore
+from ...state.document import Document
 from ...state.entries import Entry
-from ...state.session import Session
 from ...work.jobs import Worker
 from ..context import Context
 from .view_state import ViewState
@@ -56,7 +56,7 @@ class _Snapshot:
 
     request: SaveRequest
     project: Project
-    stamps: Mapping[Session, tuple[int, int, int]]
+    stamps: Mapping[Document, tuple[int, int, int]]
     unload: Mapping[Entry, int]
     """Frames that are not open, but saved, too -> number of their changes at that time."""
     archive: Parts | None
@@ -133,16 +133,15 @@ class Saving(QObject):
     def _take(self, request: SaveRequest) -> _Snapshot:
         """Store everything to save in its current state, and return the snapshot."""
         workspace, store = self._context.workspace, self._context.recorder.store
-        if workspace.blocks.stroke_in_progress:
-            workspace.blocks.prepare_change(workspace.session)
+        workspace.end_stroke()
         self._view.remember()
-        wanted = [entry for entry in workspace.frames.entries if request.only is None or entry.id in request.only]
-        stamps = {entry.session: entry.session.stamp for entry in wanted if entry.session is not None}
-        for session in stamps:
-            if session.unsaved or has_content(session):
-                self._context.recorder.keep(session)
+        wanted = [entry for entry in workspace.entries if request.only is None or entry.id in request.only]
+        stamps = {entry.document: entry.document.stamp for entry in wanted if entry.document is not None}
+        for document in stamps:
+            if document.unsaved or has_content(document):
+                self._context.recorder.keep(document)
         project = self._present.snapshot(self._view.window_state(), request.only)
-        unload = {entry: entry.changes for entry in wanted if entry.session is None}
+        unload = {entry: entry.changes for entry in wanted if entry.document is None}
         return _Snapshot(request, project, stamps, unload, store.project, self._present.current_settings())
 
     def _write(self, error: Exception | None) -> None:
@@ -204,14 +203,14 @@ class Saving(QObject):
                 former.close()
         store.places = opened.places
         there = {frame.id for frame in opened.project.frames if frame.has_state}
-        for entry in workspace.frames.entries:
+        for entry in workspace.entries:
             if entry.id in there:
                 entry.has_state = True
-            if entry.session is None and entry.changes == taken.unload.get(entry):
+            if entry.document is None and entry.changes == taken.unload.get(entry):
                 entry.set_unsaved(False)
-        for session, stamp in taken.stamps.items():
-            if session in workspace.frames.sessions:
-                workspace.frames.note_saved(session, stamp)
+        for document, stamp in taken.stamps.items():
+            if document in workspace.open:
+                document.note_saved(stamp)
         self._present.take(opened.path, opened.project, saved=taken.set)
         self._context.recorder.project = str(opened.path)
         self._context.recorder.note_project()

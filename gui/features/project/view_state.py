@@ -9,7 +9,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject
 
-from ...state.session import Session
+from ...state.document import Document
 from ...state.workspace import Workspace
 from ...views.layouts import LAYOUTS
 from ...views.linked_views import LinkedViews
@@ -26,13 +26,13 @@ class ViewState(QObject):
         super().__init__(views)
         self._workspace = workspace
         self._views = views
-        self._shown: Session | None = None
-        workspace.blocks.about_to_change.connect(self.remember)
+        self._shown: Document | None = None
+        workspace.about_to_change.connect(self.remember)
         refresh.add("place", self._show, (workspace.frames.session_changed,))
 
     def remember(self) -> None:
         """Store the zoom position in the current frame's session."""
-        if self._workspace.has_session and self._workspace.session is self._shown:
+        if self._workspace.has_current and self._workspace.current is self._shown:
             place = self._views.place
             view = {key: value for key, value in self._shown.state.view.items() if key != _PLACE}
             if place is not None:
@@ -57,11 +57,11 @@ class ViewState(QObject):
                 views.sides.choose(*map(str, sides))
 
     def _show(self) -> None:
-        session = self._workspace.session if self._workspace.has_session else None
-        if session is self._shown:
+        document = self._workspace.current if self._workspace.has_current else None
+        if document is self._shown:
             return
-        self._shown = session
-        place = None if session is None else session.state.view.get(_PLACE)
+        self._shown = document
+        place = None if document is None else document.state.view.get(_PLACE)
         if isinstance(place, list) and len(place) == 3 and all(_is_number(number) for number in place):
             self._views.set_place(*place)
 

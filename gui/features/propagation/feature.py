@@ -289,7 +289,7 @@ class PropagationFeature(Feature):
         entry, propagation_run = self.propagator.present, self.propagator.propagation_run
         if entry is None or propagation_run is None or entry is propagation_run.source:
             return []
-        return [PendingWork(f"propagation of blocks to {entry.name}", entry.session)]
+        return [PendingWork(f"propagation of blocks to {entry.name}", entry.document)]
 
     @property
     def how(self) -> str:
@@ -322,7 +322,7 @@ class PropagationFeature(Feature):
         following, actions = self._following(), self.context.actions
         ways = [(name, plain(actions[name].text()), actions[name].toolTip()) for name in HOW]
         how = _PREFIX + self.how
-        name = self.context.workspace.session.name
+        name = self.context.workspace.current.name
         dialog = PropagateDialog(name, [entry.name for entry in following], ways, how, self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
@@ -337,22 +337,22 @@ class PropagationFeature(Feature):
 
     def _present(self) -> Entry | None:
         workspace = self.context.workspace
-        return workspace.frames.entries.of(workspace.session.id) if workspace.has_session else None
+        return workspace.entries.of(workspace.current.id) if workspace.has_current else None
 
     def _row(self) -> int:
         """Return the row of the current frame in the list."""
         present = self._present()
-        return 0 if present is None else self.context.workspace.frames.entries.row_of(present)
+        return 0 if present is None else self.context.workspace.entries.row_of(present)
 
     def _following(self, most: int | None = None) -> list[Entry]:
         """Return the frames after the current one in the list, at most `most` of them."""
-        first, entries = self._row() + 1, self.context.workspace.frames.entries
+        first, entries = self._row() + 1, self.context.workspace.entries
         end = len(entries) if most is None else min(first + most, len(entries))
         return [entries[row] for row in range(first, end)]
 
     def _preceding(self) -> Entry | None:
         row = self._row()
-        return self.context.workspace.frames.entries[row - 1] if row > 0 else None
+        return self.context.workspace.entries[row - 1] if row > 0 else None
 
     # why a command cannot be used
 
@@ -392,8 +392,8 @@ class PropagationFeature(Feature):
             notes.show_message(text)
         if (
             to_check(propagation_run)
-            and self.context.workspace.has_session
-            and self.context.workspace.session.state.to_check
+            and self.context.workspace.has_current
+            and self.context.workspace.current.state.to_check
         ):
             notes.offer(text, self.context.actions["next_check"])
         notes.warn("Propagation of blocks", notes_of(propagation_run))

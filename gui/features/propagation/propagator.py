@@ -19,8 +19,8 @@ from ilf.project.state_codec import Decoded
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 
+from ...state.document import Document
 from ...state.entries import Entry
-from ...state.session import Session
 from ...state.workspace import Workspace
 from ...widgets.notices import error_text
 from ...work.jobs import Worker
@@ -32,8 +32,8 @@ from ...work.loading import FrameLoader, StoredFrames
 def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Decoded]:
     """Return a function that reads the state of a frame of the list in any thread: the current state if the frame is
     open, else the stored one, else its files without blocks."""
-    if entry.session is not None:
-        read = Decoded(entry.session.snapshot())
+    if entry.document is not None:
+        read = Decoded(entry.document.snapshot())
         return lambda: read
     id = entry.id
     if entry.has_state and stored is not None and stored.has(id):
@@ -46,10 +46,10 @@ def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], Deco
     return load
 
 
-def session_of(entry: Entry, state: FrameState) -> Session:
+def session_of(entry: Entry, state: FrameState) -> Document:
     """Return a session of a frame that is not open, from its state."""
     origin = entry.source or (Path(entry.key) if entry.has_state else FrameRef(entry.key))
-    return Session.of_state(state, origin, entry.key)
+    return Document.of_state(state, origin, entry.key)
 
 
 def _origin(entry: Entry) -> FrameRef:
@@ -191,7 +191,7 @@ class Propagator(QObject):
 
     def _is_listed(self, entry: Entry) -> bool:
         """Whether a frame is still in the list."""
-        return self._workspace.frames.entries.of(entry.id) is entry
+        return self._workspace.entries.of(entry.id) is entry
 
     @staticmethod
     def _keeps(entry: Entry, propagation_run: PropagationRun) -> bool:
@@ -203,7 +203,7 @@ class Propagator(QObject):
         entry, self._read, propagation_run = self._present, found[-1], self.propagation_run
         shows = propagation_run is not None and propagation_run.shows and entry is not propagation_run.source
         if shows and entry is not None and self._is_listed(entry):
-            self._workspace.frames.show(self._open(entry, self._read))
+            self._workspace.show(self._open(entry, self._read))
 
     def _take(self, outcome: Propagated | FrameState) -> None:
         propagation_run, entry = self.propagation_run, self._present
@@ -214,9 +214,9 @@ class Propagator(QObject):
             if entry is propagation_run.source:
                 self._waiting.clear()
         elif isinstance(outcome, Propagated) and self._read is not None:
-            session, source = self._open(entry, self._read), outcome.state.blocks.propagated_from
-            self._workspace.blocks.take_propagated(session, outcome.state, f"Propagate blocks from {source}")
-            propagation_run.done.append(_arrival(session, outcome))
+            document, source = self._open(entry, self._read), outcome.state.blocks.propagated_from
+            self._workspace.take_propagated(document, outcome.state, f"Propagate blocks from {source}")
+            propagation_run.done.append(_arrival(document, outcome))
             self._before = outcome.state
         elif isinstance(outcome, FrameState) and outcome.blocks.labels.any():
             if entry is not propagation_run.source:
@@ -227,22 +227,22 @@ class Propagator(QObject):
             self._waiting.clear()
         self._next()
 
-    def _open(self, entry: Entry, found: Decoded) -> Session:
+    def _open(self, entry: Entry, found: Decoded) -> Document:
         """Return the session of a frame, which is opened if necessary."""
-        if entry.session is None:
-            session = session_of(entry, found.state)
-            self._workspace.add_session(session, restored=entry.has_state, show=False)
+        if entry.document is None:
+            document = session_of(entry, found.state)
+            self._workspace.open_document(document, restored=entry.has_state, show=False)
             if found.problems:
-                self._loader.incomplete.emit(session, found.problems)
-            return session
-        return entry.session
+                self._loader.incomplete.emit(document, found.problems)
+            return document
+        return entry.document
 
     def _fail(self, error: Exception) -> None:
         propagation_run, entry = self.propagation_run, self._present
         if propagation_run is not None and entry is not None:
             propagation_run.problems.append(f"{entry.name}: {error_text(error)}")
             if self._read is None:
-                self._workspace.frames.note_problem(entry, error_text(error))
+                self._workspace.note_problem(entry, error_text(error))
             if self._before is None:
                 self._waiting.clear()
         self._next()
@@ -255,7 +255,7 @@ class Propagator(QObject):
             self.ended.emit(propagation_run)
 
 
-def _arrival(session: Session, propagated: Propagated) -> PropagatedFrame:
+def _arrival(document: Document, propagated: Propagated) -> PropagatedFrame:
     followed, marked = propagated.followed, len(propagated.state.to_check)
-    counts = len(session.counts()), len(followed.new), marked, len(followed.gone)
-    return PropagatedFrame(session.name, followed.how, *counts, followed.notes)
+    counts = len(document.counts()), len(followed.new), marked, len(followed.gone)
+    return PropagatedFrame(document.name, followed.how, *counts, followed.notes)

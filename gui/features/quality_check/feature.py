@@ -25,7 +25,7 @@ from ilf.segmentation.edges.frame_edges import find_edges
 
 from ...base.commands import Command
 from ...base.needs import Need
-from ...state.session import Session
+from ...state.document import Document
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..tools import ToolsFeature
@@ -41,7 +41,7 @@ _RING = 10.0
 
 @dataclass(frozen=True, eq=False)
 class _Request:
-    session: Session
+    document: Document
     frame: RGBDFrame
     labels: NDArray[np.int32]
     extraction: BlockParameters
@@ -86,7 +86,7 @@ class QualityCheckFeature(Feature):
         self.strip = CheckStrip(*(context.actions[name] for name in names))
         context.centre.add_strip(self.strip)
         self._marks, self._previews = PlaceMarks(views), RemedyPreviews(views)
-        self._reviews: WeakKeyDictionary[Session, Review] = WeakKeyDictionary()
+        self._reviews: WeakKeyDictionary[Document, Review] = WeakKeyDictionary()
         self._questions = LatestRequest[_Request, Sequence[Place]](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
@@ -95,7 +95,7 @@ class QualityCheckFeature(Feature):
         self._remedies.failed.connect(self._fail)
         workspace.frames.session_changed.connect(self.close)
         for changed in (
-            workspace.blocks.labels_changed,
+            workspace.labels_changed,
             workspace.blocks.invalid_mask_changed,
             workspace.blocks.neighbours_changed,
             workspace.runs.error_changed,
@@ -158,7 +158,7 @@ class QualityCheckFeature(Feature):
     @property
     def review(self) -> Review:
         """The places of the current frame."""
-        return self._reviews.setdefault(self._workspace.session, Review())
+        return self._reviews.setdefault(self._workspace.current, Review())
 
     @property
     def remedy(self) -> Remedy | None:
@@ -167,7 +167,7 @@ class QualityCheckFeature(Feature):
 
     def go(self, by: int) -> None:
         """Show the next place, or the previous one with -1."""
-        if not self._workspace.has_session:
+        if not self._workspace.has_current:
             return
         self._views.take_focus()
         if not self._fresh:
@@ -180,25 +180,25 @@ class QualityCheckFeature(Feature):
 
     def apply(self) -> bool:
         """Apply the remedy and show the next place; return False if none is shown."""
-        request, remedy, blocks = self._remedy_requested, self._remedy, self._workspace.blocks
+        request, remedy = self._remedy_requested, self._remedy
         if request is None or remedy is None:
             return False
         self._pending_step = 1
         if remedy.kind == "checked":
-            blocks.mark_checked(request.place.labels)
+            self._workspace.current.mark_checked(request.place.labels)
         elif remedy.patch is not None:
             if self.context.editor.commit(remedy.patch, self._named(remedy.text)) is None:
                 self._pending_step = 0
                 self.go(1)  # only a rest would have been cut off
         elif remedy.by_hand is not None:
-            self._workspace.by_hand.set_depth(remedy.by_hand, np.isfinite(remedy.by_hand), "Continue plane")
+            self._workspace.current.set_by_hand(remedy.by_hand, np.isfinite(remedy.by_hand), "Continue plane")
             self._pending_step = 0
             self.go(1)  # blocks and known depth are the same
         elif remedy.invalid is not None:
             former = request.search.frame.invalid_mask
             mask = remedy.invalid if former is None else former | remedy.invalid
             try:
-                blocks.set_invalid_mask(mask, "Mark depth as invalid")
+                self._workspace.current.set_invalid_mask(mask, "Mark depth as invalid")
             except IlfError as error:
                 self._pending_step = 0
                 self.context.notes.report("Quality check", error)
@@ -206,7 +206,7 @@ class QualityCheckFeature(Feature):
 
     def leave(self) -> None:
         """Ignore the current place and show the next; a propagated block is marked as checked."""
-        if not (self._workspace.has_session and self._fresh):
+        if not (self._workspace.has_current and self._fresh):
             return
         place = self.review.present
         if place is None:
@@ -214,9 +214,9 @@ class QualityCheckFeature(Feature):
             return
         self._pending_step = 1
         if place.kind == "propagated":
-            self._workspace.blocks.mark_checked(place.labels)
+            self._workspace.current.mark_checked(place.labels)
         else:
-            self._workspace.blocks.ignore_place(place)
+            self._workspace.current.ignore_place(place)
 
     def close(self) -> None:
         """Close the review."""
@@ -242,10 +242,10 @@ class QualityCheckFeature(Feature):
         """Search again if other blocks need a check; look for the remedy again if other blocks are locked."""
         if self._requested is None:
             return
-        session = self._workspace.session
-        if session.state.to_check != self._requested.to_check.keys():
+        document = self._workspace.current
+        if document.state.to_check != self._requested.to_check.keys():
             self._ask()
-        elif self._remedy_requested is not None and self._remedy_requested.locked != session.locked:
+        elif self._remedy_requested is not None and self._remedy_requested.locked != document.locked:
             self._ask_remedy(self._remedy_requested.place, self._requested)
 
     def _note_ignored(self) -> None:
@@ -254,19 +254,19 @@ class QualityCheckFeature(Feature):
             self._take_places(self._requested)
 
     def _ask(self) -> None:
-        session = self._workspace.session
-        to_check = {label: session.blocks.reasons.get(label, "") for label in session.state.to_check}
-        extraction = session.blocks.extraction or BlockParameters()
+        document = self._workspace.current
+        to_check = {label: document.blocks.reasons.get(label, "") for label in document.state.to_check}
+        extraction = document.blocks.extraction or BlockParameters()
         self._fresh = False
         self._drop_remedy()
-        labels = session.labels.copy()
-        self._requested = _Request(session, session.frame, labels, extraction, self._error(labels), to_check)
+        labels = document.labels.copy()
+        self._requested = _Request(document, document.frame, labels, extraction, self._error(labels), to_check)
         self._questions.ask(self._requested)
 
     def _error(self, labels: NDArray[np.int32]) -> NDArray[np.float32] | None:
         """Return the expected error; until depth has been completed again, the former one where blocks are the same."""
-        session, former = self._workspace.session, self._requested
-        error = session.expected_error()
+        document, former = self._workspace.current, self._requested
+        error = document.expected_error()
         if error is None and former is not None and former.error is not None:
             return np.where(labels == former.labels, former.error, np.float32(np.nan))
         return error
@@ -278,9 +278,11 @@ class QualityCheckFeature(Feature):
 
     def _take_places(self, search: _Request) -> None:
         former = self.review.present
-        gone = self.review.take(without_ignored(self._found, search.session.state.ignored, search.frame, search.labels))
+        gone = self.review.take(
+            without_ignored(self._found, search.document.state.ignored, search.frame, search.labels)
+        )
         # the expected error is unknown until the depth has been completed again
-        fixed = gone and former is not None and (former.kind != "error" or search.session.expected_error() is not None)
+        fixed = gone and former is not None and (former.kind != "error" or search.document.expected_error() is not None)
         pending_step, self._pending_step = self._pending_step, 0
         if pending_step:
             self._show(self.review.step(pending_step))
@@ -306,9 +308,9 @@ class QualityCheckFeature(Feature):
 
     def _ask_remedy(self, place: Place, search: _Request) -> None:
         """Look for the remedy of a place."""
-        session = search.session
+        document = search.document
         self._drop_remedy()
-        self._remedy_requested = _RemedyRequest(search, place, session.locked, session.next_label())
+        self._remedy_requested = _RemedyRequest(search, place, document.locked, document.next_label())
         self.strip.show_remedy("Looking for a remedy…")
         self._remedies.ask(self._remedy_requested)
 
@@ -327,10 +329,10 @@ class QualityCheckFeature(Feature):
 
     def _show(self, place: Place | None) -> None:
         if place is not None:
-            session = self._workspace.session
-            there = [label for label in place.labels if label in session.counts()]
-            self._workspace.blocks.select(there[:1])
-            self._views.zoom_to(*_region_around(place, session.frame.shape))
+            document = self._workspace.current
+            there = [label for label in place.labels if label in document.counts()]
+            self._workspace.select(there[:1])
+            self._views.zoom_to(*_region_around(place, document.frame.shape))
         self._say(False)
         self.context.centre.show_images()
 
@@ -359,7 +361,7 @@ class QualityCheckFeature(Feature):
 
     def _named(self, text: str) -> str:
         """Return a text with the names of blocks instead of their numbers."""
-        infos = self._workspace.session.blocks.infos
+        infos = self._workspace.current.blocks.infos
 
         def name(found: re.Match[str]) -> str:
             info = infos.get(int(found[1]))

@@ -87,17 +87,17 @@ class InvalidDepthFeature(Feature):
 
     def suggest(self) -> None:
         """Search for candidates in the current frame."""
-        if self._workspace.has_session:
-            session = self._workspace.session
-            self._questions.ask(_Request(session.frame, session.blocks.extraction or BlockParameters()))
+        if self._workspace.has_current:
+            document = self._workspace.current
+            self._questions.ask(_Request(document.frame, document.blocks.extraction or BlockParameters()))
 
     def take(self) -> None:
         """Mark the candidates as invalid."""
         if self._found is None:
             return
-        found, before = self._found, self._workspace.session.frame.invalid_mask
+        found, before = self._found, self._workspace.current.frame.invalid_mask
         try:
-            self._workspace.blocks.set_invalid_mask(
+            self._workspace.current.set_invalid_mask(
                 found if before is None else before | found, "Mark suggested depth as invalid"
             )
         except IlfError as error:
@@ -112,7 +112,7 @@ class InvalidDepthFeature(Feature):
         self.strip.hide()
 
     def _take_answer(self, question: _Request, found: Mask) -> None:
-        if not self._workspace.has_session or question.frame is not self._workspace.session.frame:
+        if not self._workspace.has_current or question.frame is not self._workspace.current.frame:
             return
         pixels = int(np.count_nonzero(found))
         if not pixels:

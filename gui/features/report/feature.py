@@ -18,8 +18,8 @@ from ilf.report.subject import Subject, Unreadable
 from ilf.run.options import as_file_name
 
 from ...project.store import WorkStore
+from ...state.document import Document
 from ...state.entries import Entry
-from ...state.session import Session
 from ...widgets.file_choice import ask_path
 from ...widgets.notices import error_text
 from ...work.jobs import Worker, spare_cores
@@ -30,17 +30,17 @@ from .pdf import pdf_steps
 # Conversion of frames of the window to subjects of a report.
 
 
-def subject_of(session: Session) -> Subject:
+def subject_of(document: Document) -> Subject:
     """Snapshot of an open frame; later changes do not affect it."""
-    run = session.run(session.state.common, extrapolate=session.extrapolated)
-    infos = {label: session.info(label) for label in session.counts()}
+    run = document.run(document.state.common, extrapolate=document.extrapolated)
+    infos = {label: document.info(label) for label in document.counts()}
     return Subject(
         run,
-        session.completion() or compose(run, {}),
+        document.completion() or compose(run, {}),
         {label: info.name for label, info in infos.items()},
         {label: info.colour for label, info in infos.items()},
-        session.state.note,
-        tuple(session.state.runs),
+        document.state.note,
+        tuple(document.state.runs),
     )
 
 
@@ -51,7 +51,7 @@ def subjects_of(
 
     Call in the GUI thread, iterate in any thread. `for_all`: the parameters shared by all frames, if any.
     """
-    open_ones = {entry.id: subject_of(entry.session) for entry in entries if entry.session is not None}
+    open_ones = {entry.id: subject_of(entry.document) for entry in entries if entry.document is not None}
     noted = [(entry, entry.note) for entry in entries]
     return (open_ones.get(entry.id) or _stored(entry, note, store, for_all) for entry, note in noted)
 
@@ -120,9 +120,9 @@ class ReportFeature(Feature):
     def write(self, path: Path, every: bool = False) -> None:
         """Write a report of the current frame, or of all worked-on frames, with the settings of the dialog."""
         workspace = self.context.workspace
-        if self.worker.busy or not workspace.has_session:
+        if self.worker.busy or not workspace.has_current:
             return
-        present = workspace.frames.entries.of(workspace.session.id)
+        present = workspace.entries.of(workspace.current.id)
         entries = self._worked_on() if every else [present] if present is not None else []
         subjects = subjects_of(
             entries,
@@ -135,18 +135,18 @@ class ReportFeature(Feature):
 
     def _choose_file(self) -> None:
         workspace = self.context.workspace
-        if not workspace.has_session:
+        if not workspace.has_current:
             self.dialog.end("Open a frame first.", "warning")
             return
         every, format = self.dialog.scope.currentData() == ALL_FRAMES, self.dialog.format.currentData()
-        name = "report" if every else f"{as_file_name(workspace.session.name)}-report"
+        name = "report" if every else f"{as_file_name(workspace.current.name)}-report"
         path = ask_path(self.dialog, "Write report", f"{name}.{format}", _KINDS[format])
         if path:
             self.write(Path(path), every)
 
     def _describe(self) -> None:
         workspace = self.context.workspace
-        name = workspace.session.name if workspace.has_session else ""
+        name = workspace.current.name if workspace.has_current else ""
         self.dialog.set_frames(name, len(self._worked_on()))
 
     def _worked_on(self) -> list[Entry]:
@@ -154,8 +154,8 @@ class ReportFeature(Feature):
         store = self.context.recorder.store
         return [
             entry
-            for entry in self.context.workspace.frames.entries
-            if entry.summary.has_work and (entry.session is not None or store.has(entry.id))
+            for entry in self.context.workspace.entries
+            if entry.summary.has_work and (entry.document is not None or store.has(entry.id))
         ]
 
     def _show_steps(self, steps: list[Progress]) -> None:

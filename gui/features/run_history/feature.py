@@ -22,8 +22,8 @@ from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 from ...base.commands import Command
+from ...state.document import Document
 from ...state.run_history import MAX_COMPARED, title_of
-from ...state.session import Session
 from ...state.workspace import Workspace
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
@@ -47,7 +47,7 @@ GroundTruth = NDArray[np.float32] | None
 class _Request:
     """Request: a stored run with its current results, and the ground truth to compare them with."""
 
-    session: Session
+    document: Document
     kept: StoredRun
     run: Run
     results: Mapping[int, BlockResult]
@@ -88,23 +88,23 @@ class RunErrorCalculator(QObject):
 
     def go_on(self) -> None:
         """Measure the next run without errors, if there is one."""
-        if not self._workspace.has_session or self._questions.busy:
+        if not self._workspace.has_current or self._questions.busy:
             return
-        session = self._workspace.session
+        document = self._workspace.current
         if self._runs.state not in (RunState.IDLE, RunState.PAUSED):
             return
         lacking = (
-            kept for kept in reversed(session.state.runs) if None in (kept.ground_truth_error, kept.expected_error)
+            kept for kept in reversed(document.state.runs) if None in (kept.ground_truth_error, kept.expected_error)
         )
         kept = next(lacking, None)
         if kept is not None:
-            self._questions.ask(_Request(session, kept, kept.run, kept.results, session.frame.ground_truth))
+            self._questions.ask(_Request(document, kept, kept.run, kept.results, document.frame.ground_truth))
 
     def _take(self, question: _Request, measures: RunErrors) -> None:
-        kept, session = question.kept, question.session
-        if kept.results is question.results and session.frame.ground_truth is question.ground_truth:
+        kept, document = question.kept, question.document
+        if kept.results is question.results and document.frame.ground_truth is question.ground_truth:
             kept.ground_truth_error, kept.expected_error = measures.ground_truth_error, measures.expected_error
-            self._workspace.runs.note_measured(session)
+            document.note_run_measured()
         self.go_on()
 
     def _fail(self, question: _Request, error: Exception) -> None:
@@ -309,7 +309,7 @@ class RunHistoryFeature(Feature):
         """Show a row per run if the table is visible."""
         if self.table.isVisible():
             workspace = self.context.workspace
-            self.table.set_rows(run_rows(workspace.session) if workspace.has_session else [])
+            self.table.set_rows(run_rows(workspace.current) if workspace.has_current else [])
 
     def shutdown(self) -> bool:
         """Stop permanently. True if no thread is left."""
@@ -320,12 +320,12 @@ class RunHistoryFeature(Feature):
     def compare(self) -> None:
         """Compare exactly the selected runs with the current result; stop if they are compared already."""
         chosen = self._selected()[:MAX_COMPARED]
-        compared = self.context.workspace.session.compared
+        compared = self.context.workspace.current.compared
         same = len(chosen) == len(compared) and all(kept in compared for kept in chosen)
-        self.context.workspace.runs.compare([] if same else chosen)
+        self.context.workspace.current.compare_runs([] if same else chosen)
         if not same:
             first = chosen[0]
-            title = title_of(first.name, self.context.workspace.session, first.run)
+            title = title_of(first.name, self.context.workspace.current, first.run)
             what = f"{title} is" if len(chosen) == 1 else f"{len(chosen)} runs are"
             text = f"{what} compared with the current result: hold V to show it."
             self.context.notes.offer(text, self.context.actions["compare_two"])
@@ -336,7 +336,7 @@ class RunHistoryFeature(Feature):
         if kept is None:
             return
         if self.context.workspace.parameters.restore(kept):
-            left = len(self.context.workspace.session.changed_blocks())
+            left = len(self.context.workspace.current.changed_blocks())
             more = f" {counted(left, 'block')} must be run with them (F5)." if left else ""
             self.context.notes.show_message(f"Parameters of {kept.name} restored.{more}")
         else:
@@ -347,7 +347,7 @@ class RunHistoryFeature(Feature):
         kept = self._chosen()
         if kept is None:
             return
-        taken = len(self.context.workspace.runs.accept(kept))
+        taken = len(self.context.workspace.accept_run(kept))
         count = len(kept.results)
         if not taken:
             text = f"{kept.name} cannot be accepted: the pixels or known depth of all its blocks have changed since."
@@ -359,24 +359,24 @@ class RunHistoryFeature(Feature):
 
     def delete(self) -> None:
         """Delete the selected runs."""
-        if self.context.workspace.has_session:
-            self.context.workspace.runs.delete(self.context.workspace.session, self._selected())
+        if self.context.workspace.has_current:
+            self.context.workspace.current.delete_runs(self._selected())
 
     def clear(self) -> None:
         """Delete all runs of the frame."""
-        session = self.context.workspace.session
-        self.context.workspace.runs.delete(session, list(session.state.runs))
+        document = self.context.workspace.current
+        document.delete_runs(list(document.state.runs))
 
     def ask_export(self) -> None:
         """Write the list to a file that the user chooses."""
-        name = f"{self.context.workspace.session.name}-runs.csv"
+        name = f"{self.context.workspace.current.name}-runs.csv"
         path = ask_path(self.context.window, "Export runs", name, "Table (*.csv)")
         if path:
             self.export(path)
 
     def export(self, path: str) -> bool:
         """Write the list as CSV; return False, with a message, if the file cannot be written."""
-        rows = run_rows(self.context.workspace.session)
+        rows = run_rows(self.context.workspace.current)
         return save(self.context.notes, path, lambda: write_runs(path, rows))
 
     # signals of the table
@@ -384,7 +384,7 @@ class RunHistoryFeature(Feature):
     def _selected(self) -> list[StoredRun]:
         """Return the selected runs of the current frame; a hidden table may contain those of another frame."""
         workspace = self.context.workspace
-        there = workspace.session.state.runs if workspace.has_session else []
+        there = workspace.current.state.runs if workspace.has_current else []
         return [kept for kept in self.table.selected() if kept in there]
 
     def _chosen(self) -> StoredRun | None:
@@ -392,15 +392,15 @@ class RunHistoryFeature(Feature):
         return chosen[0] if len(chosen) == 1 else None
 
     def _edit(self, kept: StoredRun, what: str, text: str) -> None:
-        self.context.workspace.runs.change(self.context.workspace.session, kept, **{what: text})
+        self.context.workspace.current.change_run(kept, **{what: text})
 
     def _tick(self, kept: StoredRun, on: bool) -> None:
-        others = [one for one in self.context.workspace.session.compared if one is not kept]
-        self.context.workspace.runs.compare([*others, kept] if on else others)
+        others = [one for one in self.context.workspace.current.compared if one is not kept]
+        self.context.workspace.current.compare_runs([*others, kept] if on else others)
 
     def _why_none(self) -> str:
         workspace = self.context.workspace
-        there = workspace.has_session and workspace.session.state.runs
+        there = workspace.has_current and workspace.current.state.runs
         return "" if there else "There are no runs yet."
 
     def _why_none_selected(self) -> str:

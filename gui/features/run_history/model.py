@@ -22,8 +22,8 @@ from ilf.data.parameters import PRESETS, Parameters, nearest_preset
 from ilf.project.run_history import StoredRun
 
 from ...base import theme
+from ...state.document import Document
 from ...state.run_history import MAX_COMPARED, parameters_text, title_of
-from ...state.session import Session
 from ...widgets.basics import literal_text
 from ...widgets.tables import Index, RowModel
 
@@ -75,19 +75,19 @@ class RunRow:
     best: tuple[bool, ...]
 
 
-def run_rows(session: Session) -> list[RunRow]:
+def run_rows(document: Document) -> list[RunRow]:
     """Return one row per stored run, the latest first."""
-    present = session.valid_results()
-    best = [best_of(session.state.runs, error) for error in ERRORS]
+    present = document.valid_results()
+    best = [best_of(document.state.runs, error) for error in ERRORS]
     return [
         RunRow(
             kept=kept,
             name=kept.name,
-            title=title_of(kept.name, session, kept.run),
+            title=title_of(kept.name, document, kept.run),
             note=kept.note,
-            values=" · ".join(text for text in (parameters_text(session, kept.run), missing_parts(kept)) if text),
+            values=" · ".join(text for text in (parameters_text(document, kept.run), missing_parts(kept)) if text),
             colour=kept.colour,
-            compared=kept in session.compared,
+            compared=kept in document.compared,
             present=kept.is_of(present),
             when=kept.when,
             seconds=kept.seconds,
@@ -95,7 +95,7 @@ def run_rows(session: Session) -> list[RunRow]:
             errors=tuple(getattr(kept, error) for error in ERRORS),
             best=tuple(kept in those for those in best),
         )
-        for kept in reversed(session.state.runs)
+        for kept in reversed(document.state.runs)
     ]
 
 

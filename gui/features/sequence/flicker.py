@@ -31,7 +31,7 @@ class FlickerFeature(Feature):
         self._questions.failed.connect(lambda _, error: context.views.show_data(before=Before(text=str(error))))
         workspace = context.workspace
         turned, results = workspace.frames.session_changed, workspace.runs.results_changed
-        listed = workspace.frames.entries.added, workspace.frames.entries.removed
+        listed = workspace.entries.added, workspace.entries.removed
         turned.connect(self._questions.forget)
         context.refresh.add(
             "flicker",
@@ -48,9 +48,9 @@ class FlickerFeature(Feature):
     def show(self) -> None:
         """Find the change against the frame before, if a view shows it."""
         workspace, views = self.context.workspace, self.context.views
-        if not workspace.has_session or not views.shows("before"):
+        if not workspace.has_current or not views.shows("before"):
             return
-        entry, (shown, _) = workspace.frames.entries.of(workspace.session.id), self._frames.shown()
+        entry, (shown, _) = workspace.entries.of(workspace.current.id), self._frames.shown()
         row = shown.index(entry) if entry in shown else 0
         now = None if entry is None else Moment.of_open(entry)
         if now is None or row == 0:

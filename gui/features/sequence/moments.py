@@ -46,11 +46,11 @@ class Moment:
     @classmethod
     def of_open(cls, entry: Entry) -> Self | None:
         """The present state of a frame of the list; None if it is not open. Called in the GUI's thread."""
-        session = entry.session
-        if session is None:
+        document = entry.document
+        if document is None:
             return None
-        depth = session.current_depth()
-        return cls(entry.name, place_of(entry), session.frame, None if depth is None else depth.copy())
+        depth = document.current_depth()
+        return cls(entry.name, place_of(entry), document.frame, None if depth is None else depth.copy())
 
     @classmethod
     def read(cls, entry: Entry, store: WorkStore) -> Self:

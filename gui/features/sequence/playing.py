@@ -21,8 +21,8 @@ from ilf.sources.listing import Listing
 from ilf.stream.stream import Stream
 
 from ...base.commands import Actions, Command
+from ...state.document import Document
 from ...state.entries import Entry
-from ...state.session import Session
 from ...views.material import Before
 from ...work.jobs import Worker
 from ..batch.result import BatchResult
@@ -180,7 +180,7 @@ class PlayFeature(Feature):
         self._times: dict[str, float] = {}
         """Key of a frame -> its time [s], where it is known."""
         self._entries: list[Entry] = []
-        self._left: Session | None = None
+        self._left: Document | None = None
         """The frame that was open before."""
         self._opening = False
         """Whether the frame shown is being opened."""
@@ -191,11 +191,11 @@ class PlayFeature(Feature):
         workspace = context.workspace
         workspace.frames.session_changed.connect(self._follow)
         context.views.pressed.connect(lambda: self._on.setChecked(False))
-        changed = workspace.frames.session_changed, workspace.frames.entries.removed, context.loader.busy_changed
+        changed = workspace.frames.session_changed, workspace.entries.removed, context.loader.busy_changed
         context.refresh.add("played", self._settle, changed)
         self.bar = _PlayBar(context.actions)
         context.centre.add_before(self._frames.place.bar, self.bar)
-        entries = workspace.frames.entries
+        entries = workspace.entries
         context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), (entries.added, entries.removed))
 
     def _commands(self) -> Sequence[Command]:
@@ -262,11 +262,11 @@ class PlayFeature(Feature):
         self._entries = list(self._entries)
         if row == len(self._entries) - 1:
             row = 0
-        self.shown, self._left = None, workspace.session if workspace.has_session else None
+        self.shown, self._left = None, workspace.current if workspace.has_current else None
         self._set_speed(self._speed)
         self.context.centre.show_images()
         self._presenter.keep_pictures(True)
-        workspace.frames.show(None)
+        workspace.show(None)
         self.context.actions.refresh()
         entries, store, parameters = self._entries, self.context.recorder.store, workspace.parameters.current
         results = self._results_of_batch()
@@ -294,7 +294,7 @@ class PlayFeature(Feature):
         """Open the frame shown."""
         self.worker.cancel()
         self._status.show_playing("")
-        if self.context.workspace.has_session:
+        if self.context.workspace.has_current:
             return
         self._opening = True
         if self.shown is not None and self._is_listed(entry := self._entries[self.shown.row]):
@@ -303,13 +303,13 @@ class PlayFeature(Feature):
         self.context.actions.refresh()
 
     def _is_listed(self, entry: Entry) -> bool:
-        return self.context.workspace.frames.entries.of(entry.id) is entry
+        return self.context.workspace.entries.of(entry.id) is entry
 
     def _follow(self) -> None:
         """End playing once a frame is open: the one that was shown, or another one that was chosen."""
         workspace = self.context.workspace
-        if workspace.has_session:
-            same = self.shown is not None and self._entries[self.shown.row].id == workspace.session.id
+        if workspace.has_current:
+            same = self.shown is not None and self._entries[self.shown.row].id == workspace.current.id
             self._place = self.context.views.place if same else None
             self.shown, self._left, self._opening = None, None, False
             self._on.setChecked(False)
@@ -321,14 +321,14 @@ class PlayFeature(Feature):
         workspace, place = self.context.workspace, self._place
         if self.playing and not all(map(self._is_listed, self._entries)):
             self._on.setChecked(False)
-        elif place is not None and workspace.has_session:
+        elif place is not None and workspace.has_current:
             self._place = None
             self.context.views.set_place(*place)
-        elif self._opening and not workspace.has_session and not self.context.loader.busy:
+        elif self._opening and not workspace.has_current and not self.context.loader.busy:
             self.shown, self._opening = None, False
             self._frames.show_played(None)
-            if self._left in workspace.frames.sessions:
-                workspace.frames.show(self._left)
+            if self._left in workspace.open:
+                workspace.show(self._left)
             else:
                 self._presenter.keep_pictures(False)
 

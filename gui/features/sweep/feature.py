@@ -59,7 +59,7 @@ class SweepFeature(Feature):
 
     def open(self, name: str = "") -> None:
         """Open the window, with a parameter if one is given."""
-        if not self.context.workspace.has_session:
+        if not self.context.workspace.has_current:
             return
         self.window_.show()
         self.window_.raise_()
@@ -74,23 +74,23 @@ class SweepFeature(Feature):
     def show(self) -> None:
         """Update the window for the current frame, if it is visible."""
         workspace = self.context.workspace
-        if not self._is_visible or not workspace.has_session:
+        if not self._is_visible or not workspace.has_current:
             return
-        session, chosen = workspace.session, workspace.blocks.chosen
-        name = session.info(chosen).name if chosen else ""
+        document, chosen = workspace.current, workspace.chosen
+        name = document.info(chosen).name if chosen else ""
         for_selected = bool(chosen) and self.window_.criterion.for_selected
-        parameters = session.parameters_of(chosen) if for_selected else workspace.parameters.current
-        self.window_.set_frame(parameters, session.frame.ground_truth is not None, name)
+        parameters = document.parameters_of(chosen) if for_selected else workspace.parameters.current
+        self.window_.set_frame(parameters, document.frame.ground_truth is not None, name)
         self.window_.set_colour_map(self.context.views.ranges.depth_map)
 
     def start(self) -> None:
         """Start a sweep with the settings of the window."""
         workspace = self.context.workspace
-        if self.worker.busy or not workspace.has_session:
+        if self.worker.busy or not workspace.has_current:
             return
-        session = workspace.session
-        label = workspace.blocks.chosen if self.window_.criterion.for_selected else 0
-        run = session.run(workspace.parameters.current)
+        document = workspace.current
+        label = workspace.chosen if self.window_.criterion.for_selected else 0
+        run = document.run(workspace.parameters.current)
         try:
             sweep = Sweep(
                 run, self.window_.variation(), criterion=self.window_.criterion.test(), only=[label] if label else None
@@ -98,23 +98,23 @@ class SweepFeature(Feature):
         except IlfError as error:
             self.window_.state.show_message(str(error), "error")
             return
-        self.found = SweepState(session, sweep, label)
+        self.found = SweepState(document, sweep, label)
         self.window_.begin(self.found)
         self.worker.start(lambda: sweep_steps(sweep, threads=spare_cores()))
 
     def take(self, number: int) -> None:
         """Apply the values of a point to all blocks, or to the only block swept."""
         found, workspace = self.found, self.context.workspace
-        if found is None or found.session not in workspace.frames.sessions:
+        if found is None or found.document not in workspace.open:
             return
-        workspace.frames.show(found.session)
-        if found.label and found.label not in found.session.counts():
+        workspace.show(found.document)
+        if found.label and found.label not in found.document.counts():
             self.window_.state.show_message("The swept block no longer exists.", "warning")
             return
         self._filter.set_values(found.values(number), found.label)
-        where = found.session.info(found.label).name if found.label else "all blocks"
+        where = found.document.info(found.label).name if found.label else "all blocks"
         text = f"{found.text_of(number)} applied to {where}."
-        if found.session.changed_blocks() and self.context.runs.state is RunState.IDLE:
+        if found.document.changed_blocks() and self.context.runs.state is RunState.IDLE:
             self.context.notes.offer(text, self.context.actions["run"])
         else:
             self.context.notes.show_message(text)
@@ -123,7 +123,7 @@ class SweepFeature(Feature):
         """The sweep in progress, if any."""
         if self.found is None or not self.worker.busy:
             return []
-        return [PendingWork(f"a sweep of {self.found.session.name}", self.found.session)]
+        return [PendingWork(f"a sweep of {self.found.document.name}", self.found.document)]
 
     def _take_steps(self, batch: list[Progress | SweepPoint]) -> None:
         found = self.found
@@ -152,7 +152,7 @@ class SweepFeature(Feature):
 
     def _cancel_closed(self) -> None:
         """Cancel the sweep if its frame was closed."""
-        if self.found is not None and self.found.session not in self.context.workspace.frames.sessions:
+        if self.found is not None and self.found.document not in self.context.workspace.open:
             self.worker.cancel()
             self.found = None
             self.window_.forget()
@@ -163,7 +163,7 @@ class SweepFeature(Feature):
         menu = QMenu(self.context.window)
         action = menu.addAction(f"Sweep {declaration.label}…")
         action.setToolTip("Test many values and find the best")
-        action.setEnabled(can_be_swept(declaration) and self.context.workspace.has_session)
+        action.setEnabled(can_be_swept(declaration) and self.context.workspace.has_current)
         action.triggered.connect(lambda _=False: self.open(name))
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(place)

@@ -18,7 +18,7 @@ from ilf.drawing.colours import robust_depth_levels, robust_difference_level
 from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult
 from ilf.evaluation.ties import Ties
 
-from ...state.session import Session
+from ...state.document import Document
 from ...views.colours import depth_table, difference_table
 from .multiples import Scale, small
 
@@ -43,8 +43,8 @@ class SweepState:
         The only block swept; 0 for all.
     """
 
-    def __init__(self, session: Session, sweep: Sweep, label: int) -> None:
-        self.session, self.sweep, self.label = session, sweep, label
+    def __init__(self, document: Document, sweep: Sweep, label: int) -> None:
+        self.document, self.sweep, self.label = document, sweep, label
         self.errors: dict[int, float] = {}
         """Point by number -> root mean square error [m]; NaN where nothing could be evaluated."""
         self.coverage: dict[int, float] = {}
@@ -55,10 +55,10 @@ class SweepState:
         self._ties: Ties | None = None
         self._depths: dict[int, Picture] = {}
         self._differences: dict[int, Picture] = {}
-        frame = session.frame
-        self._box = _block_box(session, label)
+        frame = document.frame
+        self._box = _block_box(document, label)
         self._levels = robust_depth_levels(frame.depth[self._box])
-        completion = session.completion()
+        completion = document.completion()
         reference = (
             frame.ground_truth if frame.ground_truth is not None else None if completion is None else completion.depth
         )
@@ -118,8 +118,8 @@ class SweepState:
     @property
     def present_values(self) -> dict[str, Value]:
         """Name -> current value."""
-        common = self.session.state.common
-        now = self.session.parameters_of(self.label) if self.label else common
+        common = self.document.state.common
+        now = self.document.parameters_of(self.label) if self.label else common
         return {name: getattr(now, name) for name in self.sweep.values}
 
     @property
@@ -159,10 +159,10 @@ _depth_table = lru_cache(maxsize=None)(depth_table)
 _difference_table = lru_cache(maxsize=None)(difference_table)
 
 
-def _block_box(session: Session, label: int) -> Box:
+def _block_box(document: Document, label: int) -> Box:
     """Box of the block with a margin; the whole frame without a block."""
-    height, width = session.labels.shape
-    rows, columns = np.nonzero(session.labels == label) if label else (np.array([]), np.array([]))
+    height, width = document.labels.shape
+    rows, columns = np.nonzero(document.labels == label) if label else (np.array([]), np.array([]))
     if rows.size == 0:
         return slice(0, height), slice(0, width)
     sides = []

@@ -204,7 +204,7 @@ class SweepWindow(Themed, QDialog):
         else:
             self.curve.set_scale(labels[0], values[0], boxes[0].logarithmic)
         self.multiples.set_captions(captions(names, points), found.shape, len(values[1]) if two else 0)
-        name = "Error" if found.session.frame.ground_truth is not None else "Difference to the result"
+        name = "Error" if found.document.frame.ground_truth is not None else "Difference to the result"
         self.pictures.setItemText(_DIFFERENCE, name)
         self.pictures.setEnabled(found.has_differences)
         if not found.has_differences:
@@ -275,7 +275,7 @@ class SweepWindow(Themed, QDialog):
         best = None if found is None else found.best
         if found is None or best is None:
             return "Nothing could be evaluated." if found is not None and found.errors else ""
-        where = found.session.info(found.label).name if found.label else "all blocks"
+        where = found.document.info(found.label).name if found.label else "all blocks"
         over = "over the pixels that all values filled" if found.is_over_all else "so far"
         if found.ties is not None:
             text = f"{found.text_of_several(found.ties.equal)} are equal within {millimetres(found.ties.within)} mm"
@@ -284,8 +284,8 @@ class SweepWindow(Themed, QDialog):
             text = f"best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
         if found.present in found.errors and found.present not in found.marked:
             text += f" (current: {_millimetres(found.errors[found.present])})"
-        left_out = "" if found.sweep.criterion is None else untrusted_note(found.session.frame)
-        return f"{found.session.name}, {where}: {text}, {over}. {left_out}".rstrip()
+        left_out = "" if found.sweep.criterion is None else untrusted_note(found.document.frame)
+        return f"{found.document.name}, {where}: {text}, {over}. {left_out}".rstrip()
 
     def _apply_best(self) -> None:
         if self._found is not None and self._found.best is not None:

@@ -61,18 +61,18 @@ class RandomUser:
 
     def report(self) -> None:
         """Report the state of all frames; not during a stroke."""
-        if not self.workspace.blocks.stroke_in_progress:
-            begun = filter(has_content, self.workspace.frames.sessions)
-            states = {session.id: digest_of_session(session) for session in begun}
+        if not self.workspace.current.stroke_in_progress:
+            begun = filter(has_content, self.workspace.open)
+            states = {document.id: digest_of_session(document) for document in begun}
             report_action(state=states, unsaved=self.window.project.present.unsaved)
 
     def act(self) -> None:
         """Perform a random action."""
         if self.strokes_left:
             self._go_on_with_stroke()
-        elif self.unopened and (not self.workspace.frames.sessions or self.chance.random() < 0.05):
+        elif self.unopened and (not self.workspace.open or self.chance.random() < 0.05):
             self.window.loader.open(FrameRef(self.unopened.pop()))
-        elif not self.workspace.has_session or not self.workspace.session.counts():
+        elif not self.workspace.has_current or not self.workspace.current.counts():
             return
         elif self.end is not None and not self.left:
             self.report()
@@ -111,40 +111,40 @@ class RandomUser:
         return [*brush, *values, *values, *others]
 
     def _block(self) -> int:
-        return self.chance.choice(list(self.workspace.session.counts()))
+        return self.chance.choice(list(self.workspace.current.counts()))
 
     def _point(self) -> np.ndarray:
-        height, width = self.workspace.session.frame.shape
+        height, width = self.workspace.current.frame.shape
         return np.array([self.chance.uniform(0, width), self.chance.uniform(0, height)])
 
     def _go_on_with_stroke(self) -> None:
-        session = self.workspace.session
+        document = self.workspace.current
         if not self.strokes_left:
             self.strokes_left, self.label, self.at = self.chance.randint(2, 6), self._block(), self._point()
         after = self.at + np.array([self.chance.uniform(-9, 9), self.chance.uniform(-9, 9)])
-        stroke = brush_stroke(session.frame.shape, np.array([self.at, after]), 4.0)
+        stroke = brush_stroke(document.frame.shape, np.array([self.at, after]), 4.0)
         if stroke is not None:
-            self.workspace.blocks.stroke(paint(session.labels, stroke, self.label, session.locked))
+            self.workspace.current.stroke(paint(document.labels, stroke, self.label, document.locked))
         self.at = after
         self.strokes_left -= 1
         if not self.strokes_left:
-            self.workspace.blocks.end_stroke("Paint")
+            self.workspace.current.end_stroke("Paint")
 
     def _split(self) -> None:
-        session, block = self.workspace.session, self._block()
+        document, block = self.workspace.current, self._block()
         points = np.array([self._point(), self._point()])
-        self.workspace.blocks.edit(split(session.labels, block, points, session.locked), "Split")
+        self.workspace.current.edit(split(document.labels, block, points, document.locked), "Split")
 
     def _rename(self) -> None:
-        self.workspace.blocks.edit_info(self._block(), "Rename", name=f"wall {self.chance.random():.6f}")
+        self.workspace.current.edit_info(self._block(), "Rename", name=f"wall {self.chance.random():.6f}")
 
     def _lock(self) -> None:
         block = self._block()
-        self.workspace.blocks.edit_info(block, "Lock", locked=not self.workspace.session.info(block).locked)
+        self.workspace.current.edit_info(block, "Lock", locked=not self.workspace.current.info(block).locked)
 
     def _hide(self) -> None:
         block = self._block()
-        self.workspace.blocks.set_visible(block, not self.workspace.session.info(block).visible)
+        self.workspace.current.set_visible(block, not self.workspace.current.info(block).visible)
 
     def _own(self) -> None:
         self.workspace.parameters.set_own({"max_iterations": self.chance.randint(3, 12)}, [self._block()])
@@ -154,29 +154,29 @@ class RandomUser:
         self.workspace.parameters.set(common.replace(max_iterations=self.chance.randint(3, 12)))
 
     def _note(self) -> None:
-        entry = self.workspace.frames.entries.of(self.workspace.session.id)
+        entry = self.workspace.entries.of(self.workspace.current.id)
         if entry is not None:
-            self.workspace.frames.set_note(entry, f"look {self.chance.random():.6f}")
+            self.workspace.set_note(entry, f"look {self.chance.random():.6f}")
 
     def _turn(self) -> None:
-        self.workspace.frames.show(self.chance.choice(self.workspace.frames.sessions))
+        self.workspace.show(self.chance.choice(self.workspace.open))
 
     def _undo(self) -> None:
-        self.workspace.session.undo_stack.undo()
+        self.workspace.current.undo_stack.undo()
 
     def _redo(self) -> None:
-        self.workspace.session.undo_stack.redo()
+        self.workspace.current.undo_stack.redo()
 
     def _run(self) -> None:
         if self.window.runs.free:
             self.window.runs.start()
 
     def _mark_invalid(self) -> None:
-        session = self.workspace.session
-        mask = np.zeros(session.frame.shape, bool)
+        document = self.workspace.current
+        mask = np.zeros(document.frame.shape, bool)
         row = self.chance.randrange(mask.shape[0] - 4)
-        mask[row : row + 4, ::3] = np.isfinite(session.frame.measured[row : row + 4, ::3])
-        self.workspace.blocks.set_invalid_mask(mask if mask.any() else None, "MarkInvalid")
+        mask[row : row + 4, ::3] = np.isfinite(document.frame.measured[row : row + 4, ::3])
+        self.workspace.current.set_invalid_mask(mask if mask.any() else None, "MarkInvalid")
 
     def _save(self) -> None:
         if not self.window.project.saving.busy:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gui.state.session import Session
+from gui.state.document import Document
 from ilf.data.blocks import BlockInfo
 from ilf.data.results import BlockResult
 from ilf.drawing.blocks import block_colour
@@ -17,9 +17,9 @@ from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 
 
-def digest_of_session(session: Session) -> str:
+def digest_of_session(document: Document) -> str:
     """Digest of the current state of an open frame."""
-    return digest(session.snapshot())
+    return digest(document.snapshot())
 
 
 def digest(state: FrameState) -> str:

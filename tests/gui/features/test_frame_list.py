@@ -242,17 +242,17 @@ def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
     assert len(told) == 1
 
 
-def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, session) -> None:
+def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, document) -> None:
     entry = Entry.of(FrameRef("/nowhere/a"))
     assert entry.origin == FrameRef("/nowhere/a")
-    workspace.frames.add_entries([entry])
-    workspace.frames.set_note(entry, "dark")
+    workspace.add_entries([entry])
+    workspace.set_note(entry, "dark")
     assert (entry.note, entry.unsaved) == ("dark", True)
-    session.change(id=entry.id)
-    session.key = entry.key
-    workspace.frames.entries.attach(session)
-    assert (session.state.note, entry.origin) == ("dark", session.origin)
-    assert session.unsaved
+    document.change(id=entry.id)
+    document.key = entry.key
+    workspace.entries.attach(document)
+    assert (document.state.note, entry.origin) == ("dark", document.origin)
+    assert document.unsaved
 
 
 def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path: Path, qtbot, monkeypatch) -> None:

@@ -12,8 +12,8 @@ from pytestqt.qtbot import QtBot
 
 from gui.features.inspect.profile_panel import ProfilePanel
 from gui.features.inspect.profile_plot import ProfileData, profile_data
+from gui.state.document import Document
 from gui.state.results import ErrorEstimate, ViewedIteration
-from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.data.frame import RGBDFrame
@@ -28,17 +28,17 @@ LINE = ((4.5, 16.5), (60.5, 16.5))
 @pytest.fixture
 def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
     """With all that there can be."""
-    session: Session = workspace.session
-    workspace.blocks.set_ground_truth(np.where(session.frame.known, session.frame.depth, np.float32(1.7)))
-    workspace.runs.store_results(session, results)
-    completion = session.completion()
+    document: Document = workspace.current
+    workspace.current.set_ground_truth(np.where(document.frame.known, document.frame.depth, np.float32(1.7)))
+    document.store_results(results)
+    completion = document.completion()
     assert completion is not None
     error = expected_error(completion)
-    workspace.runs.store_error_estimate(session, completion, ErrorEstimate(error, np.zeros(error.shape, bool)))
-    kept = StoredRun(1, "first try", session.run(session.state.common), {1: results[0]}, 1.0, (200, 60, 160))
-    workspace.runs.keep(session, kept)
-    workspace.runs.compare([kept])
-    return profile_data(session, LINE)
+    document.store_error_estimate(completion, ErrorEstimate(error, np.zeros(error.shape, bool)))
+    kept = StoredRun(1, "first try", document.run(document.state.common), {1: results[0]}, 1.0, (200, 60, 160))
+    document.keep_run(kept)
+    workspace.current.compare_runs([kept])
+    return profile_data(document, LINE)
 
 
 @pytest.fixture
@@ -56,31 +56,31 @@ def legend(panel: ProfilePanel) -> str:
 
 
 def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Workspace) -> None:
-    session = workspace.session
+    document = workspace.current
     row, columns = 16, slice(4, 61)
-    depth, error = session.current_depth(), session.expected_error()
+    depth, error = document.current_depth(), document.expected_error()
     assert depth is not None
     assert error is not None
-    assert session.frame.ground_truth is not None
-    np.testing.assert_array_equal(data.raw, session.frame.depth[row, columns])
+    assert document.frame.ground_truth is not None
+    np.testing.assert_array_equal(data.raw, document.frame.depth[row, columns])
     np.testing.assert_array_equal(data.result, depth[row, columns])
     np.testing.assert_array_equal(data.error, error[row, columns])
-    np.testing.assert_array_equal(data.ground_truth, session.frame.ground_truth[row, columns])
+    np.testing.assert_array_equal(data.ground_truth, document.frame.ground_truth[row, columns])
     assert [(name, colour) for name, colour, _ in data.runs] == [("first try", (200, 60, 160))]
-    np.testing.assert_array_equal(data.runs[0][2], session.compared[0].completion.depth[row, columns])
+    np.testing.assert_array_equal(data.runs[0][2], document.compared[0].completion.depth[row, columns])
     assert data.borders.tolist() == [26]
     header = data.profile.to_csv().splitlines()[0]
     assert header == "x,y,distance_px,surface_m,depth_m,raw_m,expected_error_m,truth_m,first try"
 
 
-def test_depth_of_the_past_stands_for_the_result_and_has_no_expected_error(session: Session) -> None:
-    data = profile_data(session, LINE, ViewedIteration(session.frame.depth + 1, 7))
+def test_depth_of_the_past_stands_for_the_result_and_has_no_expected_error(document: Document) -> None:
+    data = profile_data(document, LINE, ViewedIteration(document.frame.depth + 1, 7))
     assert (data.name, data.error) == ("result as of iteration 7", None)
     np.testing.assert_array_equal(data.result, data.raw + 1)
 
 
-def test_a_frame_without_results_shows_what_came_in(session: Session) -> None:
-    data = profile_data(session, LINE)
+def test_a_frame_without_results_shows_what_came_in(document: Document) -> None:
+    data = profile_data(document, LINE)
     assert data.result is data.error is data.ground_truth is None
     assert data.runs == []
     np.testing.assert_array_equal(data.profile.depth, data.raw)
@@ -117,7 +117,7 @@ def test_the_axis_is_in_pixels_or_metres_along_the_surface(
     panel.axis.setCurrentIndex(1)
     assert data.profile.metres is not None
     assert panel.plot._result.getData()[0][-1] == data.profile.metres[-1]
-    blind = Session.of(Run(RGBDFrame(small_frame.rgb, small_frame.depth), small_labels), "blind", "blind")
+    blind = Document.of(Run(RGBDFrame(small_frame.rgb, small_frame.depth), small_labels), "blind", "blind")
     panel.show_data(profile_data(blind, LINE))
     assert not panel.axis.isEnabled()
     assert panel.plot._raw.x[-1] == 56

@@ -19,9 +19,9 @@ from pytestqt.qtbot import QtBot
 from gui.features.batch.dialog import OutcomeModel
 from gui.features.run_history.feature import measure, write_runs
 from gui.features.run_history.model import RunModel, best_of, run_rows
+from gui.state.document import Document
 from gui.state.parameters import DRAG_S
 from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
-from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.frame_runs import RunState
 from gui.work.run_recorder import RunRecorder
@@ -46,36 +46,36 @@ def keeper(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[RunRecorde
     keeper.shutdown()
 
 
-def stored_run(session: Session, number: int = 1, parameters: object = None, **more: object) -> StoredRun:
+def stored_run(document: Document, number: int = 1, parameters: object = None, **more: object) -> StoredRun:
     """A run of all blocks of the frame as it is, with its results."""
-    chosen = session.state.common if parameters is None else parameters
-    run = with_shared_arrays(Run(session.frame, session.blocks, chosen), session.state.runs)
-    results = complete(session.frame, session.labels, chosen).results
+    chosen = document.state.common if parameters is None else parameters
+    run = with_shared_arrays(Run(document.frame, document.blocks, chosen), document.state.runs)
+    results = complete(document.frame, document.labels, chosen).results
     return StoredRun(number, f"Run {number}", run, results, 0.5, COLOURS[0], done=frozenset(results), **more)
 
 
-def names(session: Session) -> list[str]:
-    return [kept.name for kept in session.state.runs]
+def names(document: Document) -> list[str]:
+    return [kept.name for kept in document.state.runs]
 
 
 def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(
     bench: Bench, keeper: RunRecorder, until: Until
 ) -> None:
     bench.runs.start()
-    until(lambda: len(bench.session.state.runs) == 1)
+    until(lambda: len(bench.document.state.runs) == 1)
     bench.workspace.parameters.set(preset(smoothness=0.6), 2)
     bench.runs.start_changed()
-    until(lambda: len(bench.session.state.runs) == 2)
-    first, second = bench.session.state.runs
-    assert names(bench.session) == ["Run 1: best", "Run 2: best; Block 2: smoothness 0.6 x"]
+    until(lambda: len(bench.document.state.runs) == 2)
+    first, second = bench.document.state.runs
+    assert names(bench.document) == ["Run 1: best", "Run 2: best; Block 2: smoothness 0.6 x"]
     assert (first.done, second.done) == ({1, 2}, {2})
     assert set(second.results) == {1, 2}, "of all blocks, so that runs can be compared"
     assert second.run.blocks.labels is first.run.blocks.labels
     assert second.results[1] is first.results[1]
-    assert second.is_of(bench.session.valid_results())
+    assert second.is_of(bench.document.valid_results())
     assert first.colour != second.colour
     assert first.iterations == 2 * bench.script.records
-    np.testing.assert_array_equal(second.completion.depth, bench.session.completion().depth)
+    np.testing.assert_array_equal(second.completion.depth, bench.document.completion().depth)
 
 
 @pytest.mark.parametrize("done", [0, 1])
@@ -83,12 +83,12 @@ def test_a_cancelled_run_is_kept_if_any_block_was_done(bench: Bench, until: Unti
     keeper = RunRecorder(bench.workspace, bench.runs)
     bench.runs.start()
     bench.script.allow(bench.script.records + 1 if done else 1)
-    until(lambda: len(bench.session.valid_results()) == done)
+    until(lambda: len(bench.document.valid_results()) == done)
     bench.runs.cancel()
     bench.script.allow(1)
     until(lambda: bench.runs.state is RunState.IDLE)
     keeper.shutdown()
-    rows = run_rows(bench.session)
+    rows = run_rows(bench.document)
     assert [row.values for row in rows] == ["best · cancelled, 1 of 2 blocks without result"] * done
 
 
@@ -97,52 +97,52 @@ def test_a_drag_is_one_run_and_undo_makes_none(
 ) -> None:
     now = 100.0
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
-    workspace, session = bench.workspace, bench.session
-    workspace.blocks.select([1])
+    workspace, document = bench.workspace, bench.document
+    workspace.select([1])
 
     def solve(smoothness: float, expected: list[str]) -> None:
         workspace.parameters.set(preset(smoothness=smoothness))
         bench.runs.resolve([1])
-        until(lambda: names(session) == expected and not keeper.waits)
+        until(lambda: names(document) == expected and not keeper.waits)
 
     solve(2.0, ["Live 1: best, smoothness 2 x"])
-    live = session.state.runs[0]
+    live = document.state.runs[0]
     solve(3.0, ["Live 1: best, smoothness 3 x"])
-    assert session.state.runs == (live,), "the drag goes on"
+    assert document.state.runs == (live,), "the drag goes on"
     assert live.results[1].parameters.smoothness == 3.0
     now += 2 * DRAG_S
     solve(4.0, ["Live 1: best, smoothness 3 x", "Live 2: best, smoothness 4 x"])
-    session.undo_stack.undo()
+    document.undo_stack.undo()
     bench.runs.resolve([1])
     until(lambda: bench.runs.state is RunState.IDLE and not keeper.waits)
-    assert len(session.state.runs) == 2
-    assert [row.present for row in run_rows(session)] == [False, True]
-    workspace.runs.change(session, session.state.runs[1], name="mine")
-    session.undo_stack.redo()
+    assert len(document.state.runs) == 2
+    assert [row.present for row in run_rows(document)] == [False, True]
+    document.change_run(document.state.runs[1], name="mine")
+    document.undo_stack.redo()
     edit(workspace, 1, rows=np.s_[0:4], columns=np.s_[30:40])
     bench.runs.resolve([1], edited=True)
-    until(lambda: len(session.state.runs) == 3)
-    assert names(session)[1:] == ["mine", "Live 3: Edit; best, smoothness 4 x"]
-    assert session.state.runs[2].run.blocks.labels is not live.run.blocks.labels
+    until(lambda: len(document.state.runs) == 3)
+    assert names(document)[1:] == ["mine", "Live 3: Edit; best, smoothness 4 x"]
+    assert document.state.runs[2].run.blocks.labels is not live.run.blocks.labels
 
 
 def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
     bench: Bench, keeper: RunRecorder, until: Until
 ) -> None:
-    workspace, session = bench.workspace, bench.session
+    workspace, document = bench.workspace, bench.document
     workspace.parameters.set(preset(smoothness=2.0))
     bench.runs.resolve([1])
-    until(lambda: len(session.state.runs) == 1)
-    step = weakref.ref(session.undo_stack.command(0))
-    workspace.frames.close(session)
+    until(lambda: len(document.state.runs) == 1)
+    step = weakref.ref(document.undo_stack.command(0))
+    workspace.close(document)
     gc.collect()
     assert step() is None, "a step of the history holds its frame"
 
 
-def test_what_runs_give_of_the_rest_is_kept_by_pixels(session: Session, workspace: Workspace) -> None:
-    labels = painted(session, 0, np.s_[:], np.s_[40:64])
-    session.set_labels(labels)
-    kept = stored_run(session, parameters=QUICK)
+def test_what_runs_give_of_the_rest_is_kept_by_pixels(document: Document, workspace: Workspace) -> None:
+    labels = painted(document, 0, np.s_[:], np.s_[40:64])
+    document.set_labels(labels)
+    kept = stored_run(document, parameters=QUICK)
     extrapolated = extrapolate(kept.completion)
     kept.take_extrapolation(extrapolated)
     depth, mask = extrapolated.depth.copy(), extrapolated.extrapolated.copy()
@@ -151,108 +151,110 @@ def test_what_runs_give_of_the_rest_is_kept_by_pixels(session: Session, workspac
     np.testing.assert_array_equal(kept.completion.depth, depth)
     np.testing.assert_array_equal(kept.completion.extrapolated, mask)
     workspace.parameters.set(preset())
-    workspace.runs.keep(session, kept)
-    assert workspace.runs.accept(kept) == [1, 2]
-    assert session.extrapolated
-    np.testing.assert_array_equal(session.completion().depth, depth)
+    document.keep_run(kept)
+    assert workspace.accept_run(kept) == [1, 2]
+    assert document.extrapolated
+    np.testing.assert_array_equal(document.completion().depth, depth)
 
 
 def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(
-    session: Session, workspace: Workspace
+    document: Document, workspace: Workspace
 ) -> None:
-    kept = stored_run(session, parameters=QUICK)
-    workspace.runs.keep(session, kept)
+    kept = stored_run(document, parameters=QUICK)
+    document.keep_run(kept)
     workspace.parameters.set(preset(smoothness=2.0), 2)
-    workspace.runs.store_results(session, list(complete(session.frame, session.labels, preset()).results.values()))
-    before, depth = dict(session.valid_results()), session.current_depth().copy()
-    steps = session.undo_stack.count()
-    assert workspace.runs.accept(kept) == [1, 2]
-    assert kept.is_of(session.valid_results())
-    assert (session.state.common, session.blocks.own, session.changed_blocks()) == (QUICK, {}, [])
-    np.testing.assert_array_equal(session.current_depth(), kept.completion.depth)
-    session.undo_stack.undo()
-    assert dict(session.valid_results()) == before
-    assert session.blocks.own == {2: {"smoothness": 2.0}}
-    np.testing.assert_array_equal(session.current_depth(), depth)
-    session.undo_stack.redo()
-    assert (kept.is_of(session.valid_results()), session.undo_stack.count()) == (True, steps + 1)
-    newer = complete(session.frame, session.labels, preset("paper", max_iterations=3)).results[1]
-    workspace.runs.store_results(session, [newer])
-    session.undo_stack.undo()
-    assert newer in [one.result for one in session.results.kept[1]], "what has come since stays"
+    document.store_results(list(complete(document.frame, document.labels, preset()).results.values()))
+    before, depth = dict(document.valid_results()), document.current_depth().copy()
+    steps = document.undo_stack.count()
+    assert workspace.accept_run(kept) == [1, 2]
+    assert kept.is_of(document.valid_results())
+    assert (document.state.common, document.blocks.own, document.changed_blocks()) == (QUICK, {}, [])
+    np.testing.assert_array_equal(document.current_depth(), kept.completion.depth)
+    document.undo_stack.undo()
+    assert dict(document.valid_results()) == before
+    assert document.blocks.own == {2: {"smoothness": 2.0}}
+    np.testing.assert_array_equal(document.current_depth(), depth)
+    document.undo_stack.redo()
+    assert (kept.is_of(document.valid_results()), document.undo_stack.count()) == (True, steps + 1)
+    newer = complete(document.frame, document.labels, preset("paper", max_iterations=3)).results[1]
+    document.store_results([newer])
+    document.undo_stack.undo()
+    assert newer in [one.result for one in document.results.kept[1]], "what has come since stays"
 
 
-def test_of_an_accepted_run_what_no_longer_fits_is_left(session: Session, workspace: Workspace) -> None:
-    kept = stored_run(session, parameters=QUICK)
-    workspace.runs.keep(session, kept)
+def test_of_an_accepted_run_what_no_longer_fits_is_left(document: Document, workspace: Workspace) -> None:
+    kept = stored_run(document, parameters=QUICK)
+    document.keep_run(kept)
     edit(workspace, 3, rows=np.s_[0:6], columns=np.s_[40:50])
-    assert workspace.runs.accept(kept) == [1]
-    assert set(session.valid_results()) == {1}
+    assert workspace.accept_run(kept) == [1]
+    assert set(document.valid_results()) == {1}
     edit(workspace, 3, rows=np.s_[0:6], columns=np.s_[0:50])
-    steps = session.undo_stack.count()
-    assert workspace.runs.accept(kept) == []
-    assert session.undo_stack.count() == steps
+    steps = document.undo_stack.count()
+    assert workspace.accept_run(kept) == []
+    assert document.undo_stack.count() == steps
 
 
-def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(session: Session, workspace: Workspace) -> None:
-    kept = stored_run(session, parameters=QUICK)
-    kept.results = {**kept.results, 2: complete(session.frame, session.labels, preset("paper")).results[2]}
+def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(
+    document: Document, workspace: Workspace
+) -> None:
+    kept = stored_run(document, parameters=QUICK)
+    kept.results = {**kept.results, 2: complete(document.frame, document.labels, preset("paper")).results[2]}
     assert kept.outdated == (2,)
-    workspace.runs.keep(session, kept)
-    workspace.runs.accept(kept)
-    assert session.changed_blocks() == []
-    assert session.parameters_of(2) == preset("paper")
+    document.keep_run(kept)
+    workspace.accept_run(kept)
+    assert document.changed_blocks() == []
+    assert document.parameters_of(2) == preset("paper")
 
 
-def test_restoring_takes_common_and_own_values_as_one_step(session: Session, workspace: Workspace) -> None:
+def test_restoring_takes_common_and_own_values_as_one_step(document: Document, workspace: Workspace) -> None:
     workspace.parameters.set(preset(noise=0.01))
     workspace.parameters.set_own({"smoothness": 2.0}, [2])
-    kept = StoredRun(1, "Run 1", session.run(session.state.common), {}, 0.0, COLOURS[0])
+    kept = StoredRun(1, "Run 1", document.run(document.state.common), {}, 0.0, COLOURS[0])
     workspace.parameters.set(QUICK)
     workspace.parameters.set_own({"centred": False}, [1])
     edit(workspace, 3)
     workspace.parameters.set_own({"padding": 3.0}, [3])
-    former = dict(session.blocks.own)
+    former = dict(document.blocks.own)
     assert workspace.parameters.restore(kept)
-    assert session.state.common == preset(noise=0.01)
-    assert session.blocks.own == {2: {"smoothness": 2.0}, 3: {"padding": 3.0}}
+    assert document.state.common == preset(noise=0.01)
+    assert document.blocks.own == {2: {"smoothness": 2.0}, 3: {"padding": 3.0}}
     assert not workspace.parameters.restore(kept), "they are the present ones"
-    session.undo_stack.undo()
-    assert (session.state.common, session.blocks.own) == (QUICK, former)
+    document.undo_stack.undo()
+    assert (document.state.common, document.blocks.own) == (QUICK, former)
 
 
-def test_deleted_runs_come_back_beside_those_kept_since(session: Session, workspace: Workspace) -> None:
-    runs = [stored_run(session, number, QUICK) for number in (1, 2, 3)]
+def test_deleted_runs_come_back_beside_those_kept_since(document: Document, workspace: Workspace) -> None:
+    runs = [stored_run(document, number, QUICK) for number in (1, 2, 3)]
     for kept in runs[:2]:
-        workspace.runs.keep(session, kept)
-    workspace.runs.compare(runs[:2])
+        document.keep_run(kept)
+    workspace.current.compare_runs(runs[:2])
     runs[0].ground_truth_error = 0.001
-    workspace.runs.delete(session, [runs[0]])
-    workspace.blocks.set_ground_truth(np.full(session.frame.shape, 3.0, np.float32))
-    assert (session.state.runs, session.compared) == ((runs[1],), [runs[1]])
-    assert session.state.compared == (2,)
-    workspace.runs.keep(session, runs[2])
-    session.undo_stack.undo()
-    assert session.state.runs == tuple(runs)
-    assert set(session.compared) == set(runs[:2])
+    document.delete_runs([runs[0]])
+    workspace.current.set_ground_truth(np.full(document.frame.shape, 3.0, np.float32))
+    assert (document.state.runs, document.compared) == ((runs[1],), [runs[1]])
+    assert document.state.compared == (2,)
+    document.keep_run(runs[2])
+    document.undo_stack.undo()
+    assert document.state.runs == tuple(runs)
+    assert set(document.compared) == set(runs[:2])
     assert runs[0].ground_truth_error is None, "there is another truth since"
-    workspace.runs.delete(session, [stored_run(session, 4, QUICK)])
-    assert session.undo_stack.count() == 1, "it was not there"
+    document.delete_runs([stored_run(document, 4, QUICK)])
+    assert document.undo_stack.count() == 1, "it was not there"
 
 
-def test_compared_runs_are_few_and_differ_in_colour(session: Session, workspace: Workspace) -> None:
-    runs = [stored_run(session, number, QUICK) for number in range(1, MAX_COMPARED + 2)]
+def test_compared_runs_are_few_and_differ_in_colour(document: Document, workspace: Workspace) -> None:
+    runs = [stored_run(document, number, QUICK) for number in range(1, MAX_COMPARED + 2)]
     for kept in runs:
-        workspace.runs.keep(session, kept)
-    workspace.runs.compare(runs)
-    assert session.compared == runs[1:]
-    assert len({kept.colour for kept in session.compared}) == MAX_COMPARED
+        document.keep_run(kept)
+    workspace.current.compare_runs(runs)
+    assert document.compared == runs[1:]
+    assert len({kept.colour for kept in document.compared}) == MAX_COMPARED
 
 
-def test_colours_come_in_turn(session: Session) -> None:
+def test_colours_come_in_turn(document: Document) -> None:
     runs: list[StoredRun] = []
     for number in range(1, 3 * len(COLOURS)):
-        runs.append(stored_run(session, number, QUICK))
+        runs.append(stored_run(document, number, QUICK))
         runs[-1].colour = next_colour(runs[:-1])
         latest = [kept.colour for kept in runs[-len(COLOURS) :]]
         assert len(set(latest)) == len(latest)
@@ -266,28 +268,28 @@ def test_the_oldest_without_a_note_goes_when_there_are_too_many(
     keeper.message.connect(said.append)
     for count in range(1, 6):
         bench.runs.start()
-        until(lambda count=count: bench.session.state.runs != () and bench.session.state.runs[-1].number == count)
+        until(lambda count=count: bench.document.state.runs != () and bench.document.state.runs[-1].number == count)
         if count == 1:
-            bench.workspace.runs.change(bench.session, bench.session.state.runs[0], note="good")
-    assert [kept.number for kept in bench.session.state.runs] == [1, 4, 5]
+            bench.document.change_run(bench.document.state.runs[0], note="good")
+    assert [kept.number for kept in bench.document.state.runs] == [1, 4, 5]
     assert len(said) == 1
 
 
 def test_runs_go_when_they_take_too_much_memory(
     bench: Bench, keeper: RunRecorder, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    labels = bench.session.labels
+    labels = bench.document.labels
     of_one = labels.nbytes + labels.size * (4 + 1)
     monkeypatch.setattr("gui.work.run_recorder.MAX_MEMORY", labels.nbytes + int(2.5 * (of_one - labels.nbytes)))
     for count in range(1, 5):
         bench.runs.start()
-        until(lambda count=count: bench.session.state.runs != () and bench.session.state.runs[-1].number == count)
-    assert [kept.number for kept in bench.session.state.runs] == [3, 4]
-    assert memory_of(bench.session.state.runs) < labels.nbytes + 2.5 * (of_one - labels.nbytes)
+        until(lambda count=count: bench.document.state.runs != () and bench.document.state.runs[-1].number == count)
+    assert [kept.number for kept in bench.document.state.runs] == [3, 4]
+    assert memory_of(bench.document.state.runs) < labels.nbytes + 2.5 * (of_one - labels.nbytes)
 
 
-def test_how_good_a_run_is(session: Session, small_frame: RGBDFrame) -> None:
-    kept = stored_run(session, parameters=QUICK)
+def test_how_good_a_run_is(document: Document, small_frame: RGBDFrame) -> None:
+    kept = stored_run(document, parameters=QUICK)
     filled = kept.completion.filled
     ground_truth = kept.completion.depth + np.float32(0.02)
     ground_truth[10, 8] = np.nan
@@ -299,7 +301,7 @@ def test_how_good_a_run_is(session: Session, small_frame: RGBDFrame) -> None:
     assert math.isnan(measure(kept.run, {}, ground_truth).expected_error)
 
 
-def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, session: Session) -> None:
+def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, document: Document) -> None:
     parent = QWidget()
     qtbot.addWidget(parent)
     horizontal, display = Qt.Orientation.Horizontal, Qt.ItemDataRole.DisplayRole
@@ -310,14 +312,14 @@ def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, session: 
         "Expected error, RMS [mm]",
         "Expected error, median [mm]",
     }
-    kept = stored_run(session, parameters=QUICK)
+    kept = stored_run(document, parameters=QUICK)
     figures = error_summary(expected_error(kept.completion), kept.completion)
     assert measure(kept.run, kept.results, None).expected_error == figures.rms
 
 
-def test_the_best_run_has_filled_about_as_much_as_any(session: Session) -> None:
+def test_the_best_run_has_filled_about_as_much_as_any(document: Document) -> None:
     runs = [
-        stored_run(session, number, QUICK, ground_truth_error=error)
+        stored_run(document, number, QUICK, ground_truth_error=error)
         for number, error in ((1, 0.03), (2, 0.02), (3, 0.01))
     ]
     runs[2].results = {2: runs[2].results[2]}
@@ -329,22 +331,22 @@ def test_the_best_run_has_filled_about_as_much_as_any(session: Session) -> None:
     assert best_of(runs, "ground_truth_error") == [], "there are no two to choose from"
 
 
-def test_errors_of_different_tests_are_not_compared(session: Session) -> None:
+def test_errors_of_different_tests_are_not_compared(document: Document) -> None:
     tests = (("areas", 0.01), ("random", 0.03), ("random", 0.02))
     runs = [
-        stored_run(session, number, QUICK, hold_out_error=error, hold_out_test=HoldOutTest(test))
+        stored_run(document, number, QUICK, hold_out_error=error, hold_out_test=HoldOutTest(test))
         for number, (test, error) in enumerate(tests, 1)
     ]
     assert best_of(runs, "hold_out_error") == [runs[2]]
     assert best_of(runs[:2], "hold_out_error") == []
 
 
-def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: Path) -> None:
+def test_the_list_as_a_table(document: Document, workspace: Workspace, tmp_path: Path) -> None:
     for number, parameters in ((1, preset()), (2, preset("paper", max_iterations=3))):
         note = 'a, "b"' if number == 1 else "=1+1"
-        workspace.runs.keep(session, stored_run(session, number, parameters, note=note, ground_truth_error=0.0123))
+        document.keep_run(stored_run(document, number, parameters, note=note, ground_truth_error=0.0123))
     path = tmp_path / "runs.csv"
-    write_runs(path, run_rows(session))
+    write_runs(path, run_rows(document))
     with path.open(newline="") as file:
         second, first = csv.DictReader(file)
     assert (first["name"], first["note"], first["rmse_truth [mm]"], first["rmse_hold_out [mm]"]) == (
@@ -361,23 +363,23 @@ def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: P
     )
     assert (first["smoothness [x]"], second["smoothness [x]"]) == ("1.0", "")
     with pytest.raises(ExportError, match="folder does not exist"):
-        write_runs(tmp_path / "none" / "runs.csv", run_rows(session))
+        write_runs(tmp_path / "none" / "runs.csv", run_rows(document))
 
 
-def test_another_truth_makes_errors_be_worked_out_anew(session: Session, workspace: Workspace) -> None:
-    workspace.runs.keep(session, stored_run(session, parameters=QUICK, ground_truth_error=0.01, expected_error=0.02))
-    workspace.blocks.set_ground_truth(np.full(session.frame.shape, 2.0, np.float32))
-    assert (session.state.runs[0].ground_truth_error, session.state.runs[0].expected_error) == (None, 0.02)
+def test_another_truth_makes_errors_be_worked_out_anew(document: Document, workspace: Workspace) -> None:
+    document.keep_run(stored_run(document, parameters=QUICK, ground_truth_error=0.01, expected_error=0.02))
+    workspace.current.set_ground_truth(np.full(document.frame.shape, 2.0, np.float32))
+    assert (document.state.runs[0].ground_truth_error, document.state.runs[0].expected_error) == (None, 0.02)
 
 
-def test_runs_share_label_maps_that_come_back(session: Session, small_labels: NDArray[np.int32]) -> None:
-    drawn = np.zeros(session.frame.shape, bool)
+def test_runs_share_label_maps_that_come_back(document: Document, small_labels: NDArray[np.int32]) -> None:
+    drawn = np.zeros(document.frame.shape, bool)
     drawn[:, 30] = True
-    session.change_blocks(drawn=drawn)
+    document.change_blocks(drawn=drawn)
     runs: list[StoredRun] = []
     for label in (3, 0, 3):
-        session.set_labels(painted(session, label))
-        runs.append(StoredRun(1, "", with_shared_arrays(session.run(QUICK), runs), {}, 0.0, COLOURS[0]))
+        document.set_labels(painted(document, label))
+        runs.append(StoredRun(1, "", with_shared_arrays(document.run(QUICK), runs), {}, 0.0, COLOURS[0]))
     first, second, third = (kept.run for kept in runs)
     assert third.blocks.labels is first.blocks.labels
     assert third.blocks.drawn is first.blocks.drawn

@@ -11,7 +11,7 @@ from gui.features.sweep.charts import ErrorCurve, ErrorGrid
 from gui.features.sweep.multiples import Multiples, Scale
 from gui.features.sweep.options import CriterionBox, RangeBox
 from gui.features.sweep.state import SweepState
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.views.colours import depth_table
 from gui.widgets.work_row import WorkRow
 from ilf.data.parameters import PRESETS
@@ -126,11 +126,11 @@ def test_pictures_share_one_scale_and_say_what_they_are(qtbot):
     assert beside.y() == first.y()
 
 
-def test_pictures_of_one_block_show_it_with_some_of_what_is_around(session):
-    session.labels[:] = 0
-    session.labels[10:30, 20:40] = 1
-    sweep = Sweep(session.run(session.state.common), {"smoothness": [1.0, 2.0]}, HoldOutTest("areas", (0,)))
-    one, whole = SweepState(session, sweep, label=1), SweepState(session, sweep, label=0)
+def test_pictures_of_one_block_show_it_with_some_of_what_is_around(document):
+    document.labels[:] = 0
+    document.labels[10:30, 20:40] = 1
+    sweep = Sweep(document.run(document.state.common), {"smoothness": [1.0, 2.0]}, HoldOutTest("areas", (0,)))
+    one, whole = SweepState(document, sweep, label=1), SweepState(document, sweep, label=0)
     assert 20 < one.shape.width() < 30
     assert 20 < one.shape.height() < 30
     assert (whole.shape.width(), whole.shape.height()) == (64, 48)
@@ -156,13 +156,15 @@ def test_equal_points_of_a_sweep_are_ties_and_the_current_value_is_kept() -> Non
     truth = (1.5 + 0.01 * columns).astype(np.float32)
     depth = np.where((columns > 30) & (columns < 50), np.nan, truth)
     frame = ilf.RGBDFrame(np.zeros((60, 80, 3), np.uint8), depth, ground_truth=truth)
-    session = Session.of(ilf.Run(frame, np.ones((60, 80), np.int32)), None, "plane")
-    sweep = Sweep(session.run(session.state.common), {"max_iterations": (50, 60, session.state.common.max_iterations)})
-    state = SweepState(session, sweep, 0)
+    document = Document.of(ilf.Run(frame, np.ones((60, 80), np.int32)), None, "plane")
+    sweep = Sweep(
+        document.run(document.state.common), {"max_iterations": (50, 60, document.state.common.max_iterations)}
+    )
+    state = SweepState(document, sweep, 0)
     assert (state.best, state.ties, state.marked) == (None, None, frozenset())
     state.finish(run_sweep(sweep, on_step=lambda step: state.add(step) if isinstance(step, SweepPoint) else None))
     assert state.ties is not None
     assert state.marked == {0, 1, 2}
     assert state.best == state.present == 2
-    most = session.state.common.max_iterations
+    most = document.state.common.max_iterations
     assert state.text_of_several(state.ties.equal) == f"Max. iterations 50, 60 and {most}"

@@ -11,7 +11,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.project.store import WorkStore
-from gui.state.session import Session
+from gui.state.document import Document
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
 from ilf.project.recovery import find_recoverable_work
@@ -37,15 +37,15 @@ def context(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: 
 
 
 def test_all_changes_are_kept_and_nothing_else(context: Recording, qtbot: QtBot) -> None:
-    one, two = context.sessions
+    one, two = context.documents
     for row in range(4):
         context.erase(one, row)
     context.erase(two, 10)
-    context.workspace.blocks.edit_info(1, "Rename", name="wall")
+    context.workspace.current.edit_info(1, "Rename", name="wall")
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
     context.erase(one, 20)
-    context.workspace.frames.close(two)
+    context.workspace.close(two)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
     written = context.written()
@@ -60,14 +60,14 @@ def test_all_changes_are_kept_and_nothing_else(context: Recording, qtbot: QtBot)
 
 
 def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: QtBot) -> None:
-    one, _ = context.sessions
-    context.workspace.frames.show(one)
+    one, _ = context.documents
+    context.workspace.show(one)
     before, labels = one.labels.copy(), one.labels.copy()
     labels[30] = 0
-    context.workspace.blocks.stroke(patch_between(one.labels, labels))
-    context.workspace.frames.set_note(context.workspace.frames.entries[0], "look")
+    context.workspace.current.stroke(patch_between(one.labels, labels))
+    context.workspace.set_note(context.workspace.entries[0], "look")
     qtbot.wait(200)
-    context.workspace.blocks.drop_stroke()
+    context.workspace.current.drop_stroke()
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
     written = context.written()
@@ -77,17 +77,17 @@ def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: Q
 
 
 def test_what_is_put_away_is_read_as_it_was_left(context: Recording) -> None:
-    one, _ = context.sessions
+    one, _ = context.documents
     context.erase(one, 5)
     left = one.labels.copy()
     context.recorder.keep(one)
-    context.workspace.frames.unload(one)
+    context.workspace.unload(one)
     assert context.store.has(one.id)
     assert np.array_equal(context.store.read(one.id).state.blocks.labels, left)
 
 
 def test_where_nothing_can_be_written_all_is_in_memory_until_it_can(context: Recording, qtbot: QtBot) -> None:
-    one, two = context.sessions
+    one, two = context.documents
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(two, 1)
     shutil.rmtree(context.folder)
@@ -128,11 +128,11 @@ class _Project:
 def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes(
     context: Recording, qtbot: QtBot, goes: bool
 ) -> None:
-    one, _ = context.sessions
+    one, _ = context.documents
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(one, 1)
     parts = {name: context.store.part(name) for name in context.store.all_names()}
-    context.workspace.frames.close(one)
+    context.workspace.close(one)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
     context.store.project = _Project(parts)
@@ -140,8 +140,8 @@ def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes
     assert frame_part(one.id) not in context.store.own_names()
     if goes:
         parts.clear()
-    again = Session.of_state(state, None, "one")
-    context.workspace.add_session(again, restored=True)
+    again = Document.of_state(state, None, "one")
+    context.workspace.open_document(again, restored=True)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(again, 2)
     written = context.written()
@@ -153,9 +153,9 @@ def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes
 def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_not(
     context: Recording, qtbot: QtBot
 ) -> None:
-    one, two = context.sessions
+    one, two = context.documents
     workspace = context.workspace
-    workspace.frames.show(one)
+    workspace.show(one)
     former = two.state.common
     workspace.parameters.share()
     workspace.parameters.set(workspace.parameters.current.replace(max_iterations=7))
@@ -171,14 +171,14 @@ def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_
 
 
 def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context: Recording, qtbot: QtBot) -> None:
-    one, two = context.sessions
+    one, two = context.documents
     context.recorder.is_unsaved = lambda: True
     context.erase(two, 3)
-    context.workspace.frames.show(one)
+    context.workspace.show(one)
     _stored(context, qtbot)
-    entry = context.workspace.frames.entries[1]
-    context.workspace.frames.unload(two)
-    context.workspace.frames.set_note(entry, "Look again.")
+    entry = context.workspace.entries[1]
+    context.workspace.unload(two)
+    context.workspace.set_note(entry, "Look again.")
     _stored(context, qtbot)
     context.written().close()
     (left,) = find_recoverable_work(context.aside)
@@ -214,11 +214,11 @@ def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path: 
 
 
 def test_what_is_discarded_is_soon_out_of_the_autosave(context: Recording, qtbot: QtBot) -> None:
-    _, two = context.sessions
+    _, two = context.documents
     context.erase(two, 3)
     _stored(context, qtbot)
-    context.recorder.revert([two.id], lambda: context.workspace.frames.unload(two))
-    qtbot.waitUntil(lambda: two not in context.workspace.frames.sessions, timeout=WAIT_MS)
+    context.recorder.revert([two.id], lambda: context.workspace.unload(two))
+    qtbot.waitUntil(lambda: two not in context.workspace.open, timeout=WAIT_MS)
     qtbot.waitUntil(lambda: context.store.is_written, timeout=WAIT_MS)
     written = context.written()
     assert frame_part(two.id) not in written.names()

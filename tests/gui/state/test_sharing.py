@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from operator import attrgetter
-
 import pytest
 
 from gui.project.current_project import apply_settings, project_of
+from gui.state.document import Document
 from gui.state.parameters import SharedParameters
-from gui.state.session import Session
+from gui.state.parts import Part
 from gui.state.workspace import Workspace
 from ilf.data.parameters import Parameters
 from ilf.run.run import Run
 
-from ..states import SIGNALS
+from ..states import Told
 
 
-def smoothness(*sessions: Session) -> list[float]:
-    return [session.state.common.smoothness for session in sessions]
+def smoothness(*documents: Document) -> list[float]:
+    return [document.state.common.smoothness for document in documents]
 
 
 def set_smoothness(workspace: Workspace, value: float) -> None:
     workspace.parameters.set(workspace.parameters.current.replace(smoothness=value))
 
 
-def texts(session: Session) -> list[str]:
-    return [session.undo_stack.text(number) for number in range(session.undo_stack.count())]
+def texts(document: Document) -> list[str]:
+    return [document.undo_stack.text(number) for number in range(document.undo_stack.count())]
 
 
 @pytest.fixture
@@ -35,105 +34,105 @@ def shared(workspace: Workspace) -> Workspace:
     return workspace
 
 
-def test_each_frame_has_its_own_at_first(workspace: Workspace, session: Session, other: Session) -> None:
+def test_each_frame_has_its_own_at_first(workspace: Workspace, document: Document, other: Document) -> None:
     set_smoothness(workspace, 3.0)
-    assert smoothness(session, other) == [3.0, 1.0]
-    assert texts(session) == ["Set Smoothness"]
+    assert smoothness(document, other) == [3.0, 1.0]
+    assert texts(document) == ["Set Smoothness"]
 
 
 def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(
-    workspace: Workspace, session: Session, other: Session
+    workspace: Workspace, document: Document, other: Document
 ) -> None:
     set_smoothness(workspace, 3.0)
     assert workspace.parameters.share() == [other]
-    assert workspace.parameters.shared == SharedParameters(True, session.state.common)
-    assert smoothness(session, other) == [3.0, 3.0]
-    session.undo_stack.undo()
+    assert workspace.parameters.shared == SharedParameters(True, document.state.common)
+    assert smoothness(document, other) == [3.0, 3.0]
+    document.undo_stack.undo()
     assert not workspace.parameters.shared.on
-    assert smoothness(session, other) == [3.0, 1.0]
-    session.undo_stack.redo()
-    assert smoothness(session, other) == [3.0, 3.0]
+    assert smoothness(document, other) == [3.0, 1.0]
+    document.undo_stack.redo()
+    assert smoothness(document, other) == [3.0, 3.0]
 
 
 def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(
-    shared: Workspace, session: Session, other: Session, small_frame, small_labels
+    shared: Workspace, document: Document, other: Document, small_frame, small_labels
 ) -> None:
     set_smoothness(shared, 3.0)
-    assert smoothness(session, other) == [3.0, 3.0]
-    assert texts(session)[-1] == "Set Smoothness for all frames"
+    assert smoothness(document, other) == [3.0, 3.0]
+    assert texts(document)[-1] == "Set Smoothness for all frames"
     assert texts(other) == []
-    later = Session.of(Run(small_frame, small_labels), "later", "later")
-    shared.add_session(later)
-    assert later.state.common == session.state.common
-    shared.frames.show(other)
+    later = Document.of(Run(small_frame, small_labels), "later", "later")
+    shared.open_document(later)
+    assert later.state.common == document.state.common
+    shared.show(other)
     set_smoothness(shared, 5.0)
     # undo takes back the step of the frame that is looked at: what it set is what it was, for all frames
-    shared.frames.show(session)
-    session.undo_stack.undo()
-    assert smoothness(session, other, later) == [1.0, 1.0, 1.0]
+    shared.show(document)
+    document.undo_stack.undo()
+    assert smoothness(document, other, later) == [1.0, 1.0, 1.0]
     assert shared.parameters.shared.values.smoothness == 1.0
 
 
-def test_a_frame_may_have_its_own_and_go_back(shared: Workspace, session: Session, other: Session) -> None:
+def test_a_frame_may_have_its_own_and_go_back(shared: Workspace, document: Document, other: Document) -> None:
     shared.parameters.keep_own()
     set_smoothness(shared, 3.0)
-    assert smoothness(session, other) == [3.0, 1.0]
-    assert texts(session)[-1] == "Set Smoothness"
-    shared.frames.show(other)
+    assert smoothness(document, other) == [3.0, 1.0]
+    assert texts(document)[-1] == "Set Smoothness"
+    shared.show(other)
     set_smoothness(shared, 5.0)
-    assert smoothness(session, other) == [3.0, 5.0]
-    shared.frames.show(session)
+    assert smoothness(document, other) == [3.0, 5.0]
+    shared.show(document)
     shared.parameters.reset_to_shared()
-    assert smoothness(session, other) == [5.0, 5.0]
-    assert not session.state.own_parameters
-    session.undo_stack.undo()
-    assert smoothness(session, other) == [3.0, 5.0]
-    assert session.state.own_parameters
+    assert smoothness(document, other) == [5.0, 5.0]
+    assert not document.state.own_parameters
+    document.undo_stack.undo()
+    assert smoothness(document, other) == [3.0, 5.0]
+    assert document.state.own_parameters
 
 
 def test_own_values_may_become_those_of_all_and_all_may_part(
-    shared: Workspace, session: Session, other: Session
+    shared: Workspace, document: Document, other: Document
 ) -> None:
     shared.parameters.keep_own()
     set_smoothness(shared, 3.0)
     assert shared.parameters.share() == [other]
-    assert smoothness(session, other) == [3.0, 3.0]
-    session.undo_stack.undo()
-    assert smoothness(session, other) == [3.0, 1.0]
-    session.undo_stack.redo()
+    assert smoothness(document, other) == [3.0, 3.0]
+    document.undo_stack.undo()
+    assert smoothness(document, other) == [3.0, 1.0]
+    document.undo_stack.redo()
     shared.parameters.separate()
     set_smoothness(shared, 7.0)
-    assert smoothness(session, other) == [7.0, 3.0]
+    assert smoothness(document, other) == [7.0, 3.0]
 
 
 def test_when_all_part_the_values_of_every_frame_are_stored(
-    shared: Workspace, session: Session, other: Session
+    shared: Workspace, document: Document, other: Document
 ) -> None:
     set_smoothness(shared, 3.0)
-    touched: set[Session] = set()
-    shared.frames.touched.connect(touched.add)
+    touched: set[Document] = set()
+    shared.touched.connect(touched.add)
     shared.parameters.separate()
-    assert touched == {session, other}
-    session.undo_stack.undo()
+    assert touched == {document, other}
+    document.undo_stack.undo()
     touched.clear()
-    session.undo_stack.redo()
-    assert touched == {session, other}
+    document.undo_stack.redo()
+    assert touched == {document, other}
 
 
-def test_own_values_of_blocks_stay_with_their_frame(shared: Workspace, session: Session, other: Session) -> None:
+def test_own_values_of_blocks_stay_with_their_frame(shared: Workspace, document: Document, other: Document) -> None:
     shared.parameters.set_own({"smoothness": 3.0}, [1])
-    assert session.blocks.own == {1: {"smoothness": 3.0}}
+    assert document.blocks.own == {1: {"smoothness": 3.0}}
     assert other.blocks.own == {}
-    assert texts(session)[-1] == "Set Smoothness of Block 1"
+    assert texts(document)[-1] == "Set Smoothness of Block 1"
 
 
 def test_results_of_other_values_are_out_of_date_in_all_frames(
-    shared: Workspace, session: Session, other: Session, results: list
+    shared: Workspace, document: Document, other: Document, results: list
 ) -> None:
-    shared.runs.store_results(other, results)
+    other.store_results(results)
     shared.parameters.set(results[0].parameters)
     assert other.is_up_to_date(1)
-    shared.parameters.set(session.state.common.replace(s_criteria=0.002))
+    shared.parameters.set(document.state.common.replace(s_criteria=0.002))
     assert not other.is_up_to_date(1)
 
 
@@ -141,25 +140,23 @@ def test_a_frame_that_is_opened_as_it_was_stored_has_the_values_of_all_or_its_ow
     shared: Workspace, small_frame, small_labels
 ) -> None:
     set_smoothness(shared, 3.0)
-    opened = [Session.of(Run(small_frame, small_labels), name, name) for name in ("one", "two")]
+    opened = [Document.of(Run(small_frame, small_labels), name, name) for name in ("one", "two")]
     opened[1].change(own_parameters=True)
-    for session in opened:
-        session.change(common=Parameters(smoothness=9.0))
-        shared.add_session(session, restored=True, show=False)
+    for document in opened:
+        document.change(common=Parameters(smoothness=9.0))
+        shared.open_document(document, restored=True, show=False)
     assert smoothness(*opened) == [3.0, 9.0]
 
 
 def test_a_project_says_which_they_are_before_its_frames_are_opened(small_frame, small_labels, qapp: object) -> None:
     workspace = Workspace()
-    names: list[str] = []
-    for name in SIGNALS:
-        attrgetter(name)(workspace).connect(lambda *_, name=name: names.append(name))
+    told = Told(workspace)
     workspace.parameters.set_shared(SharedParameters(True, Parameters(smoothness=4.0)))
-    assert "parameters.changed" in names
-    session = Session.of(Run(small_frame, small_labels), "origin", "key")
-    workspace.add_session(session, restored=True)
+    assert Part.PARAMETERS in told()
+    document = Document.of(Run(small_frame, small_labels), "origin", "key")
+    workspace.open_document(document, restored=True)
     assert workspace.parameters.current.smoothness == 4.0
-    workspace.frames.show(None)
+    workspace.show(None)
     assert workspace.parameters.current.smoothness == 4.0
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from gui.project.current_project import CurrentProject
+from gui.state.document import Document
 from gui.state.entries import Entry
-from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
@@ -22,105 +22,103 @@ from ilf.sources.frame_ref import FrameRef
 
 from ..states import QUICK, QUICK_OWN, edit, extraction
 
-Do = Callable[[Workspace, Session], object]
+Do = Callable[[Workspace, Document], object]
 
 
-def _kept(session: Session) -> StoredRun:
-    return StoredRun(session.state.next_number, "Run", session.run(QUICK), {}, 0.1, (1, 2, 3))
+def _kept(document: Document) -> StoredRun:
+    return StoredRun(document.state.next_number, "Run", document.run(QUICK), {}, 0.1, (1, 2, 3))
 
 
-def _mark_invalid(workspace: Workspace, session: Session) -> None:
-    mask = np.zeros(session.labels.shape, bool)
+def _mark_invalid(workspace: Workspace, document: Document) -> None:
+    mask = np.zeros(document.labels.shape, bool)
     mask[:3, :3] = True
-    workspace.blocks.set_invalid_mask(mask, "MarkInvalid")
+    workspace.current.set_invalid_mask(mask, "MarkInvalid")
 
 
-def _extrapolation(workspace: Workspace, session: Session) -> None:
-    base = session.completion()
+def _extrapolation(workspace: Workspace, document: Document) -> None:
+    base = document.completion()
     assert base is not None
-    workspace.runs.store_extrapolation(session, base, replace(base, extrapolated=base.filled))
+    document.store_extrapolation(base, replace(base, extrapolated=base.filled))
 
 
 WORK: dict[str, Do] = {
-    "edit": lambda workspace, session: edit(workspace, 2),
-    "name": lambda workspace, session: workspace.blocks.edit_info(1, "Rename", name="Wall"),
-    "colour": lambda workspace, session: workspace.blocks.edit_info(1, "Recolour", colour=(1, 2, 3)),
-    "lock": lambda workspace, session: workspace.blocks.set_lock(1, True),
-    "visibility": lambda workspace, session: workspace.blocks.set_visible(1, False),
-    "parameters": lambda workspace, session: workspace.parameters.set(QUICK),
-    "own values": lambda workspace, session: workspace.parameters.set_own(QUICK_OWN, [1]),
+    "edit": lambda workspace, document: edit(workspace, 2),
+    "name": lambda workspace, document: workspace.current.edit_info(1, "Rename", name="Wall"),
+    "colour": lambda workspace, document: workspace.current.edit_info(1, "Recolour", colour=(1, 2, 3)),
+    "lock": lambda workspace, document: workspace.current.set_lock(1, True),
+    "visibility": lambda workspace, document: workspace.current.set_visible(1, False),
+    "parameters": lambda workspace, document: workspace.parameters.set(QUICK),
+    "own values": lambda workspace, document: workspace.parameters.set_own(QUICK_OWN, [1]),
     "distrusted depth": _mark_invalid,
-    "depth by hand": lambda workspace, session: workspace.by_hand.set_depth(
-        np.full(session.labels.shape, 2.0, np.float32), session.frame.missing, "Paint depth"
+    "depth by hand": lambda workspace, document: workspace.current.set_by_hand(
+        np.full(document.labels.shape, 2.0, np.float32), document.frame.missing, "Paint depth"
     ),
-    "ground_truth": lambda workspace, session: workspace.blocks.set_ground_truth(
-        np.ones(session.labels.shape, np.float32)
+    "ground_truth": lambda workspace, document: workspace.current.set_ground_truth(
+        np.ones(document.labels.shape, np.float32)
     ),
-    "other blocks": lambda workspace, session: workspace.blocks.replace(np.ones_like(session.labels), "Load"),
-    "extraction": lambda workspace, session: workspace.blocks.set_extracted(
-        session, extraction(session, np.ones_like(session.labels)), BlockParameters()
+    "other blocks": lambda workspace, document: workspace.current.replace_blocks(np.ones_like(document.labels), "Load"),
+    "extraction": lambda workspace, document: document.set_extracted(
+        extraction(document, np.ones_like(document.labels)), BlockParameters(), keep_handmade=True
     ),
-    "results go": lambda workspace, session: workspace.runs.clear_results(),
+    "results go": lambda workspace, document: workspace.current.clear_results(),
     "a guess": _extrapolation,
-    "a run": lambda workspace, session: workspace.runs.keep(session, _kept(session)),
-    "a run's name": lambda workspace, session: workspace.runs.change(session, session.state.runs[0], name="best"),
-    "runs go": lambda workspace, session: workspace.runs.delete(session, session.state.runs[:1]),
-    "a run goes": lambda workspace, session: workspace.runs.drop(session, session.state.runs[0]),
-    "note": lambda workspace, session: workspace.frames.set_note(workspace.frames.entries[1], "Look here."),
-    "a block that is looked at": lambda workspace, session: workspace.blocks.mark_checked([1]),
-    "a frame comes": lambda workspace, session: workspace.frames.add_entries(
-        [Entry("new", "/a/b", "b", FrameRef("/a/b"))]
-    ),
-    "a frame goes": lambda workspace, session: workspace.frames.remove_entries([workspace.frames.entries[0]]),
-    "what blocks are extracted with": lambda workspace, session: workspace.parameters.set_extraction(
+    "a run": lambda workspace, document: document.keep_run(_kept(document)),
+    "a run's name": lambda workspace, document: document.change_run(document.state.runs[0], name="best"),
+    "runs go": lambda workspace, document: document.delete_runs(document.state.runs[:1]),
+    "a run goes": lambda workspace, document: document.drop_run(document.state.runs[0]),
+    "note": lambda workspace, document: workspace.set_note(workspace.entries[1], "Look here."),
+    "a block that is looked at": lambda workspace, document: workspace.current.mark_checked([1]),
+    "a frame comes": lambda workspace, document: workspace.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))]),
+    "a frame goes": lambda workspace, document: workspace.remove_entries([workspace.entries[0]]),
+    "what blocks are extracted with": lambda workspace, document: workspace.parameters.set_extraction(
         BlockParameters(granularity=0.7)
     ),
-    "whether blocks made by hand stay": lambda workspace, session: workspace.parameters.set_keeps_handmade(False),
-    "parameters for all frames": lambda workspace, session: workspace.parameters.share(),
-    "note on a frame that is not open": lambda workspace, session: _note_closed(workspace),
+    "whether blocks made by hand stay": lambda workspace, document: workspace.parameters.set_keeps_handmade(False),
+    "parameters for all frames": lambda workspace, document: workspace.parameters.share(),
+    "note on a frame that is not open": lambda workspace, document: _note_closed(workspace),
 }
 
 LOOKS: dict[str, Do] = {
-    "selection": lambda workspace, session: workspace.blocks.select([2]),
-    "another frame": lambda workspace, session: workspace.frames.show(workspace.frames.sessions[0]),
-    "rectangle": lambda workspace, session: workspace.blocks.set_region((slice(1, 5), slice(2, 7))),
-    "compared runs": lambda workspace, session: workspace.runs.compare(session.state.runs[:1]),
-    "how good a run is": lambda workspace, session: workspace.runs.note_measured(session),
-    "zoom": lambda workspace, session: session.change(view={"place": [1, 2, 3]}),
-    "the first extraction": lambda workspace, session: _first_extraction(workspace, session),
+    "selection": lambda workspace, document: workspace.select([2]),
+    "another frame": lambda workspace, document: workspace.show(workspace.open[0]),
+    "rectangle": lambda workspace, document: workspace.current.set_region((slice(1, 5), slice(2, 7))),
+    "compared runs": lambda workspace, document: workspace.current.compare_runs(document.state.runs[:1]),
+    "how good a run is": lambda workspace, document: document.note_run_measured(),
+    "zoom": lambda workspace, document: document.change(view={"place": [1, 2, 3]}),
+    "the first extraction": lambda workspace, document: _first_extraction(workspace, document),
 }
 
 
 def _note_closed(workspace: Workspace) -> None:
-    workspace.frames.unload(workspace.frames.sessions[0])
-    workspace.frames.set_note(workspace.frames.entries[0], "Later.")
+    workspace.unload(workspace.open[0])
+    workspace.set_note(workspace.entries[0], "Later.")
 
 
-def _first_extraction(workspace: Workspace, session: Session) -> None:
-    blocks = Blocks(np.zeros_like(session.labels))
-    fresh = Session(FrameState("fresh", session.frame, blocks), "fresh", "fresh")
-    workspace.add_session(fresh)
-    workspace.blocks.set_first(fresh, extraction(session, session.labels), BlockParameters())
+def _first_extraction(workspace: Workspace, document: Document) -> None:
+    blocks = Blocks(np.zeros_like(document.labels))
+    fresh = Document(FrameState("fresh", document.frame, blocks), "fresh", "fresh")
+    workspace.open_document(fresh)
+    fresh.set_first(extraction(document, document.labels), BlockParameters())
     assert not fresh.unsaved
-    workspace.frames.remove_entries([entry for entry in workspace.frames.entries if entry.session is fresh])
+    workspace.remove_entries([entry for entry in workspace.entries if entry.document is fresh])
 
 
 @pytest.fixture
-def saved(workspace: Workspace, session: Session, results: list[BlockResult]) -> CurrentProject:
+def saved(workspace: Workspace, document: Document, results: list[BlockResult]) -> CurrentProject:
     """A project with results and a kept run, of which the file holds all."""
-    workspace.runs.store_results(session, results)
-    session.change(to_check=frozenset({1}))
-    workspace.runs.keep(session, _kept(session))
+    document.store_results(results)
+    document.change(to_check=frozenset({1}))
+    document.keep_run(_kept(document))
     present = CurrentProject(workspace, workspace)
     _save(present, workspace)
     return present
 
 
 def _save(present: CurrentProject, workspace: Workspace) -> None:
-    for session in workspace.frames.sessions:
-        workspace.frames.note_saved(session, session.stamp)
-    for entry in workspace.frames.entries:
-        if entry.session is None:
+    for document in workspace.open:
+        document.note_saved(document.stamp)
+    for entry in workspace.entries:
+        if entry.document is None:
             entry.set_unsaved(False)
     present.take(Path("room.ilf"))
     assert not present.unsaved
@@ -128,41 +126,41 @@ def _save(present: CurrentProject, workspace: Workspace) -> None:
 
 @pytest.mark.parametrize("do", WORK.values(), ids=WORK)
 def test_work_is_unsaved_and_saved_work_is_not(
-    saved: CurrentProject, workspace: Workspace, session: Session, do: Do
+    saved: CurrentProject, workspace: Workspace, document: Document, do: Do
 ) -> None:
     told: list[object] = []
-    workspace.frames.touched.connect(told.append)
-    workspace.frames.project_touched.connect(lambda: told.append(None))
-    do(workspace, session)
+    workspace.touched.connect(told.append)
+    workspace.project_touched.connect(lambda: told.append(None))
+    do(workspace, document)
     assert saved.unsaved
-    assert saved.words() or any(entry.unsaved_summary() for entry in workspace.frames.entries)
+    assert saved.words() or any(entry.unsaved_summary() for entry in workspace.entries)
     assert told, "who keeps the work has been told"
     _save(saved, workspace)
 
 
 @pytest.mark.parametrize("do", LOOKS.values(), ids=LOOKS)
 def test_what_is_only_looked_at_is_no_work(
-    saved: CurrentProject, workspace: Workspace, session: Session, do: Do
+    saved: CurrentProject, workspace: Workspace, document: Document, do: Do
 ) -> None:
-    do(workspace, session)
+    do(workspace, document)
     assert not saved.unsaved
 
 
-def test_the_work_is_told_in_words(saved: CurrentProject, workspace: Workspace, session: Session) -> None:
-    assert session.unsaved_summary() == ""
-    workspace.blocks.set_lock(1, True)
-    workspace.blocks.edit_info(1, "Rename", name="Wall")
-    workspace.runs.keep(session, _kept(session))
-    assert session.unsaved_summary() == "2 edits, 1 run"
-    workspace.frames.unload(session)
-    assert workspace.frames.entries[1].unsaved_summary() == "2 edits, 1 run"
-    workspace.blocks.set_visible(1, False)
-    assert workspace.session.unsaved_summary() == "changes"
+def test_the_work_is_told_in_words(saved: CurrentProject, workspace: Workspace, document: Document) -> None:
+    assert document.unsaved_summary() == ""
+    workspace.current.set_lock(1, True)
+    workspace.current.edit_info(1, "Rename", name="Wall")
+    document.keep_run(_kept(document))
+    assert document.unsaved_summary() == "2 edits, 1 run"
+    workspace.unload(document)
+    assert workspace.entries[1].unsaved_summary() == "2 edits, 1 run"
+    workspace.current.set_visible(1, False)
+    assert workspace.current.unsaved_summary() == "changes"
 
 
-def test_without_a_file_a_list_of_frames_is_no_work(workspace: Workspace, session: Session) -> None:
+def test_without_a_file_a_list_of_frames_is_no_work(workspace: Workspace, document: Document) -> None:
     present = CurrentProject(workspace, workspace)
-    workspace.frames.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))])
+    workspace.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))])
     assert not present.unsaved
     workspace.parameters.set_keeps_handmade(False)
     assert present.words() == "extraction parameters"

@@ -21,7 +21,7 @@ def host(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Too
 
 def hand(host: ToolHost, name: str) -> Hand:
     made = Hand(make_tools()[name], host)
-    host.workspace.blocks.about_to_change.connect(lambda: made.tool.cancel(host))
+    host.workspace.about_to_change.connect(lambda: made.tool.cancel(host))
     return made
 
 
@@ -79,7 +79,7 @@ def test_enter_takes_a_line_escape_drops_it_and_another_action_ends_it(host: Too
     assert host.steps == ["Redraw border"]
     border.drag([(30, 10), (33, 20), (30, 30)])
     border.click((50, 20))
-    assert host.session.selected == [2], "a click beside the line selects"
+    assert host.document.selected == [2], "a click beside the line selects"
     assert host.preview is None
     host.undo()
     host.undo()
@@ -89,8 +89,8 @@ def test_enter_takes_a_line_escape_drops_it_and_another_action_ends_it(host: Too
 def test_a_line_is_not_adjusted_after_another_step(host: ToolHost) -> None:
     border = hand(host, "border")
     border.drag(BULGE)
-    host.session.undo_stack.beginMacro("Rename")
-    host.session.undo_stack.endMacro()
+    host.document.undo_stack.beginMacro("Rename")
+    host.document.undo_stack.endMacro()
     labels = host.labels.copy()
     border.drag([(36, 20), (42, 20)])
     assert host.steps[:2] == ["Redraw border", "Rename"]
@@ -125,7 +125,7 @@ def test_an_outline_is_adjusted_with_its_block(host: ToolHost) -> None:
     assert len(host.preview.corners) == 4
     outline.drag([(50, 20), (55, 25), (58, 30)])
     assert host.labels[25, 53] == 3
-    assert host.session.selected == [3]
+    assert host.document.selected == [3]
     outline.click((40, 10), "a")
     assert host.labels[12, 42] == 2
     assert len(host.steps) == 1
@@ -157,7 +157,7 @@ def test_refine_edge_says_why_nothing_changes(host: ToolHost) -> None:
     assert "no border under the brush" in host.said[-1]
     refine.drag([(30, 10), (30, 30)])
     assert "The border stays" in host.said[-1]
-    host.session.change_info(2, locked=True)
+    host.document.change_info(2, locked=True)
     refine.drag([(30, 10), (30, 30)])
     assert "Block 2 is locked" in host.said[-1]
     host.edge_data = None

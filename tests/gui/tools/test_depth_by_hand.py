@@ -22,7 +22,7 @@ def hand(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Han
 
 
 def _depth(hand: Hand) -> np.ndarray:
-    by_hand = hand.host.session.blocks.by_hand
+    by_hand = hand.host.document.blocks.by_hand
     return np.full((48, 64), np.nan, np.float32) if by_hand is None else by_hand.depth
 
 
@@ -45,10 +45,10 @@ def test_a_picked_depth_is_painted_where_depth_is_missing(hand: Hand) -> None:
     hand.drag([(8, 16), (10, 16)], "s")
     assert hand.host.steps == ["Paint depth", "Remove depth by hand"]
     assert not np.isfinite(_depth(hand)[16, 8:11]).any()
-    hand.host.session.undo_stack.undo()
+    hand.host.document.undo_stack.undo()
     assert np.array_equal(np.isfinite(_depth(hand)), painted)
-    hand.host.session.undo_stack.undo()
-    assert hand.host.session.blocks.by_hand is None
+    hand.host.document.undo_stack.undo()
+    assert hand.host.document.blocks.by_hand is None
 
 
 def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand: Hand) -> None:
@@ -58,7 +58,7 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand: Hand) 
     hand.drag([(10, 16), (18, 16)])
     assert "The selected blocks have no missing depth here" in host.said[-1]
     host.select([])
-    host.session.change_info(1, locked=True)
+    host.document.change_info(1, locked=True)
     hand.drag([(10, 16), (18, 16)])
     assert "is locked" in host.said[-1]
     hand.drag([(40, 5), (45, 5)])
@@ -68,15 +68,15 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand: Hand) 
     assert host.steps == []
     host.select([2])
     _tool(hand).fill(host)
-    assert np.array_equal(np.isfinite(_depth(hand)), host.session.frame.missing & (host.labels == 2))
+    assert np.array_equal(np.isfinite(_depth(hand)), host.document.frame.missing & (host.labels == 2))
     _tool(hand).erase(host)
-    assert host.session.blocks.by_hand is None
+    assert host.document.blocks.by_hand is None
 
 
 def test_depth_beyond_sensors_is_refused(hand: Hand) -> None:
     with pytest.raises(InputError, match="at most 300 m"):
-        hand.host.workspace.by_hand.set_depth(
-            np.full((48, 64), 301, np.float32), hand.host.session.frame.missing, "Paint depth"
+        hand.host.workspace.current.set_by_hand(
+            np.full((48, 64), 301, np.float32), hand.host.document.frame.missing, "Paint depth"
         )
     assert hand.host.steps == []
 
@@ -85,39 +85,39 @@ def test_a_plane_is_proposed_limited_and_taken(hand: Hand) -> None:
     host, rows = hand.host, np.mgrid[:48, :64][0]
     host.select([1])
     _tool(hand).propose_plane(host)
-    proposal = host.session.proposal
+    proposal = host.document.proposal
     assert proposal is not None
     np.testing.assert_allclose(proposal[LEFT_HOLE], (1.5 + 0.004 * rows)[LEFT_HOLE], rtol=2e-3)
     assert np.isnan(proposal[RIGHT_HOLE]).all()
     assert host.steps == []
     assert "Enter: take" in hand.tool.hint
     hand.drag([(9, 12), (18, 12)])
-    limited = host.session.proposal
+    limited = host.document.proposal
     assert limited is not None
     assert np.isfinite(limited[11:13, 9:18]).all()
     assert np.isnan(limited[20]).all()
     assert hand.tool.finish(host)
-    assert host.session.proposal is None
+    assert host.document.proposal is None
     assert np.array_equal(_depth(hand), limited, equal_nan=True)
     assert host.steps == ["Continue plane"]
 
     _tool(hand).propose_plane(host)
     assert hand.tool.cancel(host)
-    assert host.session.proposal is None
+    assert host.document.proposal is None
     assert len(host.steps) == 1
 
 
 def test_the_rectangle_says_which_plane(hand: Hand) -> None:
     host = hand.host
     host.select([1])
-    host.workspace.blocks.set_region((slice(2, 9), slice(34, 60)))
+    host.workspace.current.set_region((slice(2, 9), slice(34, 60)))
     _tool(hand).propose_plane(host)
-    assert host.session.proposal is not None
-    assert np.nanmedian(host.session.proposal) == pytest.approx(2.4 + 0.005 * 14, rel=0.02), "that of the other wall"
-    host.workspace.blocks.set_region((slice(12, 15), slice(10, 15)))
+    assert host.document.proposal is not None
+    assert np.nanmedian(host.document.proposal) == pytest.approx(2.4 + 0.005 * 14, rel=0.02), "that of the other wall"
+    host.workspace.current.set_region((slice(12, 15), slice(10, 15)))
     _tool(hand).propose_plane(host)
     assert "at least 12 pixels" in host.said[-1]
-    assert host.session.proposal is None
+    assert host.document.proposal is None
 
 
 def test_a_hole_between_two_surfaces_goes_to_either(small_frame: RGBDFrame, qapp: QObject) -> None:
@@ -128,8 +128,8 @@ def test_a_hole_between_two_surfaces_goes_to_either(small_frame: RGBDFrame, qapp
     host.select([1])
     for nearer in (True, False):
         tool.propose_surface(host, nearer)
-        assert host.session.proposal is not None
-        found = float(np.nanmedian(host.session.proposal[20:30, 25:35]))
+        assert host.document.proposal is not None
+        found = float(np.nanmedian(host.document.proposal[20:30, 25:35]))
         assert found == pytest.approx(1.6 if nearer else 2.55, rel=0.05)
     Hand(tool, host).send(PointerKind.HOVER, (30, 20))
     assert tool.finish(host)

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.tools.kinds import INSPECTING, make_tools
 from gui.views.interaction import PointerKind
 from ilf.data.frame import RGBDFrame
@@ -31,7 +31,7 @@ def measured(host: ToolHost) -> list[tuple[tuple[float, float], ...]]:
 
 def test_inspecting_changes_no_block_and_needs_no_edges(host: ToolHost) -> None:
     host.edge_data = None
-    host.session.change_info(1, locked=True)
+    host.document.change_info(1, locked=True)
     labels = host.labels.copy()
     for name in INSPECTING:
         user = hand(host, name)
@@ -82,14 +82,14 @@ def test_a_line_that_is_given_up_is_where_it_was(host: ToolHost) -> None:
 
 
 def test_lines_and_measurements_stay_with_their_frame(host: ToolHost, small_frame: RGBDFrame) -> None:
-    first = host.session
+    first = host.document
     hand(host, "profile").drag([(5, 5), (40, 5)])
     hand(host, "measure").click((5, 5))
     line, former = host.inspection.line, measured(host)
-    host.workspace.add_session(Session.of(Run(small_frame, host.labels), "other", "other"))
+    host.workspace.open_document(Document.of(Run(small_frame, host.labels), "other", "other"))
     assert host.inspection.line is None
     assert measured(host) == []
-    host.workspace.frames.show(first)
+    host.workspace.show(first)
     assert host.inspection.line == line
     assert measured(host) == former
 
@@ -158,7 +158,7 @@ def test_a_point_without_a_place_in_space_is_refused(host: ToolHost, small_frame
     assert user.send(PointerKind.HOVER, (5, 5))
     assert not user.tool.busy
     blind = RGBDFrame(small_frame.rgb, small_frame.depth)
-    host.workspace.add_session(Session.of(Run(blind, host.labels), "blind", "blind"))
+    host.workspace.open_document(Document.of(Run(blind, host.labels), "blind", "blind"))
     user.click((3, 3))
     assert "intrinsics" in refused[1]
     assert measured(host) == []

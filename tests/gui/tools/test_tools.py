@@ -98,7 +98,7 @@ def test_whose_border_would_move_is_said_before_it_moves(host: ToolHost) -> None
     border.drag([(45, 20), (55, 20)], release=False)
     assert "no pixel changes" in border.tool.hint
     border.tool.cancel(host)
-    host.workspace.blocks.set_lock(2, True)
+    host.workspace.current.set_lock(2, True)
     border.drag([(30, 10), (24, 16), (24, 24), (30, 30)], release=False)
     assert "Block 2 is locked" in border.tool.hint
 
@@ -118,7 +118,7 @@ def test_what_is_found_out_of_a_line_that_is_gone_shows_nothing(host: ToolHost) 
 def test_a_click_with_the_border_tool_chooses(host: ToolHost) -> None:
     border = hand(host, "border")
     border.drag([(45, 20), (46, 21)])
-    assert host.session.selected == [2]
+    assert host.document.selected == [2]
     assert host.steps == []
 
 
@@ -146,7 +146,7 @@ def test_without_a_chosen_block_or_with_control_it_is_a_new_one(host: ToolHost, 
     host.select(chosen)
     hand(host, "outline").drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)], keys)
     assert (host.labels[11:19, 41:49] == 3).all()
-    assert host.session.selected == [3]
+    assert host.document.selected == [3]
 
 
 @pytest.mark.parametrize("end", ["enter", "double click", "first corner"])
@@ -218,7 +218,7 @@ def test_a_drag_across_cuts_and_the_larger_part_keeps_the_name(host: ToolHost) -
     split.drag([(45, -1), (47, 20), (45, 49)])
     assert host.labels[10, 40] != host.labels[10, 60]
     assert host.labels[40, 10] == 1
-    assert host.session.selected == [2]
+    assert host.document.selected == [2]
     assert host.steps == ["Split Block 2"]
 
 
@@ -322,7 +322,7 @@ def test_the_block_under_the_stroke_is_cut_whatever_is_chosen(host: ToolHost) ->
 
 
 def test_a_block_that_a_line_parts_is_meant_however_far_it_is_drawn_beyond(host: ToolHost) -> None:
-    host.workspace.blocks.edit(_box_to(host, 3, np.s_[:, 30:36]), "A narrow block")
+    host.workspace.current.edit(_box_to(host, 3, np.s_[:, 30:36]), "A narrow block")
     hand(host, "split").drag([(20, 24.5), (28, 24.5), (36, 24.5), (45, 24.5)])
     assert host.steps[-1] == "Split Block 3"
     assert (host.labels[:, :30] == 1).all()
@@ -367,9 +367,9 @@ def test_erased_pixels_go_to_the_neighbour_unless_they_shall_not(host: ToolHost)
 
 
 def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host: ToolHost) -> None:
-    host.workspace.blocks.edit(_all_to(host, 1), "All")
+    host.workspace.current.edit(_all_to(host, 1), "All")
     host.select([1])
-    host.session.info(2)
+    host.document.info(2)
     host.select([2])
     host.options.similar_only = True
     paint = hand(host, "paint")
@@ -401,9 +401,9 @@ def test_a_stroke_that_is_given_up_was_never_there(host: ToolHost) -> None:
 
 
 def test_a_click_gives_a_part_or_with_control_a_region(host: ToolHost) -> None:
-    host.workspace.blocks.edit(_all_to(host, 1), "All")
-    host.workspace.blocks.edit(_box_to(host, 5, np.s_[5:15, 20:40]), "Box")
-    host.session.info(7)
+    host.workspace.current.edit(_all_to(host, 1), "All")
+    host.workspace.current.edit(_box_to(host, 5, np.s_[5:15, 20:40]), "Box")
+    host.document.info(7)
     host.select([7])
     give = hand(host, "give")
     give.hover((25, 10), "c")
@@ -429,16 +429,16 @@ def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host: ToolHost) 
     after = before.copy()
     after[:21, 30:] = 1
     assert np.array_equal(host.labels, after)
-    assert host.session.selected == [], "the next line is for the block that it begins in"
-    host.session.undo_stack.undo()
+    assert host.document.selected == [], "the next line is for the block that it begins in"
+    host.document.undo_stack.undo()
     give.drag([(25, 20.5), (40, 20.5)])
     assert "cuts nothing off" in host.said[-1]
     host.select([1])
     give.drag([(50.5, 46), (50.5, 30), (50.5, 10), (50.5, -2)])
     assert (host.labels[:, :50] == 1).all(), "begun in the block itself, it is for the chosen one: what is beside that"
     assert (host.labels[:, 51:] == 2).all()
-    host.session.undo_stack.undo()
-    host.workspace.blocks.set_lock(2, True)
+    host.document.undo_stack.undo()
+    host.workspace.current.set_lock(2, True)
     give.drag([(25, 20.5), (40, 20.5), (62, 20.5)])
     assert "locked" in host.said[-1]
     assert np.array_equal(host.labels, before)
@@ -446,8 +446,8 @@ def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host: ToolHost) 
 
 def test_a_part_smaller_than_the_line_in_its_block_is_not_meant(host: ToolHost) -> None:
     """The line goes along the rim of a third block, farther than through the block that it cuts."""
-    host.workspace.blocks.edit(_box_to(host, 3, np.s_[:10, 30:]), "Third block")
-    host.workspace.blocks.edit(_box_to(host, 4, np.s_[10:13, 30:]), "To be cut")
+    host.workspace.current.edit(_box_to(host, 3, np.s_[:10, 30:]), "Third block")
+    host.workspace.current.edit(_box_to(host, 4, np.s_[10:13, 30:]), "To be cut")
     hand(host, "give").drag([(28, 8.5), (33, 8.5), (43.5, 8.5), (43.5, 15)])
     assert (host.labels[:10, 30:] == 3).all()
     assert (host.labels[10:13, 30:43] == 1).all()
@@ -456,7 +456,7 @@ def test_a_part_smaller_than_the_line_in_its_block_is_not_meant(host: ToolHost) 
 
 def _three_blocks(host: ToolHost) -> None:
     """Block 3 in the upper left corner, above Block 1; Block 2 on the right of both."""
-    host.workspace.blocks.edit(_box_to(host, 3, np.s_[:24, :30]), "Third block")
+    host.workspace.current.edit(_box_to(host, 3, np.s_[:24, :30]), "Third block")
 
 
 def test_a_line_begun_beside_the_chosen_block_is_for_that(host: ToolHost) -> None:
@@ -464,7 +464,7 @@ def test_a_line_begun_beside_the_chosen_block_is_for_that(host: ToolHost) -> Non
     line = [(27.0, 20.0), (36.0, 34.0), (50.0, 40.0), (58.0, 49.0)]
     hand(host, "give").drag(line)
     assert host.labels[40, 35] == 3, "without a chosen block it is for the one that it begins in"
-    host.session.undo_stack.undo()
+    host.document.undo_stack.undo()
     host.select([1])
     give = hand(host, "give")
     give.drag(line, release=False)
@@ -488,7 +488,7 @@ def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host: ToolHo
 
 def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
     _three_blocks(host)
-    host.workspace.blocks.edit(_box_to(host, 5, np.s_[:10, :10]), "Corner")
+    host.workspace.current.edit(_box_to(host, 5, np.s_[:10, :10]), "Corner")
     host.select([5])
     give = hand(host, "give")
     give.drag([(50.5, 46), (50.5, 30), (50.5, -2)], release=False)
@@ -521,10 +521,10 @@ def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
 def test_giving_needs_a_block_that_takes(host: ToolHost) -> None:
     give = hand(host, "give")
     give.click((10, 10))
-    assert host.session.selected == [1]
+    assert host.document.selected == [1]
     give.click((50, 10), "s")
-    assert host.session.selected == [2]
-    host.workspace.blocks.set_lock(1, True)
+    assert host.document.selected == [2]
+    host.workspace.current.set_lock(1, True)
     give.click((10, 10))
     assert "locked" in host.said[-1]
     assert (host.labels[:, :30] == 1).all()
@@ -535,21 +535,21 @@ def test_giving_needs_a_block_that_takes(host: ToolHost) -> None:
 
 def test_distrusted_depth_is_missing_and_comes_back(host: ToolHost) -> None:
     mark_invalid = hand(host, "mark_invalid")
-    known = host.session.frame.known.copy()
+    known = host.document.frame.known.copy()
     mark_invalid.drag([(40, 10), (50, 10)], release=False)
     assert host.preview is not None
     assert host.preview.area is not None
-    assert np.array_equal(host.session.frame.known, known), "not before the release"
+    assert np.array_equal(host.document.frame.known, known), "not before the release"
     mark_invalid.send(*_release((50, 10)))
-    assert not host.session.frame.known[8:13, 40:50].any()
-    assert host.session.frame.invalid_mask is not None
+    assert not host.document.frame.known[8:13, 40:50].any()
+    assert host.document.frame.invalid_mask is not None
     mark_invalid.drag([(44, 10), (60, 10)], "a")
-    assert host.session.frame.known[10, 44:60].all()
-    assert not host.session.frame.known[10, 39]
+    assert host.document.frame.known[10, 44:60].all()
+    assert not host.document.frame.known[10, 39]
     assert host.steps == ["Mark depth invalid", "Mark depth valid"]
     host.workspace.undo_group.undo()
     host.workspace.undo_group.undo()
-    assert np.array_equal(host.session.frame.known, known)
+    assert np.array_equal(host.document.frame.known, known)
 
 
 def test_there_must_be_depth_to_distrust(host: ToolHost) -> None:
@@ -567,21 +567,21 @@ def test_there_must_be_depth_to_distrust(host: ToolHost) -> None:
 def test_shift_adds_and_a_band_chooses_what_lies_in_it(host: ToolHost) -> None:
     select = hand(host, "select")
     assert not select.press((10, 10)), "a drag pans"
-    assert host.session.selected == [1]
+    assert host.document.selected == [1]
     assert select.press((50, 10), "s")
     select.send(*_release((50, 10), "s"))
-    assert host.session.selected == [1, 2]
+    assert host.document.selected == [1, 2]
     host.select([])
     select.drag([(63, 47), (40, 20), (20, -2)], "s", release=False)
     assert host.preview is not None
     assert host.preview.line.boundingRect().getRect() == (20, -2, 43, 49)
     select.send(*_release((20, -2), "s"))
-    assert host.session.selected == [2], "only a third of block 1 is in the band"
+    assert host.document.selected == [2], "only a third of block 1 is in the band"
     assert host.preview is None
 
 
 def test_locked_blocks_are_left_alone_by_every_tool(host: ToolHost) -> None:
-    host.workspace.blocks.set_lock(2, True)
+    host.workspace.current.set_lock(2, True)
     host.select([2])
     before = host.labels.copy()
     for name in ("border", "split", "paint", "erase", "outline"):
@@ -650,7 +650,7 @@ def test_a_line_that_only_a_lock_holds_back_names_the_locked_block(
 ) -> None:
     before = host.labels.copy()
     host.select([1])
-    host.workspace.blocks.set_lock(2, True)
+    host.workspace.current.set_lock(2, True)
     hand(host, name).drag(line)
     assert np.array_equal(host.labels, before)
     assert "Block 2 is locked" in host.said[-1]

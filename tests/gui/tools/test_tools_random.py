@@ -40,7 +40,7 @@ def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
     host.options.leash = gesture["leash"]
     host.options.hand_depth = gesture["hand_depth"]
     host.options.similar_only, host.options.to_no_block = gesture["switches"]
-    host.select([gesture["chosen"]] if gesture["chosen"] in host.session.counts() else [])
+    host.select([gesture["chosen"]] if gesture["chosen"] in host.document.counts() else [])
     hand, points, keys, how = Hand(tool, host), gesture["points"], gesture["keys"], gesture["how"]
     hand.hover(points[0], keys)
     if how in ("drag", "adjusted", "given up", "left"):
@@ -59,7 +59,7 @@ def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
         tool.undo_last(host)
         tool.cancel(host)
     elif how == "left":
-        host.workspace.blocks.about_to_change.emit()
+        host.workspace.about_to_change.emit()
 
 
 def test_whatever_a_hand_does(small_frame: RGBDFrame, qapp: QObject) -> None:
@@ -90,11 +90,11 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
     labels[30:42, 10:40] = LOCKED
     labels[:6] = 0 if holes else 4
     host = ToolHost(frame, labels)
-    host.session.change_info(LOCKED, locked=True)
+    host.document.change_info(LOCKED, locked=True)
     tools = make_tools()
     for tool in tools.values():
-        host.workspace.blocks.about_to_change.connect(lambda tool=tool: tool.cancel(host))
-    stack = host.session.undo_stack
+        host.workspace.about_to_change.connect(lambda tool=tool: tool.cancel(host))
+    stack = host.document.undo_stack
     seen = {0: _state(host)}
     edits = 0
     for gesture in gestures:
@@ -103,7 +103,7 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
         _check(host, labels)
         for tool in tools.values():
             tool.cancel(host)
-        assert host.session.proposal is None
+        assert host.document.proposal is None
         if stack.index() > before or gesture["how"] == "adjusted":  # what was undone before is gone
             seen = {index: state for index, state in seen.items() if index <= before}
         elif gesture["how"] in ("given up", "left"):
@@ -119,9 +119,9 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
         if stack.index() in seen:
             _compare(host, seen[stack.index()])
     assert np.array_equal(host.labels, labels)
-    assert host.session.frame.invalid_mask is None
+    assert host.document.frame.invalid_mask is None
     assert not _drawn(host).any()
-    assert host.session.blocks.by_hand is None
+    assert host.document.blocks.by_hand is None
     while stack.canRedo():
         stack.redo()
         if stack.index() in seen:
@@ -130,17 +130,17 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
 
 
 def _state(host: ToolHost) -> tuple[np.ndarray, ...]:
-    return host.labels.copy(), host.session.frame.known.copy(), _drawn(host), _by_hand(host)
+    return host.labels.copy(), host.document.frame.known.copy(), _drawn(host), _by_hand(host)
 
 
 def _by_hand(host: ToolHost) -> np.ndarray:
     """Depth by hand, 0 for none."""
-    by_hand = host.session.blocks.by_hand
+    by_hand = host.document.blocks.by_hand
     return np.zeros(FRAME_SHAPE) if by_hand is None else np.nan_to_num(by_hand.depth)
 
 
 def _drawn(host: ToolHost) -> np.ndarray:
-    drawn = host.session.blocks.drawn
+    drawn = host.document.blocks.drawn
     return np.zeros(FRAME_SHAPE, bool) if drawn is None else drawn.copy()
 
 
@@ -150,10 +150,10 @@ def _compare(host: ToolHost, state: tuple[np.ndarray, ...]) -> None:
 
 
 def _check(host: ToolHost, labels: np.ndarray) -> None:
-    frame = host.session.frame
+    frame = host.document.frame
     assert host.labels.dtype == np.int32
     assert host.labels.min() >= 0
-    assert sum(counts.pixels for counts in host.session.counts().values()) == np.count_nonzero(host.labels)
+    assert sum(counts.pixels for counts in host.document.counts().values()) == np.count_nonzero(host.labels)
     assert np.array_equal(host.labels == LOCKED, labels == LOCKED)
     measured = np.isfinite(frame.measured)
     invalid_mask = np.zeros(frame.shape, bool) if frame.invalid_mask is None else frame.invalid_mask

@@ -15,7 +15,7 @@ from gui.features.compare import DerivedPresenter
 from gui.features.documents.export import behind
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from gui.features.views import ViewsPresenter
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.tools.editor import Editor
 from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
@@ -54,9 +54,9 @@ def effect(bench: Bench, views: ViewsPresenter, qtbot: QtBot) -> Iterator[EditSu
 
 
 def box_to(bench: Bench, label: int, rows: slice, columns: slice) -> LabelPatch:
-    labels = bench.session.labels.copy()
+    labels = bench.document.labels.copy()
     labels[rows, columns] = label
-    patch = patch_between(bench.session.labels, labels)
+    patch = patch_between(bench.document.labels, labels)
     assert patch is not None
     return patch
 
@@ -71,24 +71,24 @@ def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench: Bench, 
     bench.runs.start()
     mask = np.zeros(bench.frame.shape, bool)
     mask[:4, :4] = True
-    bench.workspace.blocks.set_invalid_mask(mask, "Distrust depth")
+    bench.workspace.current.set_invalid_mask(mask, "Distrust depth")
     bench.script.allow()
     until(lambda: bool(bench.said))
-    assert bench.session.valid_results() == {}
-    bench.session.undo_stack.undo()
-    assert set(bench.session.valid_results()) == {1, 2}
+    assert bench.document.valid_results() == {}
+    bench.document.undo_stack.undo()
+    assert set(bench.document.valid_results()) == {1, 2}
 
 
 def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench: Bench, until: Until) -> None:
     run_all(bench, until)
-    block = bench.session.labels == 2
-    bench.workspace.blocks.edit(box_to(bench, 1, np.s_[:], np.s_[30:]), "Give")
-    bench.workspace.blocks.stroke(box_to(bench, 2, np.s_[:], np.s_[30:]))
-    bench.session.valid_results()  # as the views ask for them during a stroke
-    bench.workspace.blocks.end_stroke("Paint")
-    assert bench.session.blocks.drawn is not None
-    assert bench.session.blocks.drawn[block].any()
-    assert 2 not in bench.session.valid_results()
+    block = bench.document.labels == 2
+    bench.workspace.current.edit(box_to(bench, 1, np.s_[:], np.s_[30:]), "Give")
+    bench.workspace.current.stroke(box_to(bench, 2, np.s_[:], np.s_[30:]))
+    bench.document.valid_results()  # as the views ask for them during a stroke
+    bench.workspace.current.end_stroke("Paint")
+    assert bench.document.blocks.drawn is not None
+    assert bench.document.blocks.drawn[block].any()
+    assert 2 not in bench.document.valid_results()
 
 
 def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
@@ -103,17 +103,17 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
     run_all(bench, until)
     for count, column in enumerate((26, 22), 1):
-        drawn = bench.session.blocks.drawn
+        drawn = bench.document.blocks.drawn
         former = None if drawn is None else drawn.copy()
-        bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[column:30]), "Paint")
+        bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[column:30]), "Paint")
         until(lambda count=count: len(asked) == count)
         before, after = asked[-1]
-        np.testing.assert_array_equal(after.blocks.drawn, bench.session.blocks.drawn)
+        np.testing.assert_array_equal(after.blocks.drawn, bench.document.blocks.drawn)
         if former is None:
             assert before.blocks.drawn is None
         else:
             np.testing.assert_array_equal(before.blocks.drawn, former)
-    bench.session.undo_stack.undo()
+    bench.document.undo_stack.undo()
     until(lambda: len(asked) == 3)
     np.testing.assert_array_equal(asked[2][0].blocks.drawn, asked[1][1].blocks.drawn)
     np.testing.assert_array_equal(asked[2][1].blocks.drawn, asked[1][0].blocks.drawn)
@@ -123,14 +123,14 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(
     bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter, until: Until
 ) -> None:
     run_all(bench, until)
-    first = bench.session.completion()
+    first = bench.document.completion()
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
     run_all(bench, until)
-    assert bench.session.completion() is not first
-    bench.session.undo_stack.undo()
-    now = bench.session.completion()
+    assert bench.document.completion() is not first
+    bench.document.undo_stack.undo()
+    now = bench.document.completion()
     assert now is not None
-    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     shown: list[np.ndarray] = []
     views._views.set_result = lambda depth, *_: shown.append(depth)  # type: ignore[method-assign]
     effect.look(True)
@@ -141,16 +141,18 @@ def test_other_blocks_leave_nothing_to_look_back_to(
     bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter, until: Until
 ) -> None:
     run_all(bench, until)
-    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     line = effect.parent()
     assert isinstance(line, EditSummaryLine)
     assert "Paint" in line.label.text()
-    bench.workspace.blocks.replace(np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks")
+    bench.workspace.current.replace_blocks(
+        np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks"
+    )
     assert "Paint" not in line.label.text()
     shown: list[np.ndarray] = []
     views._views.set_blocks = lambda labels, _: shown.append(labels.copy())  # type: ignore[method-assign]
     effect.look(True)
-    assert all(np.array_equal(labels, bench.session.labels) for labels in shown)
+    assert all(np.array_equal(labels, bench.document.labels) for labels in shown)
 
 
 def test_what_is_shown_while_one_looks_back_stays(
@@ -159,8 +161,8 @@ def test_what_is_shown_while_one_looks_back_stays(
     run_all(bench, until)
     shown: list[np.ndarray | None] = []
     drawn: list[np.ndarray] = []
-    former = bench.session.labels.copy()
-    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    former = bench.document.labels.copy()
+    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     views._views.set_result = lambda depth, *_: shown.append(depth)  # type: ignore[method-assign]
     views._views.set_blocks = lambda labels, _: drawn.append(labels.copy())  # type: ignore[method-assign]
     effect.look(True)
@@ -169,7 +171,7 @@ def test_what_is_shown_while_one_looks_back_stays(
     assert len(shown) == len(drawn) == 1
     np.testing.assert_array_equal(drawn[0], former)
     effect.look(False)
-    np.testing.assert_array_equal(drawn[-1], bench.session.labels)
+    np.testing.assert_array_equal(drawn[-1], bench.document.labels)
     assert len(shown) == 2
 
 
@@ -177,11 +179,11 @@ def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
     bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter
 ) -> None:
     bench.script.allow()
-    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
     small = np.s_[:20, :30]
     frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
-    bench.workspace.add_session(Session.of(Run(frame, bench.labels[small]), None, "small"))
+    bench.workspace.open_document(Document.of(Run(frame, bench.labels[small]), None, "small"))
     effect.look(False)  # as the window does when another frame is shown, before anything is drawn
     assert views._views.material.rgb is frame.rgb
     np.testing.assert_array_equal(views._views._overlay.labels, bench.labels[small])
@@ -198,7 +200,7 @@ def test_edges_of_one_frame_do_not_come_to_the_next(
     derived.show()
     small = np.s_[:20, :30]
     frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
-    bench.workspace.add_session(Session.of(Run(frame, bench.labels[small]), None, "small"))
+    bench.workspace.open_document(Document.of(Run(frame, bench.labels[small]), None, "small"))
     views.show_present()  # as when the key that shows the state before an edit is released
     found.set()
     until(lambda: not derived.busy)
@@ -211,12 +213,12 @@ def test_blocks_of_one_frame_are_not_solved_in_another(bench: Bench, until: Unti
     bench.runs.resolve([2, 1])
     bench.runs.resolve([2])
     bench.script.allow(1)
-    until(lambda: bench.session.results.running == [2])
+    until(lambda: bench.document.results.running == [2])
     second = bench.open("second")
     bench.runs.resolve([1], edited=True)
     bench.script.records = 1
     bench.script.allow()
-    until(lambda: set(second.valid_results()) == {1} and set(bench.session.valid_results()) == {1, 2})
+    until(lambda: set(second.valid_results()) == {1} and set(bench.document.valid_results()) == {1, 2})
     assert [list(steps.run.only) for steps in bench.script.runs if steps.run.frame is second.frame] == [[1]]
 
 
@@ -224,10 +226,10 @@ def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(
     bench: Bench, effect: EditSummaryPresenter, until: Until
 ) -> None:
     run_all(bench, until)
-    bench.workspace.blocks.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.workspace.current.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
     bench.runs.start({3})
-    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
-    until(lambda: bench.session.changed_blocks() == [])
+    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    until(lambda: bench.document.changed_blocks() == [])
 
 
 def test_undo_takes_back_the_values_of_its_step_alone(bench: Bench) -> None:
@@ -238,32 +240,32 @@ def test_undo_takes_back_the_values_of_its_step_alone(bench: Bench) -> None:
     second = bench.open("second")
     assert workspace.parameters.current == quick, "a frame begins with what the one before it has"
     workspace.parameters.set(quick.replace(s_criteria=0.003))
-    assert bench.session.state.common == quick
-    bench.session.undo_stack.undo()
+    assert bench.document.state.common == quick
+    bench.document.undo_stack.undo()
     assert workspace.parameters.current == quick.replace(s_criteria=0.003), "the other frame's step stays"
     second.undo_stack.undo()
-    assert (workspace.parameters.current, bench.session.state.common) == (quick, common)
+    assert (workspace.parameters.current, bench.document.state.common) == (quick, common)
 
 
 def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: ViewsPresenter) -> None:
     editor = Editor(bench.workspace, views._views)
     commands = BlockCommands(bench.workspace, editor)
-    former = bench.session.labels.copy()
-    bench.workspace.blocks.select([1])
+    former = bench.document.labels.copy()
+    bench.workspace.select([1])
     editor.set_tool("paint")
-    bench.workspace.blocks.stroke(box_to(bench, 2, np.s_[5:20], np.s_[10:20]))
+    bench.workspace.current.stroke(box_to(bench, 2, np.s_[5:20], np.s_[10:20]))
     commands.delete()
-    bench.session.undo_stack.undo()
-    np.testing.assert_array_equal(bench.session.labels, former)
+    bench.document.undo_stack.undo()
+    np.testing.assert_array_equal(bench.document.labels, former)
     editor.shutdown()
 
 
 def test_an_export_says_what_its_results_lack(bench: Bench, until: Until) -> None:
     run_all(bench, until)
-    assert behind(bench.session) == ""
-    bench.workspace.blocks.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    assert behind(bench.document) == ""
+    bench.workspace.current.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
-    assert behind(bench.session) == (
+    assert behind(bench.document) == (
         "Not run in their current state, so that their missing depth stays missing: 2 of 3 blocks. "
         "Run with other parameters than the current ones: 1 of 3 blocks. Run them first (F5)."
     )
@@ -273,10 +275,10 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(
     bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: 1.0)
-    workspace, session = bench.workspace, bench.session
+    workspace, document = bench.workspace, bench.document
 
     def kept() -> list[int]:
-        return [one.result.parameters.max_iterations for one in session.results.kept[1]]
+        return [one.result.parameters.max_iterations for one in document.results.kept[1]]
 
     def solve() -> None:
         bench.runs.resolve([1])
@@ -288,23 +290,23 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(
         workspace.parameters.set(first.replace(max_iterations=limit))
         solve()
     assert kept() == [first.max_iterations, 109]
-    session.undo_stack.undo()
-    assert session.is_up_to_date(1)
+    document.undo_stack.undo()
+    assert document.is_up_to_date(1)
     solve()
-    session.undo_stack.redo()
-    assert session.is_up_to_date(1)
-    workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    document.undo_stack.redo()
+    assert document.is_up_to_date(1)
+    workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     solve()
     assert sorted(kept()) == [109, 109, first.max_iterations], "undo may bring back the other state"
 
 
 def test_a_preview_is_not_shown_where_its_block_is_no_more(bench: Bench, until: Until) -> None:
     run_all(bench, until)
-    block = bench.session.valid_results()[1].block
-    bench.workspace.runs.add_records(bench.session, 1, [])
-    bench.workspace.runs.add_previews(bench.session, [(block, np.full(block.mask.sum(), 9.0, np.float32))])
-    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
-    depth = bench.session.current_depth()
+    block = bench.document.valid_results()[1].block
+    bench.document.add_records(1, [])
+    bench.document.add_previews([(block, np.full(block.mask.sum(), 9.0, np.float32))])
+    bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    depth = bench.document.current_depth()
     assert depth is not None
     assert (depth[5:20, 26:30] != 9.0).all()
     assert (depth[:, :26] == 9.0).all()
@@ -313,7 +315,7 @@ def test_a_preview_is_not_shown_where_its_block_is_no_more(bench: Bench, until: 
 def test_an_export_during_a_drag_has_not_saved_what_came_after(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: 1.0)
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
-    state = bench.session.stamp
+    state = bench.document.stamp
     bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=8))
-    bench.workspace.frames.note_saved(bench.session, state)
-    assert bench.session.unsaved
+    bench.document.note_saved(state)
+    assert bench.document.unsaved

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from gui.features.curves import CurvesPresenter
-from gui.state.session import Session
+from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.views.curves.curve import FLOOR, Curve
 from gui.views.curves.panel import EMPTY_TEXT, CurvesPanel
@@ -165,12 +165,12 @@ def test_a_corrected_block_has_the_error_of_its_depth(panel: CurvesPanel) -> Non
     depth[8:16, 8:24] = np.nan
     frame = RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, ground_truth=np.full((24, 32), 2.01, np.float32))
     workspace = Workspace()
-    workspace.add_session(Session.of(Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
-    session = workspace.session
-    (result,) = complete(frame, session.labels).results.values()
+    workspace.open_document(Document.of(Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
+    document = workspace.current
+    (result,) = complete(frame, document.labels).results.values()
     presenter = CurvesPresenter(workspace, panel)
     for correction, expected in ((("a" * 64,), "err 20 mm"), ((), "err 10 mm")):
-        workspace.runs.store_results(session, [replace(result, depth=result.depth - 0.01, correction=correction)])
+        document.store_results([replace(result, depth=result.depth - 0.01, correction=correction)])
         presenter.show()
         assert expected in panel.readout.text
 
@@ -330,16 +330,16 @@ def test_a_block_without_curves_says_why(panel: CurvesPanel) -> None:
     depth = np.full((12, 16), 2.0, np.float32)
     frame = RGBDFrame(np.zeros((12, 16, 3), np.uint8), depth)
     workspace = Workspace()
-    workspace.add_session(Session.of(Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
-    workspace.blocks.select([1])
+    workspace.open_document(Document.of(Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
+    workspace.select([1])
     presenter = CurvesPresenter(workspace, panel)
     panel.show()
     presenter.show()
     assert panel.hint == EMPTY_TEXT
-    workspace.runs.store_results(workspace.session, list(complete(frame, workspace.session.labels).results.values()))
+    workspace.current.store_results(list(complete(frame, workspace.current.labels).results.values()))
     presenter.show()
     assert panel.hint == "All depth is known."
-    workspace.frames.show(None)
+    workspace.show(None)
     presenter.show()
     assert panel.hint == EMPTY_TEXT
 

@@ -45,25 +45,25 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     bench.runs.extrapolate()
     assert bench.states == [], "nothing has been run"
     _run_with_a_gap(bench, until)
-    missing = np.isnan(bench.session.completion().depth)
+    missing = np.isnan(bench.document.completion().depth)
     bench.runs.extrapolate()
     assert bench.runs.state is RunState.EXTRAPOLATING
-    assert bench.runs.running == [bench.session]
+    assert bench.runs.running == [bench.document]
     until(lambda: bool(bench.said))
-    completion = bench.session.completion()
+    completion = bench.document.completion()
     assert np.array_equal(completion.extrapolated, missing)
     assert np.isfinite(completion.depth).all()
-    assert bench.session.extrapolated
-    assert bench.session.run(bench.workspace.parameters.current, extrapolate=True).extrapolate
+    assert bench.document.extrapolated
+    assert bench.document.run(bench.workspace.parameters.current, extrapolate=True).extrapolate
     assert bench.said[0].startswith(f"first: {np.count_nonzero(missing)} pixels extrapolated in ")
-    assert bench.finished == [bench.session]
+    assert bench.finished == [bench.document]
     assert bench.runs.state is RunState.IDLE
     bench.runs.extrapolate()
     assert bench.runs.state is RunState.IDLE, "there is nothing left to guess"
     bench.runs.resolve([1])
     until(lambda: bool(bench.resolved))
-    assert not bench.session.extrapolated
-    assert not bench.session.completion().extrapolated.any()
+    assert not bench.document.extrapolated
+    assert not bench.document.completion().extrapolated.any()
 
 
 def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,7 +74,7 @@ def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, mo
         yield record(1)
 
     monkeypatch.setattr(runs_module, "extrapolation_steps", nothing)
-    bench.session.change_blocks(extraction=BlockParameters(depth_jump=0.3))
+    bench.document.change_blocks(extraction=BlockParameters(depth_jump=0.3))
     _run_with_a_gap(bench, until)
     bench.runs.extrapolate()
     until(lambda: bench.runs.state is RunState.IDLE)
@@ -89,30 +89,30 @@ def test_clearing_during_a_guess_leaves_nothing(
     bench.runs.clear_results()
     endless_extrapolation.set()
     until(lambda: bench.runs.state is RunState.IDLE)
-    assert bench.session.completion() is None
+    assert bench.document.completion() is None
     assert bench.said == ["first: extrapolation cancelled."]
 
 
 def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: Until) -> None:
     _run_with_a_gap(bench, until)
     bench.runs.extrapolate()
-    until(lambda: bench.session.extrapolated)
-    assert bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2]), "Merge")
-    assert not bench.session.extrapolated
-    bench.session.undo_stack.undo()
-    assert bench.session.extrapolated
+    until(lambda: bench.document.extrapolated)
+    assert bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
+    assert not bench.document.extrapolated
+    bench.document.undo_stack.undo()
+    assert bench.document.extrapolated
 
 
 def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_extrapolation: threading.Event) -> None:
     _run_with_a_gap(bench, until)
-    before = bench.session.completion()
+    before = bench.document.completion()
     bench.runs.extrapolate()
     bench.runs.cancel()
     assert bench.runs.state is RunState.STOPPING
     endless_extrapolation.set()
     until(lambda: bool(bench.said))
     assert bench.said == ["first: extrapolation cancelled."]
-    assert bench.session.completion() is before
+    assert bench.document.completion() is before
     assert bench.finished == []
     assert 0 not in {label for label, _ in bench.records}, "a guess is no block"
     bench.runs.start({1})
@@ -123,21 +123,21 @@ def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_extrapolat
 def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench, until: Until) -> None:
     _run_with_a_gap(bench, until)
     bench.runs.extrapolate()
-    bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
+    bench.workspace.current.edit(merge(bench.document.labels, [1, 2], frozenset()), "Merge")
     until(lambda: bool(bench.said))
     assert "extrapolate again" in bench.said[0]
-    assert not bench.session.extrapolated
+    assert not bench.document.extrapolated
     assert bench.finished == []
 
 
 def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench: Bench, until: Until) -> None:
-    bench.session.change(extrapolate=True)
+    bench.document.change(extrapolate=True)
     bench.script.allow()
     bench.runs.start({1})
     until(lambda: len(bench.said) == 2)
     assert "run finished" in bench.said[0]
     assert "extrapolated" in bench.said[1]
-    assert bench.finished == [bench.session], "once, when all is done"
+    assert bench.finished == [bench.document], "once, when all is done"
     bench.runs.start({2})
     bench.runs.cancel()
     until(lambda: len(bench.said) == 3)
@@ -149,7 +149,7 @@ def test_a_guess_waits_for_the_re_solve_under_way(bench: Bench, until: Until) ->
     bench.runs.resolve([1])
     bench.runs.extrapolate()
     until(lambda: bool(bench.said))
-    assert bench.session.extrapolated
+    assert bench.document.extrapolated
 
 
 def test_how_long_it_took_is_said(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -92,7 +92,7 @@ def test_a_full_drive_leaves_the_autosave_whole_and_all_is_kept_when_there_is_ro
     drive: _Drive, record: Record, qtbot: QtBot
 ) -> None:
     context = record(drive.folder / "autosave")
-    one, two = context.sessions
+    one, two = context.documents
     ended: list[Exception | None] = []
     context.recorder.failed.connect(ended.append)
     context.recorder.kept.connect(lambda: ended.append(None))
@@ -125,7 +125,7 @@ def test_a_full_drive_leaves_the_autosave_whole_and_all_is_kept_when_there_is_ro
 def test_a_drive_that_is_read_only_or_taken_away_costs_nothing(drive: _Drive, record: Record, qtbot: QtBot) -> None:
     drive.lock(True)
     context = record(drive.folder / "autosave")
-    one, two = context.sessions
+    one, two = context.documents
     with qtbot.waitSignal(context.recorder.failed, timeout=WAIT_MS) as failed:
         context.erase(two, 1)
     assert str(drive.folder) in str(failed.args[0])

@@ -52,9 +52,9 @@ def line(bench: Bench, live: QAction, qtbot: QtBot) -> Iterator[EditSummaryLine]
 
 
 def _patch(bench: Bench, label: int, column: int = 26) -> LabelPatch:
-    labels = bench.session.labels.copy()
+    labels = bench.document.labels.copy()
     labels[5:20, column:34] = label
-    patch = patch_between(bench.session.labels, labels)
+    patch = patch_between(bench.document.labels, labels)
     assert patch is not None
     return patch
 
@@ -74,9 +74,9 @@ def test_an_edit_that_was_undone_has_nothing_solved_for_values_that_are_set_late
     bench: Bench, solver: LiveSolver, until: Until
 ) -> None:
     _run(bench, until)
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
-    until(lambda: bench.session.changed_blocks() == [] and bench.runs.state is RunState.IDLE)
-    bench.session.undo_stack.undo()
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
+    until(lambda: bench.document.changed_blocks() == [] and bench.runs.state is RunState.IDLE)
+    bench.document.undo_stack.undo()
     bench.workspace.parameters.set(QUICK)
     asked = _asked(bench)
     bench.runs.state_changed.emit()
@@ -85,43 +85,43 @@ def test_an_edit_that_was_undone_has_nothing_solved_for_values_that_are_set_late
 
 def test_touched_blocks_are_solved_again_the_chosen_one_first(bench: Bench, solver: LiveSolver, until: Until) -> None:
     _run(bench, until)
-    bench.workspace.blocks.select([2])
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
-    until(lambda: bench.session.changed_blocks() == [])
+    bench.workspace.select([2])
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
+    until(lambda: bench.document.changed_blocks() == [])
     assert _asked(bench) == [[1, 2], [2, 1]]
-    bench.session.undo_stack.undo()
+    bench.document.undo_stack.undo()
     assert bench.runs.state is RunState.IDLE, "what undo brings back needs no solving"
-    assert bench.session.changed_blocks() == []
+    assert bench.document.changed_blocks() == []
 
 
 def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench: Bench, solver: LiveSolver, until: Until) -> None:
     _run(bench, until)
-    labels = bench.session.labels.copy()
+    labels = bench.document.labels.copy()
     labels[40:, 50:] = 3
-    bench.workspace.blocks.edit(patch_between(bench.session.labels, labels), "Outline")
-    until(lambda: bench.session.changed_blocks() == [])
+    bench.workspace.current.edit(patch_between(bench.document.labels, labels), "Outline")
+    until(lambda: bench.document.changed_blocks() == [])
     assert _asked(bench)[1:] == [[2, 3]]
 
 
 def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(
     bench: Bench, solver: LiveSolver, live: QAction, until: Until
 ) -> None:
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert bench.runs.state is RunState.IDLE
     _run(bench, until)
     live.setChecked(False)
-    bench.session.undo_stack.undo()
+    bench.document.undo_stack.undo()
     assert bench.runs.state is RunState.IDLE
-    assert bench.session.changed_blocks() == [1, 2]
+    assert bench.document.changed_blocks() == [1, 2]
 
 
 def test_what_is_touched_during_a_run_is_solved_after_it(bench: Bench, solver: LiveSolver, until: Until) -> None:
     _run(bench, until)
     bench.runs.pause()
     bench.runs.start()
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: len(bench.script.runs) == 3)
-    until(lambda: bench.session.changed_blocks() == [])
+    until(lambda: bench.document.changed_blocks() == [])
     assert bench.said[-1].endswith("2 blocks edited meanwhile: run again (F5).")
 
 
@@ -129,39 +129,39 @@ def test_what_a_turn_to_another_frame_drops_is_solved_when_the_first_is_shown_ag
     bench: Bench, solver: LiveSolver, until: Until
 ) -> None:
     _run(bench, until)
-    first = bench.session
+    first = bench.document
     other = bench.open("second")
-    bench.workspace.frames.show(first)
+    bench.workspace.show(first)
     bench.script.__init__()  # type: ignore[misc]
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
-    bench.workspace.blocks.edit(_patch(bench, 2, 24), "Paint")
-    bench.workspace.frames.show(other)
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
+    bench.workspace.current.edit(_patch(bench, 2, 24), "Paint")
+    bench.workspace.show(other)
     bench.script.allow()
     until(lambda: bench.runs.state is RunState.IDLE)
     assert first.changed_blocks() != []
-    bench.workspace.frames.show(first)
+    bench.workspace.show(first)
     until(lambda: first.changed_blocks() == [])
 
 
 def test_what_is_cancelled_is_not_asked_for_again(bench: Bench, solver: LiveSolver, until: Until) -> None:
     _run(bench, until)
     bench.script.__init__()  # type: ignore[misc]
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
     bench.runs.cancel()
     bench.script.allow(1)
     until(lambda: bench.runs.state is RunState.IDLE)
-    assert bench.session.changed_blocks() == [1, 2]
+    assert bench.document.changed_blocks() == [1, 2]
     bench.script.allow()
-    bench.workspace.blocks.edit(_patch(bench, 2, 24), "Paint")
-    until(lambda: bench.session.changed_blocks() == [])
+    bench.workspace.current.edit(_patch(bench, 2, 24), "Paint")
+    until(lambda: bench.document.changed_blocks() == [])
 
 
 def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench: Bench, solver: LiveSolver, until: Until) -> None:
     _run(bench, until)
-    mask = np.zeros(bench.session.frame.shape, bool)
+    mask = np.zeros(bench.document.frame.shape, bool)
     mask[:4, :4] = True
-    bench.workspace.blocks.set_invalid_mask(mask, "Distrust depth")
-    until(lambda: bench.session.changed_blocks() == [])
+    bench.workspace.current.set_invalid_mask(mask, "Distrust depth")
+    until(lambda: bench.document.changed_blocks() == [])
     assert _asked(bench)[1:] == [[1, 2]]
 
 
@@ -169,9 +169,9 @@ def test_the_normal_run_is_of_what_has_changed(bench: Bench, until: Until) -> No
     bench.script.allow()
     bench.runs.start_changed()
     until(lambda: len(bench.said) == 1)
-    labels = bench.session.labels.copy()
+    labels = bench.document.labels.copy()
     labels[40:, 50:] = 3
-    bench.workspace.blocks.edit(patch_between(bench.session.labels, labels), "Outline")
+    bench.workspace.current.edit(patch_between(bench.document.labels, labels), "Outline")
     bench.runs.start_changed()
     until(lambda: len(bench.said) == 2)
     bench.runs.start_changed()
@@ -190,20 +190,20 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
 
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
     assert "appears here" in line.label.text()
-    former = bench.session.labels.copy()
+    former = bench.document.labels.copy()
     _run(bench, until)
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint <Block> 2")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint <Block> 2")
     assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
     assert "60 px moved" in line.label.text()
     until(lambda: "hold-out 40.0 → " in line.label.text())
     assert "expected error, RMS 20.0 → " in line.label.text()
     before, after, (earlier, later) = asked[0]
     np.testing.assert_array_equal(before.blocks, former)
-    np.testing.assert_array_equal(after.blocks, bench.session.labels)
-    assert later is bench.session.completion()
+    np.testing.assert_array_equal(after.blocks, bench.document.labels)
+    assert later is bench.document.completion()
     assert earlier is not None
     assert earlier.results[1].depth.size == (former == 1).sum()
-    bench.session.undo_stack.undo()
+    bench.document.undo_stack.undo()
     assert "Undone: Paint" in line.label.text()
     bench.open("second")
     assert "appears here" in line.label.text()
@@ -211,8 +211,8 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
 
 def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until) -> None:
     _run(bench, until)
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
-    bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2]), "Merge")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
+    bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
     until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
     assert "<b>Merge</b>" in line.label.text()
 
@@ -230,7 +230,7 @@ def test_without_live_what_an_edit_did_is_said_after_the_next_run(
     )
     _run(bench, until)
     live.setChecked(False)
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert not line.presenter.busy  # type: ignore[attr-defined]
     bench.runs.start_changed()
     until(lambda: bench.runs.state is RunState.IDLE and "hold-out" in line.label.text())
@@ -240,14 +240,14 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
     bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until
 ) -> None:
     _run(bench, until)
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert "Paint" in line.label.text()
-    bench.workspace.blocks.replace(np.ones_like(bench.session.labels), "Load blocks")
+    bench.workspace.current.replace_blocks(np.ones_like(bench.document.labels), "Load blocks")
     assert "Paint" not in line.label.text()
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
-    wrong = np.zeros(bench.session.labels.shape, bool)
-    wrong[8:12, 3:8] = bench.session.frame.known[8:12, 3:8]
-    assert bench.workspace.blocks.set_invalid_mask(wrong, "Distrust depth")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
+    wrong = np.zeros(bench.document.labels.shape, bool)
+    wrong[8:12, 3:8] = bench.document.frame.known[8:12, 3:8]
+    assert bench.workspace.current.set_invalid_mask(wrong, "Distrust depth")
     assert "Paint" not in line.label.text()
     assert f"{np.count_nonzero(wrong)} px" in line.label.text()
     until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
@@ -289,9 +289,9 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
 
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
     _run(bench, until)
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: "too little known depth nearby" in line.label.text())
-    bench.workspace.blocks.set_ground_truth(np.full(bench.session.frame.shape, 2.0, np.float32))
+    bench.workspace.current.set_ground_truth(np.full(bench.document.frame.shape, 2.0, np.float32))
     until(lambda: "RMSE against ground truth 100 → " in line.label.text())
     assert "too little known depth" not in line.label.text()
     line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
@@ -313,7 +313,7 @@ def test_where_too_little_is_known_to_judge_an_edit_that_is_said(
 ) -> None:
     monkeypatch.setattr("gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60))
     _run(bench, until)
-    bench.workspace.blocks.edit(_patch(bench, 2), "Paint")
+    bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: "too little known depth nearby" in line.label.text())
 
 

@@ -25,7 +25,7 @@ def test_a_re_solve_runs_one_block_and_says_how_fast(bench: Bench, until: Until)
     assert bench.resolved[0].startswith("Block 2: 2 iterations in ")
     assert bench.said == []
     assert bench.finished == []
-    assert set(bench.session.valid_results()) == {2}
+    assert set(bench.document.valid_results()) == {2}
     assert (bench.runs.resolving, bench.runs.state) == ((), RunState.IDLE)
 
 
@@ -56,7 +56,7 @@ def test_a_re_solve_that_takes_too_long_gives_way_after_a_while(
     bench.script.records = 1000
     bench.runs.resolve([1])
     bench.script.allow(1)
-    until(lambda: bench.session.results.running == [1])
+    until(lambda: bench.document.results.running == [1])
     clock[0] = 0.05
     bench.runs.resolve([1])
     assert bench.patience.isActive()
@@ -81,7 +81,7 @@ def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_somet
     clock = [0.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
-    results = bench.session.results
+    results = bench.document.results
     bench.runs.resolve([1])
     clock[0] = 1.0
     bench.script.allow(1)
@@ -102,7 +102,7 @@ def test_a_run_takes_the_place_of_a_re_solve_and_keeps_it(bench: Bench, until: U
     bench.script.records = 1000
     bench.runs.resolve([1])
     bench.script.allow(1)
-    until(lambda: bench.session.results.running == [1])
+    until(lambda: bench.document.results.running == [1])
     bench.runs.start({2}, stepwise)
     assert not bench.patience.isActive(), "at once"
     bench.runs.resolve([1])
@@ -124,7 +124,7 @@ def test_what_is_to_follow_follows_also_when_the_user_turns_to_another_frame(ben
     second = bench.open("second")
     assert bench.runs.state is RunState.IDLE, "of the second"
     bench.script.allow()
-    until(lambda: set(bench.session.valid_results()) == {1, 2})
+    until(lambda: set(bench.document.valid_results()) == {1, 2})
     assert second.valid_results() == {}
     assert bench.resolved == [], "of a frame that is not shown nobody wants to know"
 
@@ -160,10 +160,10 @@ def test_clearing_drops_the_result_that_a_re_solve_is_about_to_give(bench: Bench
         thread.join()  # the result is there, and waits for the window to take it
     bench.runs.clear_results()
     until(lambda: bench.runs.state is RunState.IDLE)
-    assert bench.session.valid_results() == {}
+    assert bench.document.valid_results() == {}
     bench.runs.resolve([1])
     until(lambda: bool(bench.resolved))
-    assert set(bench.session.valid_results()) == {1}, "only that one was given up"
+    assert set(bench.document.valid_results()) == {1}, "only that one was given up"
 
 
 def test_clearing_one_frame_leaves_the_re_solve_of_another(bench: Bench, until: Until) -> None:
@@ -171,18 +171,18 @@ def test_clearing_one_frame_leaves_the_re_solve_of_another(bench: Bench, until: 
     bench.open("second")
     bench.runs.clear_results()
     bench.script.allow()
-    until(lambda: set(bench.session.valid_results()) == {1})
+    until(lambda: set(bench.document.valid_results()) == {1})
 
 
 def test_clearing_during_a_run_forgets_what_is_done_and_the_run_goes_on(bench: Bench, until: Until) -> None:
     bench.runs.start()
     bench.script.allow(3)
-    until(lambda: 1 in bench.session.valid_results())
+    until(lambda: 1 in bench.document.valid_results())
     bench.runs.clear_results()
     assert bench.runs.state is RunState.RUNNING
     bench.script.allow()
     until(lambda: bool(bench.said))
-    assert set(bench.session.valid_results()) == {2}
+    assert set(bench.document.valid_results()) == {2}
 
 
 def test_a_re_solve_shows_its_first_preview_after_a_moment(
@@ -191,7 +191,7 @@ def test_a_re_solve_shows_its_first_preview_after_a_moment(
     clock = [50.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
-    live = bench.session.results.live
+    live = bench.document.results.live
     bench.runs.resolve([1])
     clock[0] += 0.0299
     bench.script.allow(2)
@@ -207,7 +207,7 @@ def test_shutdown_stops_the_patience(bench: Bench, until: Until) -> None:
     bench.script.records = 1000
     bench.runs.resolve([1])
     bench.script.allow(1)
-    until(lambda: bench.session.results.running == [1])
+    until(lambda: bench.document.results.running == [1])
     bench.runs.resolve([1])
     assert bench.patience.isActive()
     bench.script.allow()
@@ -219,14 +219,14 @@ def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(be
     bench.script.records = 1000
     bench.runs.resolve([2, 1])
     bench.script.allow(1)
-    until(lambda: bench.session.results.running == [2])
+    until(lambda: bench.document.results.running == [2])
     bench.runs.resolve([1], edited=True)
     assert not bench.patience.isActive(), "at once"
     bench.script.records = 1
     bench.script.allow()
     until(lambda: bench.runs.state is RunState.IDLE)
     assert [list(steps.run.only) for steps in bench.script.runs] == [[2, 1], [1, 2]]
-    assert set(bench.session.valid_results()) == {1, 2}
+    assert set(bench.document.valid_results()) == {1, 2}
     assert bench.resolved[-1].startswith("2 blocks: 2 iterations in ")
 
 

@@ -34,7 +34,7 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
     bench.runs.start()
     assert bench.runs.state is RunState.RUNNING
     assert not bench.runs.free
-    assert bench.runs.running == [bench.session]
+    assert bench.runs.running == [bench.document]
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.run.threads == 5
@@ -43,14 +43,14 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
     assert bench.run.run.parameters_of(2) == own
     assert bench.run.closed
     assert not bench.run.run.extrapolate
-    assert set(bench.session.valid_results()) == {1, 2}
+    assert set(bench.document.valid_results()) == {1, 2}
     assert bench.said[0].startswith("first: run finished, 2 blocks in ")
     assert "edited" not in bench.said[0]
-    assert bench.finished == [bench.session]
+    assert bench.finished == [bench.document]
     assert bench.runs.state is RunState.IDLE
     assert bench.states[0] is RunState.RUNNING
     assert bench.states[-1] is RunState.IDLE
-    assert (bench.runs.running, bench.session.results.running, bench.runs.share_done) == ([], [], 0.0)
+    assert (bench.runs.running, bench.document.results.running, bench.runs.share_done) == ([], [], 0.0)
 
 
 def test_what_a_run_did_without_is_said_once(bench: Bench, until: Until) -> None:
@@ -70,24 +70,24 @@ def test_with_one_core_a_run_has_that_one(bench: Bench, until: Until, monkeypatc
 
 
 def test_chosen_blocks_alone_are_run(bench: Bench, until: Until) -> None:
-    bench.workspace.blocks.select([2, 9])
+    bench.workspace.select([2, 9])
     bench.script.allow()
     bench.runs.start_selected()
     until(lambda: bool(bench.said))
     assert bench.run.run.only == {2}
-    assert set(bench.session.valid_results()) == {2}
+    assert set(bench.document.valid_results()) == {2}
     assert ", 1 block in " in bench.said[0]
 
 
 def test_records_results_and_progress_come_as_they_are_made(bench: Bench, until: Until) -> None:
-    results = bench.session.results
+    results = bench.document.results
     bench.runs.start()
     assert bench.runs.queued == {1, 2}
     bench.script.allow(2)
     until(lambda: len(results.live.get(1, [])) == 2)
     assert (results.running, bench.runs.queued, bench.runs.share_done) == ([1], {2}, 0.0)
     bench.script.allow(1)
-    until(lambda: 1 in bench.session.valid_results())
+    until(lambda: 1 in bench.document.valid_results())
     assert (results.running, bench.runs.queued, bench.runs.share_done) == ([], {2}, 0.5)
     bench.script.allow(1)
     until(lambda: results.running == [2])
@@ -101,16 +101,16 @@ def test_records_results_and_progress_come_as_they_are_made(bench: Bench, until:
 def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench: Bench, until: Until) -> None:
     bench.runs.start()
     bench.script.allow(3)
-    until(lambda: 1 in bench.session.valid_results())
+    until(lambda: 1 in bench.document.valid_results())
     bench.script.error = MemoryError("no room")
     bench.script.allow()
     until(lambda: bool(bench.failed))
     assert str(bench.failed[0]) == "no room"
     assert bench.said[0].startswith("first: run failed, 1 block in ")
-    assert set(bench.session.valid_results()) == {1}
+    assert set(bench.document.valid_results()) == {1}
     assert bench.finished == []
     assert bench.run.closed
-    assert (bench.runs.state, bench.session.results.running) == (RunState.IDLE, [])
+    assert (bench.runs.state, bench.document.results.running) == (RunState.IDLE, [])
 
 
 # holding
@@ -118,9 +118,9 @@ def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench: Bench, until:
 
 def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench: Bench, until: Until) -> None:
     bench.script.records = 50
-    results = bench.session.results
+    results = bench.document.results
     bench.script.allow()
-    bench.workspace.blocks.select([2])
+    bench.workspace.select([2])
     bench.runs.step()
     until(lambda: bench.runs.state is RunState.PAUSED and len(results.live.get(2, [])) == 1)
     assert bench.run.run.only == {2}
@@ -132,17 +132,17 @@ def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench:
     assert len(bench.script.runs) == 1, "a step of the run under way is no new run"
     bench.runs.toggle_pause()
     until(lambda: bool(bench.said))
-    assert len(bench.session.valid_results()[2].history) == 50
+    assert len(bench.document.valid_results()[2].history) == 50
 
 
 def test_steps_that_tell_of_no_block_are_part_of_the_one_that_does(bench: Bench, until: Until) -> None:
     bench.script.records, bench.script.silent = 1, 5
     bench.script.allow()
-    bench.workspace.blocks.select([2])
+    bench.workspace.select([2])
     bench.runs.step()
-    until(lambda: bench.runs.state is RunState.PAUSED and len(bench.session.results.live.get(2, [])) == 1)
+    until(lambda: bench.runs.state is RunState.PAUSED and len(bench.document.results.live.get(2, [])) == 1)
     bench.runs.step()
-    until(lambda: 2 in bench.session.valid_results())
+    until(lambda: 2 in bench.document.valid_results())
     assert bench.runs.state is RunState.PAUSED
     bench.runs.cancel()
     until(lambda: bool(bench.said))
@@ -161,17 +161,17 @@ def test_a_pause_is_told_at_once_and_holds(bench: Bench, until: Until, qtbot: Qt
     bench.script.records = 1000
     bench.runs.start()
     bench.script.allow(3)
-    until(lambda: len(bench.session.results.live.get(1, [])) == 3)
+    until(lambda: len(bench.document.results.live.get(1, [])) == 3)
     bench.states.clear()
     bench.runs.toggle_pause()
     assert bench.states == [RunState.PAUSED]
     bench.script.allow(500)
     qtbot.wait(200)
-    assert len(bench.session.results.live[1]) <= 4, "the step under way, and no more"
+    assert len(bench.document.results.live[1]) <= 4, "the step under way, and no more"
     bench.states.clear()
     bench.runs.toggle_pause()
     assert bench.states == [RunState.RUNNING]
-    until(lambda: len(bench.session.results.live[1]) > 100)
+    until(lambda: len(bench.document.results.live[1]) > 100)
     bench.runs.cancel()
     bench.script.allow()
     until(lambda: bool(bench.said))
@@ -182,15 +182,15 @@ def test_cancelling_keeps_the_blocks_that_are_done(bench: Bench, until: Until) -
     assert bench.states == [], "there is nothing to cancel"
     bench.runs.start()
     bench.script.allow(4)
-    until(lambda: bench.session.results.running == [2])
+    until(lambda: bench.document.results.running == [2])
     bench.runs.cancel()
     assert bench.runs.state is RunState.STOPPING
     assert not bench.runs.free
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.said[0].startswith("first: run cancelled, 1 block in ")
-    assert set(bench.session.valid_results()) == {1}
-    assert bench.session.results.running == []
+    assert set(bench.document.valid_results()) == {1}
+    assert bench.document.results.running == []
     assert bench.finished == []
     assert bench.runs.state is RunState.IDLE, "and the next run does not stop"
     bench.runs.start()
@@ -207,11 +207,11 @@ def test_previews_come_now_and_then_and_go_with_the_run(
     clock = [0.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
-    results = bench.session.results
+    results = bench.document.results
     bench.runs.start()
     bench.script.allow(1)
     until(lambda: 1 in results.previews)
-    assert (bench.session.current_depth()[:, :30] == 1.5).all()
+    assert (bench.document.current_depth()[:, :30] == 1.5).all()
     bench.script.allow(5)
     until(lambda: len(results.live[1]) == 6)
     assert bench.run.previews == 1, "no time has passed"
@@ -227,7 +227,7 @@ def test_previews_come_now_and_then_and_go_with_the_run(
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert results.previews == {}
-    assert bench.session.current_depth() is None
+    assert bench.document.current_depth() is None
 
 
 # edits and frames during a run
@@ -236,15 +236,15 @@ def test_previews_come_now_and_then_and_go_with_the_run(
 def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench: Bench, until: Until) -> None:
     bench.runs.start()
     bench.script.allow(1)
-    until(lambda: bench.session.results.running == [1])
-    bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
+    until(lambda: bench.document.results.running == [1])
+    bench.workspace.current.edit(merge(bench.document.labels, [1, 2], frozenset()), "Merge")
     assert (bench.run.run.blocks.labels == bench.labels).all(), "the run has blocks of its own"
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.said[0].endswith(" 2 blocks edited meanwhile: run again (F5).")
-    assert bench.session.valid_results() == {}
+    assert bench.document.valid_results() == {}
     bench.workspace.undo_group.undo()
-    assert set(bench.session.valid_results()) == {1, 2}, "undo brings them back"
+    assert set(bench.document.valid_results()) == {1, 2}, "undo brings them back"
 
 
 def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench: Bench, until: Until) -> None:
@@ -254,11 +254,11 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench: B
     for name in ("runs.results_changed", "runs.results_added", "runs.records_added", "runs.previews_changed"):
         attrgetter(name)(bench.workspace).connect(lambda *_, name=name: seen.append(name))
     listed: list[int] = []
-    bench.workspace.frames.sessions_changed.connect(lambda: listed.append(len(bench.session.valid_results())))
+    bench.workspace.frames.sessions_changed.connect(lambda: listed.append(len(bench.document.valid_results())))
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.said[0].startswith("first: ")
-    assert set(bench.session.valid_results()) == {1, 2}
+    assert set(bench.document.valid_results()) == {1, 2}
     assert second.valid_results() == {}
     assert seen == [], "nothing of the frame that is shown has changed"
     assert listed[-1] == 2
@@ -267,39 +267,40 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench: B
 def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench: Bench, until: Until) -> None:
     bench.runs.start()
     bench.script.allow(1)
-    until(lambda: bench.session.results.running == [1])
-    bench.workspace.frames.close(bench.session)
+    until(lambda: bench.document.results.running == [1])
+    bench.workspace.close(bench.document)
+    bench.workspace.tell()
     assert (bench.runs.state, bench.runs.running) == (RunState.IDLE, [])
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert "run cancelled" in bench.said[0]
-    assert bench.workspace.frames.sessions == []
+    assert bench.workspace.open == []
     assert bench.runs.state is RunState.IDLE
 
 
 def test_frames_run_side_by_side(bench: Bench, until: Until) -> None:
     bench.runs.start()
     bench.script.allow(1)
-    until(lambda: bench.session.results.running == [1])
+    until(lambda: bench.document.results.running == [1])
     other = bench.open("second")
     assert bench.runs.free
     bench.runs.start({2})
-    assert bench.runs.running == [bench.session, other]
+    assert bench.runs.running == [bench.document, other]
     bench.runs.toggle_pause()
-    bench.workspace.frames.show(bench.session)
+    bench.workspace.show(bench.document)
     assert bench.runs.state is RunState.RUNNING, "the other one alone is held"
-    bench.workspace.frames.show(other)
+    bench.workspace.show(other)
     bench.runs.resume()
     bench.script.allow()
     until(lambda: len(bench.said) == 2)
-    assert (set(bench.session.valid_results()), set(other.valid_results())) == ({1, 2}, {2})
+    assert (set(bench.document.valid_results()), set(other.valid_results())) == ({1, 2}, {2})
     assert bench.runs.running == []
 
 
 def test_a_run_goes_on_while_other_frames_are_opened_and_closed(bench: Bench, until: Until) -> None:
     bench.runs.start()
     other = bench.open("second")
-    bench.workspace.frames.close(other)
+    bench.workspace.close(other)
     assert bench.runs.state is RunState.RUNNING
     bench.script.allow()
     until(lambda: bool(bench.said))
@@ -324,19 +325,19 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench:
     """As they are without it, so that they count as changed."""
     bench.runs.start()
     bench.script.allow(3)
-    until(lambda: 1 in bench.session.valid_results())
-    first = bench.session.valid_results()[1]
+    until(lambda: 1 in bench.document.valid_results())
+    first = bench.document.valid_results()[1]
     waits = replace(first, parameters=first.parameters.replace(correction=False))
-    bench.run.uncorrected[2] = replace(waits, block=find_blocks(bench.session.labels)[2], depth=second_depth(bench))
+    bench.run.uncorrected[2] = replace(waits, block=find_blocks(bench.document.labels)[2], depth=second_depth(bench))
     assert bench.runs.share_done == 1.0
     bench.runs.cancel()
     bench.script.allow()
     until(lambda: bool(bench.said))
-    assert set(bench.session.valid_results()) == {1, 2}
-    assert bench.session.changed_blocks() == [2]
+    assert set(bench.document.valid_results()) == {1, 2}
+    assert bench.document.changed_blocks() == [2]
     assert "2 blocks" in bench.said[0]
     assert bench.said[0].endswith(" 1 block without the learned correction: run again (F5).")
-    row = next(row for row in block_rows(bench.session, bench.runs) if row.label == 2)
+    row = next(row for row in block_rows(bench.document, bench.runs) if row.label == 2)
     assert row.detail.startswith("The result, completed, waits for the learned correction.")
 
 
@@ -353,12 +354,12 @@ def test_a_block_that_is_done_as_the_run_is_cancelled_stays(
     monkeypatch.setattr(ScriptedSteps, "_result", result_then_cancelled)
     bench.runs.start()
     bench.script.allow(3)
-    until(lambda: 1 in bench.session.valid_results())
+    until(lambda: 1 in bench.document.valid_results())
     bench.runs.cancel()
     bench.script.allow()
     until(lambda: bool(bench.said))
-    assert set(bench.session.valid_results()) == {1}
+    assert set(bench.document.valid_results()) == {1}
 
 
 def second_depth(bench: Bench) -> np.ndarray:
-    return np.full(np.count_nonzero(bench.session.labels == 2), 2, np.float32)
+    return np.full(np.count_nonzero(bench.document.labels == 2), 2, np.float32)

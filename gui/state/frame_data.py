@@ -1,17 +1,14 @@
-"""State of one frame in the window: blocks, their attributes, results, undo history. No widgets."""
+"""A frame in the window and what follows from its state: valid results, completion, depth. No undo, no widgets."""
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtGui import QUndoStack
 
-from ilf._runtime.formatting import counted
 from ilf.data.blocks import BlockInfo, Blocks
 from ilf.data.by_hand import DepthByHand, as_by_hand
 from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
@@ -34,8 +31,9 @@ LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
 
 
-class Session:
-    """An open frame. Once it is in the workspace, only the workspace changes it.
+class FrameData:
+    """An open frame: its state, the results of its runs, and what follows from both. `Document` adds undo and tells the
+    window.
 
     Attributes
     ----------
@@ -43,11 +41,10 @@ class Session:
         The state of the frame, replaced by `change` and `change_blocks`. Its label map and drawn borders change in
         place, by `apply`, `set_labels` and `draw` only, and it has no results: `snapshot` has them.
     origin : object
-        What it was opened from; sessions with the same origin are the same.
+        What it was opened from; documents with the same origin are the same.
     key : str
         The path of the origin.
     results : Results
-    undo_stack : QUndoStack
     """
 
     def __init__(self, state: FrameState, origin: object, key: str) -> None:
@@ -57,7 +54,6 @@ class Session:
         self.state = replace(state, blocks=blocks, results={}, extrapolation=None)
         self.origin = origin
         self.key = key
-        self.undo_stack = QUndoStack()
         self.results = Results()
         self.key_frames = KeyFrames()
         self.block_errors = BlockErrors()
@@ -76,36 +72,6 @@ class Session:
         self._extrapolated: tuple[Completion, Extrapolation] | None = None
         self._copies: dict[str, Any] = {}
         """Read-only copies of label map and drawn borders, by name, as long as these have not changed."""
-        self._edits = 0
-        self._others = 0
-        """Number of changes that are not undo steps."""
-        self._others_saved = 0
-        self._runs_saved = 1
-        self.undo_stack.indexChanged.connect(self.note_edit)
-
-    @classmethod
-    def of_state(cls, state: FrameState, origin: object, key: str) -> Self:
-        """Make a session of a frame's state, with an empty history and no unsaved changes."""
-        session = cls(state, origin, key)
-        session.restore_results(list(state.results.values()), state.extrapolation)
-        there = session.counts().keys()
-        selected = tuple(label for label in state.selected if label in there)
-        session.change(to_check=frozenset(state.to_check & there), selected=selected)
-        for kept in session.compared:
-            kept.hold(True)
-        session.note_saved(session.stamp)
-        return session
-
-    @classmethod
-    def of(cls, run: Run, origin: object, key: str, record_replay: Replay | None = None) -> Self:
-        """Make a session with the frame and blocks of a run; the workspace sets the parameters.
-
-        `record_replay` is the record that the run was read from.
-        """
-        state = FrameState(uuid.uuid4().hex, run.frame, replace(run.blocks, own={}), extrapolate=run.extrapolate)
-        session = cls(state, origin, key)
-        session.record_replay = record_replay
-        return session
 
     def snapshot(self) -> FrameState:
         """Return the state as it is now, with the results; later changes do not affect it.
@@ -213,34 +179,6 @@ class Session:
         """Return the hand-made blocks, from before and after the last extraction."""
         older = self.blocks.handmade & set(self.counts())
         return older | made_by_hand(self.labels, self.blocks.extracted)
-
-    @property
-    def unsaved(self) -> bool:
-        """Whether there are changes that are not in the project file."""
-        return not self.undo_stack.isClean() or self._others != self._others_saved
-
-    def unsaved_summary(self) -> str:
-        """Return a summary of the unsaved changes, as "3 edits, 1 run"; "" for none."""
-        if not self.unsaved:
-            return ""
-        clean = self.undo_stack.cleanIndex()
-        edits = abs(self.undo_stack.index() - clean) if clean >= 0 else self.undo_stack.index()
-        runs = sum(kept.number >= self._runs_saved for kept in self.state.runs)
-        counts = [counted(count, what) for count, what in ((edits, "edit"), (runs, "run")) if count]
-        return ", ".join(counts) or "changes"
-
-    @property
-    def stamp(self) -> tuple[int, int, int]:
-        """Version of the frame's state: differs after any change; the argument of `note_saved`."""
-        return self._edits, self._others, self.state.next_number
-
-    def note_saved(self, stamp: tuple[int, int, int]) -> None:
-        """Mark the state at a stamp as saved; later changes are not."""
-        edits, self._others_saved, self._runs_saved = stamp
-        if edits == self._edits:
-            self.undo_stack.setClean()
-        else:
-            self.undo_stack.resetClean()
 
     def next_label(self) -> int:
         """Return a label that no block has or had: former names, locks and results stay with their blocks."""
@@ -539,14 +477,6 @@ class Session:
     def _fits(self, kept: StoredBlockResult) -> bool:
         count = self.counts().get(kept.result.block.label)
         return count is not None and kept.fits(self.blocks, count.pixels, self.frame)
-
-    def note_edit(self) -> None:
-        """Note an edit that the undo stack does not report; undo steps call this through their signal."""
-        self._edits += 1
-
-    def note_other_change(self) -> None:
-        """Note a change that is not an undo step."""
-        self._others += 1
 
     def _forget_result(self, label: int) -> None:
         """Drop what was computed from a block and its results."""
