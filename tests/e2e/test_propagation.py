@@ -18,6 +18,7 @@ from gui.features.propagation.feature import PropagateDialog, PropagationFeature
 from gui.features.quality_check.feature import QualityCheckFeature
 from gui.state.document import Document
 from gui.state.entries import Entry
+from gui.state.parts import Part
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
@@ -243,7 +244,7 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
 
 
 def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
-    window, workspace = listed, listed.workspace
+    window = listed
     document = propagate_state(window, part, qtbot, "propagate_next")
     document.change(to_check=frozenset({1, 2}))
     reasons = {1: "A half of it could not be seen before.", 2: "It was not in the picture before."}
