@@ -23,6 +23,7 @@ from ...base.commands import Command
 from ...project.current_project import CurrentProject, source_of
 from ...state.document import Document
 from ...state.entries import Entry
+from ...state.parts import Part
 from ...widgets.file_choice import choose_file
 from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
@@ -82,11 +83,16 @@ class ProjectFeature(Feature):
         self.opening.opened.connect(lambda opened: note_opened(opened.path))
         self.saving.saved.connect(self._tell_saved)
         self.saving.failed.connect(lambda error: context.notes.report("The project is not saved", error))
-        changed = workspace.frames.session_changed, workspace.frames.sessions_changed, workspace.project_touched
         context.refresh.add(
             "title",
             self._show_title,
-            (*changed, workspace.touched, workspace.undo_group.cleanChanged, self.saving.changed),
+            Part.FRAME | Part.LIST,
+            also=(
+                workspace.project_touched,
+                workspace.touched,
+                workspace.undo_group.cleanChanged,
+                self.saving.changed,
+            ),
         )
 
     @cached_property

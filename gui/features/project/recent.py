@@ -19,6 +19,7 @@ from ilf.sources.frame_ref import FrameRef
 
 from ...base import theme
 from ...base.commands import TEMPORARY, WHY_NOT
+from ...state.parts import Part
 from ...widgets.basics import literal_text
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
@@ -206,7 +207,7 @@ class RecentFeature(Feature):
         self.frames = RecentOrigins("frames", context.panels.persistent)
         self._noted: set[str] = set()
         self.menu = RecentMenu("Open re&cent", self.frames, self._open, context.window)
-        context.workspace.frames.sessions_changed.connect(self._note)
+        context.workspace.changed.connect(lambda parts: self._note() if parts & Part.LIST else None)
         context.loader.listed.connect(self.menu.note)
 
     def begin(self) -> None:

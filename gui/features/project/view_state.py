@@ -10,6 +10,7 @@ from typing import Any
 from PySide6.QtCore import QObject
 
 from ...state.document import Document
+from ...state.parts import Part
 from ...state.workspace import Workspace
 from ...views.layouts import LAYOUTS
 from ...views.linked_views import LinkedViews
@@ -28,7 +29,7 @@ class ViewState(QObject):
         self._views = views
         self._shown: Document | None = None
         workspace.about_to_change.connect(self.remember)
-        refresh.add("place", self._show, (workspace.frames.session_changed,))
+        refresh.add("place", self._show, Part.FRAME)
 
     def remember(self) -> None:
         """Store the zoom position in the current frame's session."""
