@@ -17,7 +17,7 @@ from ilf.data.results import BlockResult, IterationRecord, Status
 from ilf.run.key_frames import KeyFrame, Track, depth_at_key_frames
 
 from ..state.document import Document
-from ..state.results import ViewedIteration
+from ..state.shown_depth import ViewedIteration
 from ..state.workspace import Workspace
 from ..views.curves.curve import Curve
 from ..views.curves.panel import EMPTY_TEXT, CurvesPanel

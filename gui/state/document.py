@@ -31,11 +31,12 @@ from ilf.segmentation.editing.patches import LabelPatch, patch_between
 from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 
+from .block_errors import BlockErrors
 from .changes import Changes
 from .edits import ClearResults, DeleteRuns, Edit, EditLabels, Swap
 from .frame_data import FrameData
 from .parts import Part
-from .results import BlockErrors, ErrorEstimate, Preview, same_layers
+from .results import ErrorEstimate, Preview, same_layers
 from .run_history import COLOURS, MAX_COMPARED
 from .stroke import StrokeInProgress
 

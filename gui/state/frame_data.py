@@ -25,7 +25,10 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.reextraction import made_by_hand
 
-from .results import BlockCounts, BlockErrors, BlockTally, FrameResults, Preview, Results, ShownDepth, StoredBlockResult
+from .block_counts import BlockCounts, BlockTally
+from .block_errors import BlockErrors
+from .results import FrameResults, Preview, Results, StoredBlockResult
+from .shown_depth import ShownDepth
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""

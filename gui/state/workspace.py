@@ -22,7 +22,8 @@ from .frames import Frames
 from .old_signals import Old
 from .parameters import DocumentParameters
 from .parts import Part
-from .results import FrameResults, ViewedIteration
+from .results import FrameResults
+from .shown_depth import ViewedIteration
 
 _MAX_WATCHED = 4
 """Maximum number of frames with key frames at a time."""

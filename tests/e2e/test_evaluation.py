@@ -21,7 +21,7 @@ from gui.features.context import Feature
 from gui.features.filter.feature import FilterFeature
 from gui.features.presets import PresetsFeature
 from gui.features.sweep.feature import SweepFeature
-from gui.state.results import EXPECTED
+from gui.state.block_errors import EXPECTED
 from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
 from ilf.data.frame import RGBDFrame

@@ -15,8 +15,8 @@ from ilf.errors import IlfError
 
 from ...base.commands import Command
 from ...base.needs import Need
+from ...state.block_errors import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.document import Document
-from ...state.results import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...widgets.docks import PanelGroup
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature, PendingWork

@@ -17,9 +17,9 @@ from ilf.drawing.blocks import block_colour
 
 from ...base.commands import Command
 from ...base.needs import Need
+from ...state.block_counts import BlockCounts
 from ...state.document import Document
 from ...state.parameters import parameter_labels
-from ...state.results import BlockCounts
 from ...work.runs import RunController
 from ..context import Context, Feature
 from ..menus import BLOCK_MENU, entries

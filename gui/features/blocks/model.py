@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QWidget
 from ilf._runtime.formatting import grouped, millimetres
 
 from ...base import theme
-from ...state.results import EXPECTED
+from ...state.block_errors import EXPECTED
 from ...widgets.basics import literal_text
 from ...widgets.tables import ICON_SIZE, Index, RowModel
 

@@ -20,7 +20,7 @@ from ilf.project.run_history import StoredRun
 from ...base import theme
 from ...state.document import Document
 from ...state.inspection import Line
-from ...state.results import ViewedIteration
+from ...state.shown_depth import ViewedIteration
 
 # Data along the profile line: raw depth, result, and what they are compared with.
 

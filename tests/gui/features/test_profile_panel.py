@@ -13,7 +13,8 @@ from pytestqt.qtbot import QtBot
 from gui.features.inspect.profile_panel import ProfilePanel
 from gui.features.inspect.profile_plot import ProfileData, profile_data
 from gui.state.document import Document
-from gui.state.results import ErrorEstimate, ViewedIteration
+from gui.state.results import ErrorEstimate
+from gui.state.shown_depth import ViewedIteration
 from gui.state.workspace import Workspace
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.data.frame import RGBDFrame

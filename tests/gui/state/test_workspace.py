@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from gui.state.block_counts import BlockCounts
 from gui.state.document import Document, KeptBlocks
 from gui.state.frame_data import LARGEST_LABEL
 from gui.state.parts import NO_PART, Part
-from gui.state.results import BlockCounts, ErrorEstimate, FrameResults
+from gui.state.results import ErrorEstimate, FrameResults
 from gui.state.workspace import Workspace
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
