@@ -7,9 +7,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from ilf._runtime.networks.document import RefusedInputError
 
 import ilf
+from ilf._runtime.networks.session import RefusedInputError
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.guide_network import GuideNetwork

@@ -15,11 +15,11 @@ import cv2
 import numpy as np
 import onnxruntime
 import pytest
-from ilf._runtime.networks.document import Document, RefusedInputError
 
 from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.network import as_input
+from ilf._runtime.networks.session import RefusedInputError, Session
 from ilf.errors import Cancelled, InputError, InstallationError
 from ilf.segmentation.edges.detectors import EdgeNetwork
 
@@ -41,14 +41,14 @@ BUNDLED = {
 class Watched:
     """An inference session that does something when it begins to run, and records whether it ran to its end."""
 
-    def __init__(self, document: Any, begin: Callable[[], None]) -> None:
-        self._document, self._begin = document, begin
+    def __init__(self, session: Any, begin: Callable[[], None]) -> None:
+        self._session, self._begin = session, begin
         self.ended: list[bool] = []
 
     def run(self, *given: Any) -> Any:
         self.ended.append(False)
         self._begin()
-        found = self._document.run(*given)
+        found = self._session.run(*given)
         self.ended[-1] = True
         return found
 
@@ -59,9 +59,9 @@ def edges() -> EdgeNetwork:
 
 
 def watched(edges: EdgeNetwork, monkeypatch: pytest.MonkeyPatch, begin: Callable[[], None]) -> Watched:
-    document = Watched(edges._document._document, begin)
-    monkeypatch.setattr(edges._document, "_session", document)
-    return document
+    session = Watched(edges._session._session, begin)
+    monkeypatch.setattr(edges._session, "_session", session)
+    return session
 
 
 def test_inference_that_is_cancelled_ends_at_once_and_the_next_is_as_ever(
@@ -69,10 +69,10 @@ def test_inference_that_is_cancelled_ends_at_once_and_the_next_is_as_ever(
 ) -> None:
     before = edges.strength(SMALL)
     wish = threading.Event()
-    document = watched(edges, monkeypatch, wish.set)
+    session = watched(edges, monkeypatch, wish.set)
     with cancelled_by(wish), pytest.raises(Cancelled):
         edges.strength(IMAGE)
-    assert document.ended == [False]
+    assert session.ended == [False]
     np.testing.assert_array_equal(edges.strength(SMALL), before)
 
 
@@ -83,10 +83,10 @@ def test_a_signal_ends_inference(edges: EdgeNetwork, monkeypatch: pytest.MonkeyP
     before = edges.strength(SMALL)
     main_thread = threading.main_thread().ident
     assert main_thread is not None
-    document = watched(edges, monkeypatch, lambda: signal.pthread_kill(main_thread, signal.SIGINT))
+    session = watched(edges, monkeypatch, lambda: signal.pthread_kill(main_thread, signal.SIGINT))
     with pytest.raises(KeyboardInterrupt):
         edges.strength(IMAGE)
-    assert document.ended == [False]
+    assert session.ended == [False]
     monkeypatch.undo()
     np.testing.assert_array_equal(edges.strength(SMALL), before)
 
@@ -103,7 +103,7 @@ def test_a_network_gives_what_opencv_computes(name: str) -> None:
     for key, values in inputs.items():
         net.setInput(values, key)
     expected = net.forward(net.getUnconnectedOutLayersNames())
-    found = Document(np.fromfile(path, np.uint8)).run(inputs)
+    found = Session(np.fromfile(path, np.uint8)).run(inputs)
     for one, other in zip(found, expected, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-5)
 
@@ -128,7 +128,7 @@ def test_the_number_of_cores_changes_no_bit(name: str, tmp_path: Path) -> None:
     """The correction network differs in the last digit between one and two threads of a session."""
     path, inputs = asset_path(f"models/{name}.onnx"), _inputs(name)
     np.savez(tmp_path / "inputs.npz", **inputs)
-    here = b"".join(one.tobytes() for one in Document(np.fromfile(path, np.uint8)).run(inputs))
+    here = b"".join(one.tobytes() for one in Session(np.fromfile(path, np.uint8)).run(inputs))
     for cores in ("one core", "all cores"):
         child = [sys.executable, "-c", _BITS, str(path), str(tmp_path / "inputs.npz"), cores]
         assert subprocess.run(child, stdout=subprocess.PIPE, check=True).stdout == here
@@ -177,18 +177,18 @@ def test_files_that_cannot_be_read_print_nothing(
 ) -> None:
     content = change(asset_path("models/edges.onnx").read_bytes())
     with pytest.raises(ValueError):
-        Document(np.frombuffer(content, np.uint8))
+        Session(np.frombuffer(content, np.uint8))
     assert capfd.readouterr() == ("", "")
 
 
 def test_inputs_that_do_not_fit_print_nothing(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = write_network(tmp_path / "own.onnx", [node("Sigmoid", ["image"], "strength")])
-    document = Document(np.fromfile(path, np.uint8))
+    session = Session(np.fromfile(path, np.uint8))
     # the file declares another number of channels for its output
-    assert document.run({"image": np.zeros((1, 3, 32, 32), np.float32)})[0].shape == (1, 3, 32, 32)
+    assert session.run({"image": np.zeros((1, 3, 32, 32), np.float32)})[0].shape == (1, 3, 32, 32)
     for wrong in ({"image": np.zeros((1, 4, 32, 32), np.float32)}, {"other": np.zeros(1, np.float32)}, {}):
         with pytest.raises(RefusedInputError):
-            document.run(wrong)
+            session.run(wrong)
     assert capfd.readouterr() == ("", "")
 
 
@@ -202,7 +202,7 @@ def test_files_of_another_format_are_refused(tmp_path: Path) -> None:
     content = np.fromfile(tmp_path / "own.ort", np.uint8)
     assert onnxruntime.InferenceSession(content.tobytes(), providers=["CPUExecutionProvider"]).get_inputs()
     with pytest.raises(ValueError):
-        Document(content)
+        Session(content)
 
 
 _NOISY = """

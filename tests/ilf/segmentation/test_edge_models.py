@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import onnx
 import pytest
-from ilf._runtime.networks.document import Document
 from onnx import helper, numpy_helper
 
 from ilf._runtime.networks.models import (
@@ -26,6 +25,7 @@ from ilf._runtime.networks.models import (
     new_model_path,
     remove_model,
 )
+from ilf._runtime.networks.session import Session
 from ilf.cli import main, parsing, usage
 from ilf.data.declarations import ParameterSet, declare
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
@@ -62,8 +62,8 @@ def picture(height: int, width: int) -> np.ndarray:
 
 
 def strength_by(path: Path, rgb: np.ndarray) -> np.ndarray:
-    document = Document(np.fromfile(path, np.uint8))
-    return document.run({document.first_input: rgb[None]})[-1][0, 0]
+    session = Session(np.fromfile(path, np.uint8))
+    return session.run({session.first_input: rgb[None]})[-1][0, 0]
 
 
 def write_weighted_sum(

@@ -13,7 +13,7 @@ import pytest
 
 import ilf
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks import document
+from ilf._runtime.networks import session
 from ilf.completion.completion import prepare
 from ilf.completion.filter import edges_for
 from ilf.data.frame import RGBDFrame
@@ -171,7 +171,7 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
 @pytest.fixture
 def missing_runtime(monkeypatch: pytest.MonkeyPatch) -> None:
     """As after pip uninstall onnxruntime."""
-    monkeypatch.setattr(document, "_imported", document._imported.__wrapped__)
+    monkeypatch.setattr(session, "_imported", session._imported.__wrapped__)
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import ilf
 from ilf.stream.carrying import Offsets, Reduced, carry_depth
 from ilf.stream.pacing import latest_of
-from ilf.stream.stream import Edit, StreamStatistics
+from ilf.stream.stream import Change, StreamStatistics
 
 SHAPE = (48, 80)
 SHIFT = 2
@@ -68,7 +68,7 @@ def test_the_same_frames_give_the_same_bits(streamed: tuple[list[ilf.Completion]
 def test_a_new_correction_fades_in(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ilf.stream.stream._REFRESH", 2)
     shares = iter((0.1, 0.2, 0.4, 0.8))
-    monkeypatch.setattr(Edit, "of", lambda *_: Edit(np.full(SHAPE, next(shares), np.float32)))
+    monkeypatch.setattr(Change, "of", lambda *_: Change(np.full(SHAPE, next(shares), np.float32)))
     changes: list[float] = []
     monkeypatch.setattr("ilf.stream.stream.applied_change", lambda values, _: changes.append(values.mean()) or values)
     with ilf.Stream() as stream:
