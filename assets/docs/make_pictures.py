@@ -225,7 +225,7 @@ def run_tour(tour: Tour) -> None:
     tour.save(PICTURES / "4-better.jpg")
 
     # side by side with the run before
-    workspace.runs.compare([document.state.runs[0]])
+    workspace.current.compare_runs([document.state.runs[0]])
     tour.do("compare_two")
     tour.settle()
     workspace.blocks.select([BLOCK])
