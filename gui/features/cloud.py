@@ -15,6 +15,7 @@ from ilf.data.camera import Camera
 from ..base import theme
 from ..base.commands import Command
 from ..state.document import Document
+from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.cloud.canvas import CloudCanvas
@@ -158,39 +159,29 @@ class CloudFeature(Feature):
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: self._report(error))
         cloud.canvas.failed.connect(self._report)
-        for changed in (
-            workspace.frames.session_changed,
-            workspace.labels_changed,
-            workspace.stroke_changed,
-            workspace.blocks.infos_changed,
-        ):
-            changed.connect(self._forget_blocks)
         views.cursorMoved.connect(self._show_value)
         self.links = CloudLinks(workspace, context.editor, cloud.canvas, views, self._shows_present)
         for signal in (cloud.colours_changed, views.ranges.changed):
             signal.connect(self.changed)
-        watched = (
-            workspace.blocks.ground_truth_changed,
-            workspace.runs.compared_changed,
-            workspace.runs.error_changed,
-            workspace.blocks.invalid_mask_changed,
-            workspace.blocks.neighbours_changed,
-            workspace.by_hand.proposed,
-            workspace.runs.viewed_iteration_changed,
-        )
-        for signal in watched:
-            signal.connect(self.changed)
         errors = context.feature(ErrorFeature)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
-        blocks = workspace.labels_changed, workspace.blocks.infos_changed, workspace.blocks.selection_changed
         context.refresh.add(
             "cloud",
             self.show,
-            (
-                *(workspace.frames.session_changed, *blocks, workspace.runs.results_changed),
-                *(self.changed, views.shownChanged, context.centre.turned),
-            ),
-            (workspace.runs.results_added,),
+            Part.FRAME
+            | Part.LABELS
+            | Part.INFOS
+            | Part.SELECTION
+            | Part.RESULTS
+            | Part.GROUND_TRUTH
+            | Part.COMPARED
+            | Part.EXPECTED_ERROR
+            | Part.INVALID_MASK
+            | Part.NEIGHBOURS
+            | Part.PROPOSAL
+            | Part.ITERATION,
+            Part.SOME_RESULTS,
+            also=(self.changed, views.shownChanged, context.centre.turned),
         )
 
     @property
@@ -200,6 +191,8 @@ class CloudFeature(Feature):
 
     def show(self) -> None:
         """Show the cloud, or the reason why there is none."""
+        if self.context.refresh.changed("cloud") & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
+            self._blocks = None
         document = self._workspace.current if self._workspace.has_current else None
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()  # release the data of closed frames
@@ -285,9 +278,6 @@ class CloudFeature(Feature):
         if self._blocks is None:
             self._blocks = document.labels.copy(), colour_table(document, int(document.labels.max()))
         return self._blocks
-
-    def _forget_blocks(self) -> None:
-        self._blocks = None
 
     def _scene_before(self, request: CloudRequest) -> Scene | None:
         """The existing scene if it has the requested points, else None."""

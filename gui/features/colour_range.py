@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QHBoxLayout, QStackedWi
 
 from ..base import theme
 from ..base.commands import Command
+from ..state.parts import Part
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
 from ..widgets.basics import PlainLabel, Themed
 from ..widgets.docks import PanelGroup
@@ -301,7 +302,7 @@ class ColourRangeFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        workspace, views, actions = context.workspace, context.views, context.actions
+        views, actions = context.views, context.actions
         self._has_range = True
         """Whether the active view has a range."""
         actions.add(
@@ -338,15 +339,13 @@ class ColourRangeFeature(Feature):
         self.panel = RangePanel([actions["fit_range"], self._lock])
         context.feature(ViewsFeature).bar.add_button(actions["fit_range"])
         context.panels.add(_TITLE, self.panel, PanelGroup.INSPECTION, "ph.chart-bar")
-        changed = workspace.frames.session_changed, workspace.runs.results_changed, workspace.runs.error_changed
-        shown = (
-            views.rangeChanged,
-            views.shownChanged,
-            workspace.runs.compared_changed,
-            workspace.blocks.ground_truth_changed,
+        context.refresh.add(
+            "range",
+            self.show,
+            Part.FRAME | Part.RESULTS | Part.EXPECTED_ERROR | Part.COMPARED | Part.GROUND_TRUTH,
+            Part.SOME_RESULTS | Part.PREVIEWS,
+            also=(views.rangeChanged, views.shownChanged, self.panel.shown),
         )
-        later = workspace.runs.results_added, workspace.runs.previews_changed
-        context.refresh.add("range", self.show, (*changed, *shown, self.panel.shown), later)
         self.panel.modeChosen.connect(self._set_mode)
         self.panel.levelsSet.connect(self._set_levels)
         self.panel.mapChosen.connect(views.ranges.set_depth_map)

@@ -23,6 +23,7 @@ from ilf.segmentation.edges.frame_edges import find_edges
 from ..base.commands import Command
 from ..base.needs import Need
 from ..state.document import Document
+from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..views.contents import EARLIER, RUNS
 from ..views.layouts import COMPARE
@@ -212,7 +213,6 @@ class DerivedPresenter(QObject):
         self._all = self._edges, self._interpolated, self._guide, self._spectrum
         for one in self._all:
             one.failed.connect(self.failed)
-            workspace.frames.session_changed.connect(one.forget)  # the views may show another frame before `show`
 
     @property
     def busy(self) -> bool:
@@ -287,30 +287,20 @@ class CompareFeature(Feature):
         self._replaced: dict[str, str] = {}
         """Content of a view before the result replaced it: name of its cell -> content."""
         self.derived.failed.connect(lambda error: context.notes.report("View content", error))
-        compared = (
-            workspace.runs.history_changed,
-            workspace.runs.compared_changed,
-            workspace.blocks.ground_truth_changed,
-        )
-        results = workspace.frames.session_changed, workspace.labels_changed, workspace.runs.results_changed
-        turned, *later = results
-        context.refresh.add("comparison", self.comparison.show, (turned, *compared), tuple(later))
-        context.refresh.add(
+        compared = Part.FRAME | Part.HISTORY | Part.COMPARED | Part.GROUND_TRUTH
+        inputs = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
+        add = context.refresh.add
+        # an edit must show its effect on the result
+        add("blink", lambda: actions["blink"].setChecked(False), inputs | Part.STROKE)
+        add("comparison", self.comparison.show, compared, Part.LABELS | Part.RESULTS)
+        add(
             "derived",
             self.derived.show,
-            (
-                *results,
-                *compared,
-                *(workspace.blocks.invalid_mask_changed, workspace.blocks.guide_changed),
-                *(workspace.blocks.neighbours_changed, workspace.blocks.selection_changed, views.shownChanged),
-            ),
-            (workspace.runs.results_added,),
+            compared | inputs | Part.RESULTS | Part.SELECTION,
+            Part.SOME_RESULTS,
+            also=(views.shownChanged,),
         )
         views.layoutChanged.connect(self._follow_layout)
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.blocks.invalid_mask_changed
-        inputs = workspace.frames.session_changed, workspace.blocks.guide_changed, workspace.blocks.neighbours_changed
-        for changed in (*inputs, *edits):
-            changed.connect(lambda *_: actions["blink"].setChecked(False))  # an edit must show its effect on the result
 
     def _commands(self) -> Sequence[Command]:
         views = self.context.views

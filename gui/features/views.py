@@ -18,6 +18,7 @@ from ilf.data.results import Completion
 from ..base.commands import Command
 from ..base.needs import Need
 from ..state.document import Document
+from ..state.parts import EVERY_PART, Part
 from ..state.results import ErrorEstimate
 from ..state.workspace import Workspace
 from ..views.linked_views import LinkedViews
@@ -55,13 +56,6 @@ class ViewsPresenter(QObject):
         """Whether the views show frames that are played, until another frame is open."""
         for signal in (workspace.labels_changed, workspace.stroke_changed):
             signal.connect(self._boxes.append)
-        for doubtful in (workspace.blocks.infos_changed, workspace.frames.session_changed):
-            doubtful.connect(self._invalidate_colours)
-            doubtful.connect(self._invalidate_names)
-        workspace.blocks.selection_changed.connect(
-            self._invalidate_colours
-        )  # a new block is selected before it is painted
-        workspace.labels_changed.connect(self._invalidate_names)
 
     def show_frame(self) -> None:
         """Show colour and depth in of a new frame; this clears the pictures of the frame before."""
@@ -96,8 +90,12 @@ class ViewsPresenter(QObject):
         if not on and not self._workspace.has_current:
             self._views.clear()
 
-    def show_blocks(self) -> None:
+    def show_blocks(self, parts: Part = EVERY_PART) -> None:
         """Show the blocks (all if colours changed, else the changed boxes), the selection and the names."""
+        if parts & (Part.FRAME | Part.INFOS | Part.SELECTION):  # a new block is selected before it is painted
+            self._colours_valid = False
+        if parts & (Part.FRAME | Part.INFOS | Part.LABELS):
+            self._names_valid = False
         if self._shows_other:
             return
         boxes = self._boxes.copy()
@@ -137,12 +135,6 @@ class ViewsPresenter(QObject):
             self._colours_valid = True
             return colour_table(document, max(top, known))
         return self._table
-
-    def _invalidate_colours(self) -> None:
-        self._colours_valid = False
-
-    def _invalidate_names(self) -> None:
-        self._names_valid = False
 
     def show_depth(self) -> None:
         """Show the completed depth, including running blocks, with stale pixels marked; or the depth of the iteration
@@ -274,25 +266,20 @@ class ViewsFeature(Feature):
         )
         shown = ("contours_only", "block_names", "show_missing", "fit")
         self.bar = ViewBar(views, context.centre, [context.actions[name] for name in shown])
-        turned, blocks, add = workspace.frames.session_changed, workspace.labels_changed, context.refresh.add
-        by_hand = workspace.by_hand.changed
-        known = workspace.blocks.invalid_mask_changed, workspace.blocks.neighbours_changed
-        add("picture", presenter.show_frame, (turned, *known, by_hand))
-        infos, selected = workspace.blocks.infos_changed, workspace.blocks.selection_changed
+        add = context.refresh.add
+        add("picture", presenter.show_frame, Part.FRAME | Part.INVALID_MASK | Part.NEIGHBOURS | Part.BY_HAND)
         add(
             "blocks",
-            presenter.show_blocks,
-            (turned, blocks, workspace.stroke_changed, infos, selected, presenter.names_toggled),
+            lambda: presenter.show_blocks(context.refresh.changed("blocks")),
+            Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS | Part.SELECTION,
+            also=(presenter.names_toggled,),
         )
         add(
             "depth",
             presenter.show_depth,
-            (
-                *(turned, blocks, workspace.by_hand.proposed),
-                *(workspace.runs.results_changed, workspace.runs.viewed_iteration_changed),
-            ),
+            Part.FRAME | Part.LABELS | Part.PROPOSAL | Part.RESULTS | Part.ITERATION,
             # in a drag of a slider, the next preview is there before what is stale is marked
-            (workspace.runs.results_added, workspace.runs.previews_changed, workspace.parameters.changed),
+            Part.SOME_RESULTS | Part.PREVIEWS | Part.PARAMETERS,
         )
 
 
@@ -309,7 +296,7 @@ class ErrorFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace = workspace = context.workspace
+        self._workspace = context.workspace
         self._runs = context.runs
         self._views = views = context.views
         self._failed_completion: Completion | None = None
@@ -317,14 +304,12 @@ class ErrorFeature(Feature):
         self._questions = LatestRequest[_Question, ErrorEstimate](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
-        changed = (
-            workspace.frames.session_changed,
-            workspace.labels_changed,
-            workspace.runs.results_changed,
-            workspace.runs.error_changed,
+        context.refresh.add(
+            "error",
+            self.show,
+            Part.FRAME | Part.LABELS | Part.RESULTS | Part.EXPECTED_ERROR | Part.RUNNING,
+            also=(context.cloud.colours_changed, views.shownChanged, context.centre.turned),
         )
-        seen = context.cloud.colours_changed, views.shownChanged, context.centre.turned
-        context.refresh.add("error", self.show, (*changed, context.runs.state_changed, *seen))
 
     @property
     def busy(self) -> bool:
