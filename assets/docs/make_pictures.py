@@ -23,8 +23,8 @@ from PySide6.QtWidgets import QApplication, QTabWidget, QWidget
 
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.features.accuracy.feature import AccuracyFeature
-from gui.features.accuracy.hold_out import HoldOutDialog
+from gui.features.accuracy.hold_out_dialog import HoldOutDialog
+from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.extraction.feature import ExtractionFeature
 from gui.features.sweep.feature import SweepFeature
@@ -212,7 +212,7 @@ def run_tour(tour: Tour) -> None:
     sweep.window_.resize(1000, 640)
     pause(200)
     sweep.window_.start_button.click()
-    tour.wait(lambda: not sweep.worker.busy)
+    tour.wait(lambda: not sweep.window_.busy)
     tour.save(PICTURES / "3-sweep.jpg", sweep.window_)
     sweep.window_.apply_button.click()
     sweep.window_.close()
@@ -238,16 +238,15 @@ def run_tour(tour: Tour) -> None:
     tour.settle()
     tour.do("fit")
     workspace.blocks.select([BLOCK])
-    accuracy = window.feature(AccuracyFeature)
+    accuracy = window.feature(AccuracyPanel)
     tour.do("hold_out_test")
     dialog = window.findChild(HoldOutDialog)
     assert dialog is not None
     dialog.accept()
-    tour.wait(lambda: accuracy.hidden.outcome is not None)
+    tour.wait(lambda: document in accuracy.outcomes)
     tour.settle()
     tour.save(PICTURES / "6-hold-out.jpg")
-    outcome = accuracy.hidden.outcome
-    assert outcome is not None
+    outcome = accuracy.outcomes[document]
     common = document.state.common.replace(edge_scale=taken)
     everywhere = Run(document.frame, replace(document.blocks, own={}), common)
     completion = evaluate_completion(document.frame, everywhere.complete())

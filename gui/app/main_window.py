@@ -10,7 +10,8 @@ from ilf.project.recovery import autosave_folder
 
 from ..base.commands import Actions
 from ..features.about import WindowFeature
-from ..features.accuracy.feature import AccuracyFeature
+from ..features.accuracy.block_errors import BlockErrorsFeature
+from ..features.accuracy.panel import AccuracyPanel
 from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
 from ..features.colour_range import ColourRangeFeature
@@ -24,7 +25,7 @@ from ..features.filter.feature import FilterFeature
 from ..features.frame_list.feature import FramesFeature
 from ..features.guide import GuideFeature
 from ..features.history import HistoryFeature
-from ..features.inspect.feature import InspectFeature
+from ..features.inspect.panel import InspectPanel
 from ..features.layouts.feature import LayoutsFeature
 from ..features.menus import ToolBar, fill_menu_bar
 from ..features.neighbours import NeighboursFeature
@@ -87,10 +88,11 @@ _FURTHER: tuple[type[Feature], ...] = (
     PropagationFeature,
     PresetsFeature,
     OnUseFeature,
-    AccuracyFeature,
+    AccuracyPanel,
+    BlockErrorsFeature,
     GuideFeature,
     NeighboursFeature,
-    InspectFeature,
+    InspectPanel,
     CompareFeature,
     ColourRangeFeature,
     RecentFeature,

@@ -52,11 +52,9 @@ class Panel(Feature):
         self._requests.answered.connect(self.take)
         self._requests.failed.connect(self.fail)
         self.work = WorkRow(self.what)
-        self.work.cancelled.connect(self._requests.cancel)
-        self._requests.begun.connect(self.work.begin)
-        self._requests.progressed.connect(self.work.show_share)
-        self._requests.ended.connect(self.work.end)
         self.widget = self.make()
+        if self.work.parentWidget() is not None:  # else it would open as a window
+            self.work.follow(self._requests)
         self.widget.installEventFilter(self)
         context.panels.add(self.title, self.widget, self.group, self.icon, self.open_at_first)
         context.refresh.add(self.title, self._draw, self.parts, self.deferred)

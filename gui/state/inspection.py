@@ -12,6 +12,7 @@ from ilf.errors import InputError
 from ilf.evaluation.measuring import Line, point_in_space
 from ilf.project.frame_state import Point
 
+from .parts import Part
 from .workspace import Workspace
 
 
@@ -20,22 +21,15 @@ class Inspection(QObject):
 
     Signals
     -------
-    line_changed()
-        The profile line was changed or removed.
-    measurements_changed()
     refused(str)
         Why a point was rejected.
     """
 
-    line_changed = Signal()
-    measurements_changed = Signal()
     refused = Signal(str)
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        workspace.frames.session_changed.connect(self.line_changed)
-        workspace.frames.session_changed.connect(self.measurements_changed)
 
     @property
     def line(self) -> Line | None:
@@ -44,12 +38,7 @@ class Inspection(QObject):
 
     def set_line(self, line: Line | None) -> None:
         """Set the profile line; None removes it."""
-        if line == self.line:
-            return
-        document = self._workspace.current
-        document.change(looked=replace(document.state.looked, line=line))
-        document.touch(viewing=True)
-        self.line_changed.emit()
+        self._workspace.current.look(Part.MARKS, line=line)
 
     @property
     def region(self) -> Box | None:
@@ -70,7 +59,7 @@ class Inspection(QObject):
         document = self._workspace.current
         document.change(looked=replace(document.state.looked, measurements=tuple(lines)))
         document.touch()
-        self.measurements_changed.emit()
+        self._workspace.note(Part.MARKS)
 
     def has_depth(self, point: Point) -> bool:
         """Whether the pixel at image coordinates x, y has a position in space; else False, with `refused`."""

@@ -30,9 +30,8 @@ class Part(Flag):
     GROUND_TRUTH = auto()
     REGION = auto()
     """The rectangle."""
-    LINE = auto()
-    """The profile line."""
-    MEASUREMENTS = auto()
+    MARKS = auto()
+    """The profile line or the measurements."""
     IGNORED = auto()
     """Flagged places that are ignored."""
     PARAMETERS = auto()

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 from typing import Generic, TypeVar
 
 from ilf.data.label_map import Box
@@ -213,14 +212,6 @@ def _shifted(line: Line, by: Point, shape: tuple[int, int]) -> Line:
 # The rectangle for statistics and errors.
 
 
-@dataclass(frozen=True)
-class _Sides:
-    left: float
-    top: float
-    right: float
-    bottom: float
-
-
 class RectangleTool(ShapeTool[Box, frozenset[str]]):
     """The tool Rectangle. A drag draws it; dragging a side or a corner resizes it, dragging its inside moves it."""
 
@@ -248,47 +239,42 @@ class RectangleTool(ShapeTool[Box, frozenset[str]]):
             # all pixels that the drag has touched
             left, right = sorted((x, event.x))
             top, bottom = sorted((y, event.y))
-            return _on_frame(_Sides(math.floor(left), math.floor(top), math.ceil(right), math.ceil(bottom)), frame)
+            return _on_frame((math.floor(left), math.ceil(right)), (math.floor(top), math.ceil(bottom)), frame)
         sides, by = _sides(self._before), {"x": event.x - x, "y": event.y - y}
         if self._grip == _ALL:
-            by["x"] = min(max(round(by["x"]), -sides.left), frame[1] - sides.right)
-            by["y"] = min(max(round(by["y"]), -sides.top), frame[0] - sides.bottom)
-        moved = {side: round(getattr(sides, side) + by[_ALONG[side]]) for side in self._grip}
-        return _on_frame(replace(sides, **moved), frame)
+            by["x"] = min(max(round(by["x"]), -sides["left"]), frame[1] - sides["right"])
+            by["y"] = min(max(round(by["y"]), -sides["top"]), frame[0] - sides["bottom"])
+        sides |= {side: round(sides[side] + by[_ALONG[side]]) for side in self._grip}
+        return _on_frame((sides["left"], sides["right"]), (sides["top"], sides["bottom"]), frame)
 
 
-_ALONG = {"left": "x", "top": "y", "right": "x", "bottom": "y"}
+_ALONG = {"left": "x", "right": "x", "top": "y", "bottom": "y"}
 _ALL = frozenset(_ALONG)
 
 
-def _grip(sides: _Sides, event: PointerEvent) -> frozenset[str]:
+def _sides(box: Box) -> dict[str, int]:
+    rows, columns = box
+    return {"left": columns.start, "right": columns.stop, "top": rows.start, "bottom": rows.stop}
+
+
+def _grip(sides: Mapping[str, int], event: PointerEvent) -> frozenset[str]:
     """Return the sides under a press: all of them from inside, none from outside."""
-    reach = REACH * event.pixel
-    across = sides.left - reach <= event.x <= sides.right + reach
-    down = sides.top - reach <= event.y <= sides.bottom + reach
-    if not (across and down):
-        return frozenset()
-    taken = set()
-    for at, (low, high) in ((event.x, ("left", "right")), (event.y, ("top", "bottom"))):
-        start, stop = getattr(sides, low), getattr(sides, high)
-        inside = min(reach, (stop - start) / 4)  # so that a small rectangle keeps an inside
-        if at < start + inside:
+    reach, taken = REACH * event.pixel, set()
+    for at, low, high in ((event.x, "left", "right"), (event.y, "top", "bottom")):
+        if not sides[low] - reach <= at <= sides[high] + reach:
+            return frozenset()
+        inside = min(reach, (sides[high] - sides[low]) / 4)  # so that a small rectangle keeps an inside
+        if at < sides[low] + inside:
             taken.add(low)
-        elif at > stop - inside:
+        elif at > sides[high] - inside:
             taken.add(high)
     return frozenset(taken) or _ALL
 
 
-def _sides(box: Box) -> _Sides:
-    rows, columns = box
-    return _Sides(columns.start, rows.start, columns.stop, rows.stop)
-
-
-def _on_frame(sides: _Sides, shape: tuple[int, int]) -> Box:
+def _on_frame(across: tuple[int, int], down: tuple[int, int], shape: tuple[int, int]) -> Box:
     """Return the box between sides in any order, of at least one pixel, on a frame of shape (H, W)."""
     spans = []
-    for one, other, size in ((sides.top, sides.bottom, shape[0]), (sides.left, sides.right, shape[1])):
-        low, high = sorted((int(one), int(other)))
+    for (low, high), size in zip(map(sorted, (down, across)), shape, strict=True):
         low = min(max(low, 0), size - 1)
         spans.append(slice(low, min(max(high, low + 1), size)))
     rows, columns = spans

@@ -111,6 +111,20 @@ def stack(parent: QWidget, *parts: QWidget | QLayout, stretched: QWidget | None 
             column.addLayout(part)
 
 
+def page(*parts: QWidget | QLayout) -> QWidget:
+    """Return a page of a panel: its parts one above the other, of which the last takes the space left."""
+    page = QWidget()
+    column = QVBoxLayout(page)
+    column.setContentsMargins(8, 6, 4, 4)
+    column.setSpacing(6)
+    for part in parts:
+        if isinstance(part, QWidget):
+            column.addWidget(part, int(part is parts[-1]))
+        else:
+            column.addLayout(part)
+    return page
+
+
 def row(*widgets: QWidget) -> QHBoxLayout:
     """Return widgets side by side: a text field takes the space left; without one, it is on the right."""
     line = QHBoxLayout()

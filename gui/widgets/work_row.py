@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from ..work.jobs import Pace
+from ..work.latest_request import LatestRequest
 
 
 class WorkRow(QWidget):
@@ -38,6 +41,13 @@ class WorkRow(QWidget):
         row.addWidget(self.bar, 1)
         row.addWidget(self.cancel_button)
         self.hide()
+
+    def follow(self, requests: LatestRequest[Any, Any]) -> None:
+        """Show the progress of requests, and cancel them by *Cancel*."""
+        self.cancelled.connect(requests.cancel)
+        requests.begun.connect(self.begin)
+        requests.progressed.connect(self.show_share)
+        requests.ended.connect(self.end)
 
     def begin(self) -> None:
         """Show the row at the start of work."""

@@ -59,7 +59,7 @@ def test_commands_in_any_order(
     smaller = RGBDFrame(small_frame.rgb[part], small_frame.depth[part], (60.0, 60.0, 24.5, 17.5))
     for number, frame in enumerate((replace(small_frame), smaller)):
         open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / f"frame-{number}", frame))))
-    for title in ("Runs", "Accuracy", "Profile", "Measure", "Range", "Convergence"):
+    for title in ("Runs", "Accuracy", "Inspect", "Range", "Convergence"):
         window.panels.reveal(title)
     chance, workspace, views = random.Random(seed), window.workspace, window.views
 

@@ -144,7 +144,7 @@ def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, 
     opened.actions_["tool_select"].trigger()
     opened.refresh.now()
     assert list(canvas._lines) == [line], "as over the images, for as long as the panel is open"
-    opened.findChild(QDockWidget, "Measure").close()
+    opened.findChild(QDockWidget, "Inspect").close()
     opened.refresh.now()
     assert not canvas._lines
 

@@ -11,17 +11,20 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
+import ilf
 from gui.app.main_window import MainWindow
-from gui.features.accuracy.feature import AccuracyFeature
 from gui.features.accuracy.ground_truth import GroundTruthDialog
-from gui.features.accuracy.hold_out import HoldOutDialog
+from gui.features.accuracy.hold_out_dialog import HoldOutDialog
+from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.blocks.model import Column
 from gui.features.context import Feature
 from gui.features.filter.feature import FilterFeature
+from gui.features.inspect.panel import InspectPanel
 from gui.features.presets import PresetsFeature
 from gui.features.sweep.feature import SweepFeature
 from gui.state.block_errors import EXPECTED
+from gui.state.parts import Part
 from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
 from ilf.data.frame import RGBDFrame
@@ -61,14 +64,15 @@ def errors_shown(window: MainWindow) -> list[str]:
 
 
 def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder, ground_truth_file, run_all):
-    accuracy = part(window, AccuracyFeature)
-    assert isinstance(accuracy, AccuracyFeature)
-    panel, workspace, actions = accuracy.panel, window.workspace, window.actions_
+    panel = part(window, AccuracyPanel)
+    assert isinstance(panel, AccuracyPanel)
+    workspace, actions = window.workspace, window.actions_
     assert not actions["load_ground_truth"].isEnabled()
     assert not actions["hold_out_test"].isEnabled()
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
     run_all(window)
     window.panels.reveal("Accuracy")
+    settle(window)
     assert errors_shown(window) == ["–"] * len(workspace.current.counts())
     assert panel.tabs.currentIndex() == 1  # without a truth, hidden depth is what there is
 
@@ -100,7 +104,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     box = slice(8, 24), slice(4, 24)
     workspace.select([label])
     workspace.current.set_region(box)
-    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 3 and not accuracy.ground_truth.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 3, timeout=WAIT_MS)
     completion = document.completion()
     blocks = evaluate_blocks(document.frame, completion, document.labels)
     wanted = [
@@ -110,8 +114,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     ]
     assert [row.cells[0] for row in panel.ground_truth_table.rows] == [millimetres(one.rmse) for one in wanted]
     assert [row.name for row in panel.ground_truth_table.rows] == ["Frame", document.info(label).name, "Rectangle"]
-    settle(window)
-    assert errors_shown(window)[0] == millimetres(blocks[label].rmse)
+    qtbot.waitUntil(lambda: errors_shown(window)[0] == millimetres(blocks[label].rmse), timeout=WAIT_MS)
     panel.pixels.setCurrentIndex(1)
     panel.pixels.activated.emit(1)
     everything = evaluate_completion(document.frame, completion, every=True)
@@ -146,14 +149,14 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     dialog.seeds.setValue(2)
     dialog.candidates.item(dialog.candidates.count() - 1).setCheckState(dialog.candidates.item(0).checkState())
     dialog.accept()
-    qtbot.waitUntil(lambda: accuracy.hidden.outcome is not None and not accuracy.hidden.worker.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: document in panel.outcomes and not panel.busy, timeout=WAIT_MS)
     settle(window)
     rows = panel.hold_out_table.rows
     assert [row.name for row in rows] == ["Current values", "paper", "Preset released-code"]
     assert len({row.cells[3] for row in rows}) == 1
     assert 1000 * kept.hold_out_error == pytest.approx(float(rows[1].cells[0]), abs=0.06)
-    assert errors_shown(window)[0] == millimetres(accuracy.hidden.outcome.current_result.blocks[label].rmse)
-    assert panel.tested.tone() == "muted"
+    assert errors_shown(window)[0] == millimetres(panel.outcomes[document].current_result.blocks[label].rmse)
+    assert panel.outcome.tone() == "muted"
     panel.hold_out_table.selectAll()
     assert panel.hold_out_table.text().splitlines()[1].startswith("Current values\t")
 
@@ -162,12 +165,12 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     labels[40:44, 2:20] = document.next_label()
     workspace.current.edit(patch_between(document.labels, labels), "Move a border")
     settle(window)
-    assert panel.tested.tone() == "warning"
-    assert "Outdated" in panel.tested.text()
+    assert panel.outcome.tone() == "warning"
+    assert "Outdated" in panel.outcome.text()
     assert errors_shown(window)[0] == "–"
     actions["undo"].trigger()
     settle(window)
-    assert panel.tested.tone() == "muted"
+    assert panel.outcome.tone() == "muted"
     assert errors_shown(window)[0] != "–"
     workspace.parameters.set(document.state.common.replace(smoothness=3.0), label)
     settle(window)
@@ -175,19 +178,17 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert errors_shown(window)[1] != "–"
 
     # a test that is cancelled leaves the last one
-    former = accuracy.hidden.outcome
+    former = panel.outcomes[document]
     actions["hold_out_test"].trigger()
     window.findChildren(HoldOutDialog)[-1].accept()
     panel.work.cancel_button.click()
-    qtbot.waitUntil(lambda: not accuracy.hidden.worker.busy, timeout=WAIT_MS)
-    assert accuracy.hidden.outcome is former
+    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    assert panel.outcomes[document] is former
     assert panel.work.isHidden()
 
 
 def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame_folder, ground_truth_file):
-    sweep = part(window, SweepFeature)
-    assert isinstance(sweep, SweepFeature)
-    workspace, shown = window.workspace, sweep.window_
+    workspace, shown = window.workspace, window.feature(SweepFeature).window_
     open_frame(window, qtbot, FrameRef(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file))))
     document = workspace.current
     # from the menu of a parameter in the form
@@ -208,21 +209,28 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.first.high.setValue(100.0)
     shown.first.steps.setValue(3)
     shown.start_button.click()
-    qtbot.waitUntil(lambda: not sweep.worker.busy, timeout=WAIT_MS)
-    assert [tile.caption for tile in shown.multiples.tiles] == ["0.01", "1", "100"]
-    assert [tile.present for tile in shown.multiples.tiles] == [False, True, False]
-    marked = {number for number, tile in enumerate(shown.multiples.tiles) if tile.best}
-    assert marked == sweep.found.marked
+    qtbot.waitUntil(lambda: not shown.busy, timeout=WAIT_MS)
+    tiles = [shown.pictures.item(*shown.pictures.place(number)).text() for number in range(3)]
+    assert [text.splitlines()[0] for text in tiles] == ["0.01", "1", "100"]
+    assert ["current" in text for text in tiles] == [False, True, False]
+    marked = {number for number, text in enumerate(tiles) if "best" in text or "equal" in text}
+    assert marked == shown.found.marked
     assert ("equal within" in shown.state.text()) == (len(marked) > 1)
     assert "over the pixels that all values filled" in shown.state.text()
-    assert sweep.found.errors.keys() == {0, 1, 2}
+    assert shown.found.errors.keys() == {0, 1, 2}
     window.views.ranges.set_depth_map("grey")
     settle(window)
-    np.testing.assert_array_equal(shown.bar._scale.table, depth_table("grey"))
-    shown.multiples.tiles[2].click()
+    bar = shown.bar.pixmap().toImage()
+    ends = [bar.pixelColor(x, 0).getRgb()[:3] for x in (0, bar.width() - 1)]
+    wanted = [tuple(depth_table("grey")[place, :3]) for place in (1, 255)]
+    np.testing.assert_allclose(ends, np.array(wanted, int), atol=2)
+    shown.pictures.setFocus()
+    shown.pictures.setCurrentCell(*shown.pictures.place(2))
+    qtbot.keyClick(shown.pictures, Qt.Key.Key_Return)
+    assert not shown.busy, "no new sweep"
     assert document.state.common.smoothness == 100.0
     settle(window)
-    assert [tile.present for tile in shown.multiples.tiles] == [False, False, True]
+    assert "current" in shown.pictures.item(*shown.pictures.place(2)).text()
     window.actions_["undo"].trigger()
     assert document.state.common.smoothness == 1.0
 
@@ -238,9 +246,10 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.second.steps.setValue(2)
     shown.start_button.click()
     assert not shown.first.isEnabled()
-    qtbot.waitUntil(lambda: not sweep.worker.busy, timeout=WAIT_MS)
-    assert len(sweep.found.errors) == len(shown.multiples.tiles) == 9  # with the present value among the second's
-    wanted = sweep.found.values(0)
+    qtbot.waitUntil(lambda: not shown.busy, timeout=WAIT_MS)
+    cells = shown.pictures.rowCount() * shown.pictures.columnCount()
+    assert len(shown.found.errors) == cells == 9  # with the present value among the second's
+    wanted = shown.found.values(0)
     shown.grid.taken.emit(0)
     assert document.blocks.own[label] == wanted
     assert set(wanted) == {"smoothness", "slope_weight"}
@@ -252,12 +261,13 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     # what had come stays when it is cancelled; what is of a closed frame goes
     shown.start_button.click()
     shown.work.cancel_button.click()
-    qtbot.waitUntil(lambda: not sweep.worker.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not shown.busy, timeout=WAIT_MS)
     assert "Cancelled" in shown.state.text()
     assert shown.first.isEnabled()
     window.actions_["close_frame"].trigger()
-    assert sweep.found is None
-    assert not shown.multiples.tiles
+    settle(window)
+    assert shown.found is None
+    assert not shown.pictures.isVisible()
 
 
 def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
@@ -308,3 +318,32 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     assert not presets.take_file(tmp_path / "none.json")
     assert reported
     assert "none.json" in reported[0]
+
+
+@pytest.mark.parametrize("kind", [AccuracyPanel, InspectPanel])
+def test_a_closed_panel_does_nothing_while_a_slider_moves(opened, qtbot, run_all, monkeypatch, kind):
+    drawn = []
+    monkeypatch.setattr(kind, "refresh", lambda _, parts: drawn.append(parts))
+    run_all(opened)
+    opened.workspace.select([1])
+    with qtbot.waitSignal(opened.workspace.runs.results_added, timeout=WAIT_MS):
+        opened.feature(FilterFeature).set_values({"smoothness": 3.0}, 1)
+    settle(opened)
+    assert drawn == []
+    opened.feature(kind).reveal()
+    qtbot.waitUntil(lambda: len(drawn) > 0, timeout=WAIT_MS)
+    assert drawn[0] & Part.RESULTS, "what has changed meanwhile"
+
+
+def test_a_hold_out_test_ends_with_its_frame(opened, qtbot):
+    panel, workspace = opened.feature(AccuracyPanel), opened.workspace
+    workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
+    opened.actions_["hold_out_test"].trigger()
+    opened.findChild(HoldOutDialog).accept()
+    assert panel.busy
+    assert [work.what for work in panel.pending_work()] == ["a hold-out test of two-planes"]
+    opened.actions_["close_frame"].trigger()
+    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    assert panel.pending_work() == []
+    settle(opened)
+    assert "Open a frame" in panel.source.text()

@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QFileDialog
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QDockWidget, QFileDialog
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.inspect.feature import InspectFeature
+from gui.features.inspect.marks import Stroke, Text
+from gui.features.inspect.panel import STATISTICS, InspectPanel
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
@@ -22,16 +24,22 @@ from .conftest import WAIT_MS, open_frame, write_frame
 from .hand import click, drag, hover, key
 
 
-def part_of(window: MainWindow) -> InspectFeature:
-    return window.feature(InspectFeature)
+def shown(window: MainWindow, kind: type[Stroke] | type[Text] = Text) -> list[Stroke | Text]:
+    """The marks of a kind over the views."""
+    window.refresh.now()
+    return [one for one in part_of(window)._marks.marks if isinstance(one, kind)]
+
+
+def part_of(window: MainWindow) -> InspectPanel:
+    return window.feature(InspectPanel)
 
 
 def numbers(window: MainWindow, qtbot: QtBot) -> str:
     """The statistics, as soon as they are there."""
     part = part_of(window)
     window.refresh.now()
-    qtbot.waitUntil(lambda: not part.measure.busy, timeout=WAIT_MS)
-    return part.measure_panel.statistics.as_text()
+    qtbot.waitUntil(lambda: not part.busy, timeout=WAIT_MS)
+    return part.statistics.text()
 
 
 def test_a_profile_from_drawing_to_file(
@@ -43,38 +51,38 @@ def test_a_profile_from_drawing_to_file(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     window, part = opened, part_of(opened)
-    assert "Profile" not in window.panels.open
+    assert "Inspect" not in window.panels.open
     window.actions_["tool_profile"].trigger()
-    assert "Profile" in window.panels.open
-    qtbot.waitUntil(lambda: part.profile_panel.isVisible(), timeout=WAIT_MS)
+    assert "Inspect" in window.panels.open
+    qtbot.waitUntil(lambda: part.profile.isVisible(), timeout=WAIT_MS)
     drag(window, [(5.5, 16.5), (30, 16.5), (50.5, 16.5)], release=False)
     window.refresh.now()
-    data = part.profile_panel.data
+    data = part.profile.data
     assert data is not None
-    assert data.result is None
+    assert data.curves == ()
     assert len(data.profile) == 46
     drag(window, [(50.5, 16.5), (58.5, 16.5)])
     run_all(window)
 
     # the result, and its expected error though no view shows it
     window.views.set_layout("colour")
-    data = part.profile_panel.data
+    data = part.profile.data
     assert data is not None
-    assert data.result is not None
-    assert np.isfinite(data.result).all()
-    qtbot.waitUntil(lambda: part.profile_panel.data.error is not None, timeout=WAIT_MS)  # type: ignore[union-attr]
+    assert [curve.name for curve in data.curves] == ["result"]
+    assert np.isfinite(data.curves[0].depth).all()
+    qtbot.waitUntil(lambda: part.profile.data.error is not None, timeout=WAIT_MS)  # type: ignore[union-attr]
 
     # the mouse on the line marks the place in the plot, the mouse in the plot marks it in the views
     hover(window, (20.5, 16.5))
     window.refresh.now()
     sample = 20 - int(data.profile.columns[0])
-    assert part.profile_panel.sample == sample
+    assert part.profile.sample == sample
     hover(window, (20.5, 40.5))
     window.refresh.now()
-    assert part.profile_panel.sample is None
-    part.profile_panel.plot.hovered.emit(10.0)
+    assert part.profile.sample is None
+    part.profile.plot.hovered.emit(10.0)
     window.refresh.now()
-    assert part._marks.marks.place == (data.profile.columns[10] + 0.5, 16.5)
+    assert shown(window, Stroke)[1].points == ((data.profile.columns[10] + 0.5, 16.5),)
 
     path = tmp_path / "profile"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), "Table (*.csv)"))
@@ -88,14 +96,14 @@ def test_a_profile_from_drawing_to_file(
     line = part.inspection.line
     folder = write_frame(tmp_path / "another", small_frame)
     open_frame(window, qtbot, FrameRef(str(folder)))
-    assert part.profile_panel.data is None
+    assert part.profile.data is None
     window.workspace.show(window.workspace.open[0])
     window.refresh.now()
-    assert part._marks.marks.line == line
+    assert shown(window, Stroke)[0].points == line
     key(window, Qt.Key.Key_Escape)
     window.refresh.now()
-    assert part._marks.marks.line is None
-    assert part.profile_panel.data is None
+    assert shown(window, Stroke) == []
+    assert part.profile.data is None
 
 
 def test_statistics_of_block_and_rectangle_beside_each_other(
@@ -103,8 +111,8 @@ def test_statistics_of_block_and_rectangle_beside_each_other(
 ) -> None:
     window, part, document = opened, part_of(opened), opened.workspace.current
     run_all(window)
-    window.panels.reveal("Measure")
-    qtbot.waitUntil(lambda: part.measure_panel.isVisible(), timeout=WAIT_MS)
+    part.reveal_page(STATISTICS)
+    qtbot.waitUntil(lambda: part.statistics.isVisible(), timeout=WAIT_MS)
     window.workspace.select([1])
     depth = document.current_depth()
     assert depth is not None
@@ -118,14 +126,14 @@ def test_statistics_of_block_and_rectangle_beside_each_other(
 
     window.workspace.select([1, 2])
     numbers(window, qtbot)
-    assert "Angle between the planes" in part.measure_panel._reason.text()
+    assert "Angle between the planes" in part.statistics_note.text()
 
     window.actions_["tool_rectangle"].trigger()
     drag(window, [(35.5, 5.5), (40, 10), (50.5, 20.5)])
     assert "Pixels\t256\t256" in numbers(window, qtbot)
-    part.measure_panel.subject_requested.emit(False)
+    part.subject.activated.emit(0)
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
-    part.measure_panel.subject_requested.emit(True)
+    part.subject.activated.emit(1)
     key(window, Qt.Key.Key_Escape)
     assert document.state.looked.region is None
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
@@ -136,7 +144,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(
 ) -> None:
     window, part = opened, part_of(opened)
     window.actions_["tool_measure"].trigger()
-    qtbot.waitUntil(lambda: part.measure_panel.isVisible(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: part.measurements.isVisible(), timeout=WAIT_MS)
     click(window, (12.5, 15.5))
     assert "no depth" in window.toasts.message
     assert part.inspection.measurements == ()
@@ -144,21 +152,33 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(
     for point in ((5.5, 5.5), (12.5, 15.5), (40.5, 5.5), (60.5, 5.5)):
         click(window, point)
     window.refresh.now()
-    rows = part.measure_panel._list._rows
-    assert [(number, filled) for number, *_, filled in rows] == [("1", True), ("2", False)]
+    rows = part.measurements.rows
+    assert [(row.name, "filled depth" in row.hint) for row in rows] == [("1", True), ("2", False)]
     document, depth = window.workspace.current, window.workspace.current.current_depth()
     assert depth is not None
     wanted = measure(depth, part.inspection.measurements[1], document.frame.intrinsics)
-    assert rows[1][1:3] == (f"{wanted.distance:.3f} m", f"{wanted.height:+.3f} m")
-    assert len(part._marks.marks.lengths) == 2
+    assert rows[1].cells == (f"{wanted.distance:.3f} m", f"{wanted.height:+.3f} m")
+    assert len(shown(window)) == 2
 
     window.actions_["copy_measurements"].trigger()
     lines = QApplication.clipboard().text().splitlines()
     assert len(lines) == 3
     assert lines[1].split("\t")[:3] == ["1", "5", "5"]
 
-    part.measure_panel._list.selectRow(0)
-    window.actions_["delete_measurements"].trigger()
+    part.measurements.setFocus()
+    part.measurements.topLevelItem(0).setSelected(True)
+    QTest.keyClick(part.measurements, Qt.Key.Key_Delete)
     assert len(part.inspection.measurements) == 1
     window.actions_["restore_measurements"].trigger()
     assert len(part.inspection.measurements) == 2
+
+    # with the panel closed, they follow the depth as long as their tool is selected
+    window.actions_["tool_measure"].trigger()
+    window.findChild(QDockWidget, "Inspect").close()
+    window.refresh.now()
+    assert len(shown(window)) == 2
+    window.actions_["clear_results"].trigger()
+    qtbot.waitUntil(lambda: shown(window)[0].text == "1: no depth", timeout=WAIT_MS)
+    window.actions_["tool_select"].trigger()
+    window.refresh.now()
+    assert shown(window) == []

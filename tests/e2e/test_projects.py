@@ -525,12 +525,12 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
     opened.workspace.undo_group.undo()
     assert not opened.project.present.unsaved
 
-    sweep = opened.feature(SweepFeature)
+    sweep, shown = opened.feature(SweepFeature), opened.feature(SweepFeature).window_
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.workspace.current.note_saved(opened.workspace.current.stamp)
     sweep.open("max_iterations")
-    sweep.start()
-    assert sweep.worker.busy
+    shown.start()
+    assert shown.busy
     opened.documents.discard_silently = False
     opened.close()
     dialog = opened.project.closing.dialog
@@ -538,5 +538,5 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
     assert "A sweep of two-planes is in progress: it is stopped" in dialog.also.text()
     assert dialog.discard_button.text() == "&Continue"
     dialog.reject()
-    assert sweep.worker.busy
+    assert shown.busy
     opened.documents.discard_silently = True

@@ -1,145 +1,336 @@
-"""The accuracy panel: errors against ground truth, or of hold-out tests."""
+"""The panel *Accuracy*: errors against ground truth, and of hold-out tests."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
+from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QToolButton, QWidget
 
-from ...widgets.basics import Message, PlainLabel, literal_text
-from ...widgets.work_row import WorkRow
-from . import rows as texts
-from .rows import NumberTable, Row
+from ilf.data.frame import RGBDFrame
 
-NO_FRAME = "Open a frame to evaluate it."
+from ...base.commands import Command
+from ...base.needs import Need
+from ...state.document import Document
+from ...state.parts import Part
+from ...widgets.basics import Message, PlainLabel, label_of, literal_text, page
+from ...widgets.docks import PanelGroup
+from ...widgets.number_table import NumberTable
+from ...work.latest_request import LatestRequest
+from ..context import PendingWork
+from ..panel import Panel
+from .evaluation import Area, AreaErrors, EvaluatedResult, EvaluationRequest, Evaluator
+from .ground_truth import GroundTruthDialog, GroundTruthSource, described, frame_with
+from .hold_out import HoldOutOutcome, HoldOutRequest, candidates, outcome_steps
+from .hold_out_dialog import HoldOutDialog
+from .rows import GROUND_TRUTH_COLUMNS, HOLD_OUT_COLUMNS, ground_truth_rows, hold_out_rows
+
+_NO_FRAME = "Open a frame to evaluate it."
+_NO_GROUND_TRUTH = "No ground truth: load it, or run a hold-out test."
+_NO_RESULT = "No result to evaluate yet: run the filter."
+_EVALUATING = "Evaluating…"
+_NOT_TESTED = "Not tested yet. The hold-out test hides known depth and measures the error of its completion."
 
 
-class AccuracyPanel(QWidget):
-    """The panel *Accuracy*: shows errors and emits the user's requests.
+class AccuracyPanel(Panel):
+    """The panel with the errors of the current result and of compared runs, and of candidates of a hold-out test.
+
+    Attributes
+    ----------
+    outcomes : mapping of Session to HoldOutOutcome
+        The last hold-out test of each frame.
 
     Signals
     -------
-    became_visible()
-        The panel became visible: evaluate what changed meanwhile.
-    pixels_changed()
-        The user selected filled pixels, or all.
-    part_changed()
-        The user selected the hold-out errors of all blocks, or of the selected one.
-    cancelled()
-        The user cancelled the test.
+    tested()
+        The hold-out errors of a frame have changed.
     """
 
-    became_visible = Signal()
-    pixels_changed = Signal()
-    part_changed = Signal()
-    cancelled = Signal()
+    title, icon, group = "Accuracy", "ph.target", PanelGroup.SETTINGS
+    parts = (
+        Part.FRAME
+        | Part.LABELS
+        | Part.INFOS
+        | Part.SELECTION
+        | Part.INVALID_MASK
+        | Part.GUIDE
+        | Part.NEIGHBOURS
+        | Part.BY_HAND
+        | Part.GROUND_TRUTH
+        | Part.REGION
+        | Part.PARAMETERS
+        | Part.RESULTS
+        | Part.COMPARED
+    )
+    deferred = Part.SOME_RESULTS
+    what = "hold-out test"
+    tested = Signal()
 
-    def __init__(self, actions: Sequence[QAction], parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.source = Message()
-        buttons = QHBoxLayout()
-        buttons.setSpacing(4)
-        for action in actions:
-            button = QToolButton()
-            button.setDefaultAction(action)
-            if action is not actions[-1]:
-                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            buttons.addWidget(button)
-        buttons.addStretch(1)
-        self.work = WorkRow("hold-out test")
-        self.work.cancelled.connect(self.cancelled)
+    def make(self) -> QWidget:
+        self.outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
+        self._page = -1
+        """The page that was drawn last."""
+        self._testing: Document | None = None
+        self._evaluated: Document | None = None
+        """The frame whose errors are shown or computed."""
+        self._evaluations = LatestRequest[EvaluationRequest, dict[str, AreaErrors]](Evaluator(), self)
+        self._evaluations.answered.connect(self._show_errors)
+        self._evaluations.failed.connect(self._fail_to_evaluate)
+        self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
+        self._requests.progressed.connect(self._cancel_closed)
+        self._requests.ended.connect(self._end_test)
+        self.work.cancelled.connect(lambda: self.context.notes.show_message("The hold-out test was cancelled."))
+        self.context.actions.add(self._commands())
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
         self.tabs.addTab(self._ground_truth_page(), "Ground truth")
         self.tabs.addTab(self._hold_out_page(), "Hold-out")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(8, 6, 4, 4)
-        layout.setSpacing(6)
-        layout.addWidget(self.source)
-        layout.addLayout(buttons)
-        layout.addWidget(self.work)
-        layout.addWidget(self.tabs, 1)
-        self.setMinimumSize(260, 150)
+        self.context.actions["sweep"].setIconText("Sweep…")
+        self.tabs.setCornerWidget(self._button("sweep"))
+        self.tabs.currentChanged.connect(lambda _: self.redraw())
+        self.tabs.setMinimumSize(260, 150)
+        return self.tabs
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "load_ground_truth",
+                "Load ground &truth…",
+                "Load the true depth of the frame, to evaluate results against it",
+                icon="ph.check-circle",
+                handler=self._ask_ground_truth,
+                needs=Need.FRAME,
+            ),
+            Command(
+                "remove_ground_truth",
+                "Remove ground truth",
+                "Remove the ground truth of the frame",
+                icon="ph.x-circle",
+                handler=self._remove_ground_truth,
+                needs=Need.FRAME,
+                why_off=self._why_no_ground_truth,
+            ),
+            Command(
+                "hold_out_test",
+                "&Hold-out test…",
+                "Hide some known depth, complete the frame without it, and compare the result with it",
+                icon="ph.test-tube",
+                handler=self._ask_test,
+                needs=Need.FRAME,
+            ),
+        )
+
+    def _button(self, command: str, with_text: bool = True) -> QToolButton:
+        button = QToolButton()
+        button.setDefaultAction(self.context.actions[command])
+        if with_text:
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        return button
 
     def _ground_truth_page(self) -> QWidget:
+        self.source = Message()
         self.pixels = QComboBox()
         self.pixels.addItems(["Filled pixels", "All pixels"])
         self.pixels.setToolTip("Evaluate only filled pixels, or also pixels with known depth")
-        self.pixels.activated.connect(lambda _: self.pixels_changed.emit())
-        columns = [texts.RMSE, texts.MAE, texts.MEDIAN, texts.WITHIN]
-        self.ground_truth_table = NumberTable("Errors against ground truth", columns)
-        return _page("&Evaluate", self.pixels, None, self.ground_truth_table)
+        self.pixels.activated.connect(lambda _: self.redraw())
+        self.ground_truth_table = NumberTable("Errors against ground truth", GROUND_TRUTH_COLUMNS)
+        buttons = self._button("load_ground_truth"), self._button("remove_ground_truth", with_text=False)
+        choice = label_of("&Evaluate", self.pixels), self.pixels
+        return page(_row(*buttons), self.source, _row(*choice, unit=True), self.ground_truth_table)
 
     def _hold_out_page(self) -> QWidget:
         self.part = QComboBox()
         self.part.addItems(["All blocks", "Selected block"])
         self.part.setToolTip("Show the errors of all blocks together, or of the selected block")
-        self.part.activated.connect(lambda _: self.part_changed.emit())
-        self.tested = Message()
-        columns = [texts.RMSE, texts.MAE, texts.MEDIAN, texts.PIXELS]
-        self.hold_out_table = NumberTable("Hold-out errors", columns)
-        return _page("Errors &of", self.part, self.tested, self.hold_out_table)
+        self.part.activated.connect(lambda _: self.redraw())
+        self.part.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.part.setMinimumContentsLength(14)
+        self.outcome = Message()
+        self.hold_out_table = NumberTable("Hold-out errors", HOLD_OUT_COLUMNS)
+        choice = label_of("Errors &of", self.part), self.part
+        above = _row(self._button("hold_out_test")), self.work, self.outcome
+        return page(*above, _row(*choice, unit=True), self.hold_out_table)
 
-    @property
-    def every(self) -> bool:
-        """Whether all pixels are evaluated, not only filled ones."""
-        return self.pixels.currentIndex() == 1
+    def refresh(self, parts: Part) -> None:
+        document = self.context.workspace.current if self.context.workspace.has_current else None
+        if parts & (Part.FRAME | Part.GROUND_TRUTH | Part.INVALID_MASK):
+            self._show_source(document)
+        if parts & (Part.FRAME | Part.GROUND_TRUTH):
+            with QSignalBlocker(self.tabs):
+                self.tabs.setCurrentIndex(int(document is not None and document.frame.ground_truth is None))
+        turned, self._page = self._page != self.tabs.currentIndex(), self.tabs.currentIndex()
+        if self._page == 1:
+            self._show_hold_out(document)
+        elif turned or parts != Part.PARAMETERS:  # the results still are those of the former ones
+            self._evaluate(document)
 
-    @property
-    def over_selected(self) -> bool:
-        """Whether the errors of the selected block are shown."""
-        return self.part.currentIndex() == 1
+    # ground truth
 
-    def show_source(self, text: str, path: str = "") -> None:
-        """Show the source of the ground truth, or that there is none; `path` is the file."""
+    def _ask_ground_truth(self) -> None:
+        """Open the dialog that loads ground truth for the current frame."""
+        document = self.context.workspace.current
+        dialog = GroundTruthDialog(document.frame, self._reader, self.context.window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.accepted.connect(lambda: self._take_ground_truth(document, dialog.found()))
+        dialog.open()
+
+    def _take_ground_truth(self, document: Document, frame: RGBDFrame) -> None:
+        workspace = self.context.workspace
+        if document not in workspace.open:
+            return
+        workspace.show(document)  # another frame may have been opened meanwhile
+        workspace.current.set_ground_truth(
+            frame.ground_truth, None if frame.inputs is None else frame.inputs.ground_truth
+        )
+        self.reveal()
+
+    def _remove_ground_truth(self) -> None:
+        """Remove the ground truth of the current frame."""
+        self.context.workspace.current.set_ground_truth(None)
+        self.context.notes.show_message("Ground truth removed.")
+
+    def _why_no_ground_truth(self) -> str:
+        there = self.context.workspace.current.frame.ground_truth is not None
+        return "" if there else "This frame has no ground truth."
+
+    def _show_source(self, document: Document | None) -> None:
+        file = None if document is None or document.frame.inputs is None else document.frame.inputs.ground_truth
+        if document is None:
+            text = _NO_FRAME
+        elif document.frame.ground_truth is None:
+            text = f"{document.name} has no ground truth."
+        else:
+            text = f"Ground truth: {'given' if file is None else Path(file.path).name}. {described(document.frame)}"
         self.source.show_message(text)
-        self.source.setToolTip(literal_text(path))
+        self.source.setToolTip("" if file is None else literal_text(file.path))
 
-    def show_ground_truth(self, rows: Sequence[Row], empty: str) -> None:
-        """Show errors against ground truth, or the reason why there are none."""
-        self.ground_truth_table.set_rows(rows, empty)
-        self.pixels.setEnabled(bool(rows))
+    def _evaluate(self, document: Document | None) -> None:
+        """Have the current result and the compared runs evaluated, if there is ground truth."""
+        if document is not self._evaluated:
+            self._forget_errors("")
+        completion = None if document is None else document.completion()
+        if document is None or document.frame.ground_truth is None or completion is None:
+            without = document is not None and document.frame.ground_truth is None
+            self._forget_errors(_NO_GROUND_TRUTH if without else _NO_RESULT if document else "")
+            return
+        entries = [EvaluatedResult("Current", completion, document.frame)]
+        for kept in document.compared:
+            entries.append(EvaluatedResult(kept.name, kept.completion, kept.run.frame, kept.colour))
+        self._evaluated = document
+        if not self.ground_truth_table.rows:
+            self.ground_truth_table.set_rows([], _EVALUATING)
+        self._evaluations.ask(
+            EvaluationRequest(
+                document.frame,
+                tuple(entries),
+                document.labels.copy(),
+                _areas(document),
+                every=self.pixels.currentIndex() == 1,
+                with_expected=document not in self.context.runs.running,
+            )
+        )
 
-    def show_hold_out(self, rows: Sequence[Row], text: str, tone: str, empty: str) -> None:
-        """Show hold-out errors and the settings of the test, or the reason why there are none."""
-        self.tested.setVisible(bool(text))
-        self.tested.show_message(text, tone)
+    def _show_errors(self, request: EvaluationRequest, found: dict[str, AreaErrors]) -> None:
+        self.ground_truth_table.set_rows(ground_truth_rows(found, request.entries))
+        self.pixels.setEnabled(True)
+
+    def _forget_errors(self, empty: str) -> None:
+        self._evaluated = None
+        self._evaluations.forget()
+        self.ground_truth_table.set_rows([], empty)
+        self.pixels.setEnabled(False)
+
+    def _fail_to_evaluate(self, _: EvaluationRequest, error: Exception) -> None:
+        self.context.notes.report("Evaluation against ground truth", error)
+
+    # hold-out test
+
+    def _ask_test(self) -> None:
+        """Open the dialog of the hold-out test, and the panel for its results."""
+        self.reveal()
+        self.context.refresh.now()  # it turns to the page that fits the frame
+        self.tabs.setCurrentIndex(1)
+        if self.busy:
+            self.context.notes.show_message("A hold-out test is already in progress.")
+            return
+        document = self.context.workspace.current
+        present = document.run(document.state.common)
+        dialog = HoldOutDialog(document.name, candidates(document, present), self.context.window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.accepted.connect(lambda: self._test(HoldOutRequest(document, dialog.chosen(), present, dialog.test())))
+        dialog.open()
+
+    def _test(self, request: HoldOutRequest) -> None:
+        self._testing = request.document
+        self.ask(request)
+        self.redraw()
+
+    compute = staticmethod(outcome_steps)
+
+    def take(self, request: HoldOutRequest, answer: HoldOutOutcome) -> None:
+        document = request.document
+        if document not in self.context.workspace.open:
+            return
+        self.outcomes[document] = answer
+        for one in answer.tested:
+            kept = one.candidate.kept
+            if kept in document.state.runs and kept.run is one.candidate.run_when_selected:
+                document.change_run(kept, hold_out_error=one.whole.rmse, hold_out_test=answer.test)
+        self.tested.emit()
+
+    def pending_work(self) -> list[PendingWork]:
+        """The hold-out test in progress, if any."""
+        document = self._testing
+        return [] if document is None else [PendingWork(f"a hold-out test of {document.name}", document)]
+
+    def _end_test(self) -> None:
+        self._testing = None
+        self.redraw()
+
+    def _cancel_closed(self) -> None:
+        """Cancel the test if its frame was closed."""
+        if self._testing not in self.context.workspace.open:
+            self._requests.cancel()
+
+    def _show_hold_out(self, document: Document | None) -> None:
+        chosen = self.context.workspace.chosen
+        name = document.info(chosen).name if document and chosen else ""
+        self.part.setItemText(1, f"{name} only" if name else "Selected block (none selected)")
+        outcome = None if document is None else self.outcomes.get(document)
+        text, tone, rows, empty = "", "muted", [], _NOT_TESTED if document else _NO_FRAME
+        if document is not None and outcome is not None:
+            text, tone = outcome.described(document)
+            of_block = self.part.currentIndex() == 1
+            empty = "Select a block to see its errors."
+            rows = [] if of_block and not chosen else hold_out_rows(outcome, chosen if of_block else 0)
+        elif document is not None and document is self._testing:
+            empty = "Testing…"
+        self.outcome.setVisible(bool(text))
+        self.outcome.show_message(text, tone)
         self.hold_out_table.set_rows(rows, empty)
-        self.part.setEnabled(bool(rows))
-
-    def set_chosen(self, name: str) -> None:
-        """Set the name of the selected block; "" for none."""
-        with QSignalBlocker(self.part):
-            self.part.setItemText(1, f"{name} only" if name else "Selected block (none selected)")
-
-    def show_page(self, hidden: bool) -> None:
-        """Show the page of the hold-out test, or of the ground truth."""
-        self.tabs.setCurrentIndex(int(hidden))
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self.became_visible.emit()
+        self.part.setEnabled(outcome is not None)
 
 
-def _page(text: str, choice: QComboBox, message: Message | None, table: NumberTable) -> QWidget:
-    page = QWidget()
+def _areas(document: Document) -> dict[str, Area]:
+    """The frame, the selected blocks and the rectangle."""
+    areas: dict[str, Area] = {"Frame": None}
+    chosen = tuple(label for label in document.selected if label in document.counts())
+    if chosen:
+        areas[document.info(chosen[0]).name if len(chosen) == 1 else f"{len(chosen)} blocks"] = chosen
+    if document.state.looked.region is not None:
+        areas["Rectangle"] = document.state.looked.region
+    return areas
+
+
+def _row(*widgets: QWidget, unit: bool = False) -> QHBoxLayout:
+    """Widgets side by side; with the unit of the errors at the right."""
     row = QHBoxLayout()
     row.setSpacing(6)
-    label = PlainLabel(text)
-    label.setBuddy(choice)
-    row.addWidget(label)
-    row.addWidget(choice)
+    for widget in widgets:
+        row.addWidget(widget)
     row.addStretch(1)
-    unit = PlainLabel("Errors in mm")
-    unit.setEnabled(False)
-    row.addWidget(unit)
-    column = QVBoxLayout(page)
-    column.setContentsMargins(2, 6, 2, 0)
-    column.setSpacing(4)
-    column.addLayout(row)
-    if message is not None:
-        column.addWidget(message)
-    column.addWidget(table, 1)
-    return page
+    if unit:
+        row.addWidget(PlainLabel("Errors in mm", enabled=False))
+    return row

@@ -103,7 +103,7 @@ BUILT_IN = (
         INSPECT,
         "Inspect",
         "Views with the difference; depth profile, measurements and colour range",
-        Arrangement("grid-difference", panels=("Profile", "Measure", "Range")),
+        Arrangement("grid-difference", panels=("Inspect", "Range")),
     ),
     Layout(
         CORRECT,

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from PySide6.QtCore import QLocale, QSignalBlocker, QSize, Signal
-from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QFormLayout, QGridLayout, QGroupBox, QSpinBox, QWidget
+from PySide6.QtCore import QLocale, QSignalBlocker, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QGridLayout,
+    QGroupBox,
+    QSizePolicy,
+    QSpinBox,
+    QWidget,
+)
 
 from ilf.data.declarations import Declaration, Value
 from ilf.data.parameters import Parameters
 from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ilf.evaluation.sweep import MAX_STEPS, MIN_STEPS, can_be_swept, spread, suggested_range
 
-from ...widgets.basics import PlainLabel
+from ...widgets.basics import label_of
 
 DEFAULT_STEPS, DEFAULT_STEPS_OF_TWO = 7, 4
 GROUND_TRUTH = "ground_truth"
@@ -61,8 +68,7 @@ class RangeBox(QGroupBox):
             ("&Values", self.steps, 2, 0, 1),
             ("&scale", self.scale, 2, 2, 1),
         ):
-            label = PlainLabel(text)
-            label.setBuddy(field)
+            label = label_of(text, field)
             field.setAccessibleName(f"{title}: {text.replace('&', '').lower()}")
             grid.addWidget(label, row, column)
             grid.addWidget(field, row, column + 1, 1, span)
@@ -212,28 +218,18 @@ class CriterionBox(QWidget):
         self.changed.emit()
 
 
-def captions(names: Sequence[str], points: Sequence[dict[str, Value]]) -> list[str]:
-    """Short texts of the values of points."""
-    return [" · ".join(f"{point[name]:g}" for name in names) for point in points]
-
-
 def _number(hint: str) -> QDoubleSpinBox:
     spin = _CompactSpinBox()
     spin.setLocale(QLocale.c())
     spin.setKeyboardTracking(False)
     spin.setMinimumWidth(_FIELD)
+    spin.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
     spin.setToolTip(hint)
     return spin
 
 
 class _CompactSpinBox(QDoubleSpinBox):
-    """Spin box that shows only significant decimals, with a fixed small width."""
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(_FIELD, super().minimumSizeHint().height())
-
-    def sizeHint(self) -> QSize:
-        return self.minimumSizeHint()
+    """Spin box that shows only significant decimals."""
 
     def textFromValue(self, value: float) -> str:
         return f"{value:.{self.decimals()}f}".rstrip("0").rstrip(".") if self.decimals() else f"{value:.0f}"

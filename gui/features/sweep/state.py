@@ -3,32 +3,49 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections import deque
+from collections.abc import Collection, Generator, Mapping
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QSize
+from PySide6.QtCore import QSize, Qt
 
 from ilf._runtime.formatting import counted
 from ilf.data.declarations import Value
 from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.drawing.colours import robust_depth_levels, robust_difference_level
-from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult
+from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, sweep_steps
 from ilf.evaluation.ties import Ties
+from ilf.segmentation.editing.patches import box_of, grown
 
 from ...state.document import Document
 from ...views.colours import depth_table, difference_table
-from .multiples import Scale, small
+from ...work.jobs import spare_cores
 
 Picture = NDArray[np.float32]
+
+PICTURE = QSize(176, 132)
+"""Maximum size of a picture [px]."""
+SMALL_PICTURE = QSize(128, 96)
+"""Maximum size of a picture for pairs of values [px]."""
+_LEAST_PICTURE = QSize(110, 40)
 
 _LISTED = 5
 """Maximum number of equal values that are listed."""
 
 _MARGIN = 0.1
-"""Margin around a single swept block, as a share of its sides."""
+"""Margin around a single swept block, as a share of its longer side."""
+
+
+class Scale(NamedTuple):
+    """Colour scale: a lookup table (256, 4) for values from low to high; 0 is missing."""
+
+    table: NDArray[np.uint8]
+    low: float
+    high: float
 
 
 class SweepState:
@@ -45,13 +62,16 @@ class SweepState:
 
     def __init__(self, document: Document, sweep: Sweep, label: int) -> None:
         self.document, self.sweep, self.label = document, sweep, label
+        self._arrived: deque[SweepPoint] = deque()
+        """Points that the worker thread has finished."""
         self.errors: dict[int, float] = {}
         """Point by number -> root mean square error [m]; NaN where nothing could be evaluated."""
         self.coverage: dict[int, float] = {}
         """Point by number -> share of the pixels to fill that were filled, 0-1."""
         self.is_over_all = False
         """Whether all errors are over the same pixels: those filled by every point."""
-        self._numbers = {tuple(point.items()): number for number, point in enumerate(sweep.points)}
+        self.points = sweep.points
+        self._numbers = {tuple(point.items()): number for number, point in enumerate(self.points)}
         self._ties: Ties | None = None
         self._depths: dict[int, Picture] = {}
         self._differences: dict[int, Picture] = {}
@@ -64,11 +84,35 @@ class SweepState:
         )
         self._reference = None if reference is None else small(reference[self._box])
 
+    def compute(self) -> Generator[float, None, SweepResult]:
+        """Run the sweep; yields shares done. Called in a worker thread."""
+        steps, share = sweep_steps(self.sweep, threads=spare_cores()), 0.0
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as end:
+                result: SweepResult = end.value
+                return result
+            if isinstance(step, SweepPoint):
+                self._arrived.append(step)
+            else:
+                share = step.share
+            yield share
+
+    def take_arrived(self) -> bool:
+        """Add the points that have been finished; whether there are any."""
+        count = len(self._arrived)
+        for _ in range(count):
+            self.add(self._arrived.popleft())
+        return count > 0
+
     @property
-    def shape(self) -> QSize:
-        """Width and height of the area in the pictures [px]."""
+    def picture_size(self) -> QSize:
+        """Size of a picture on the screen [px]."""
         rows, columns = self._box
-        return QSize(columns.stop - columns.start, rows.stop - rows.start)
+        area = QSize(columns.stop - columns.start, rows.stop - rows.start)
+        room = PICTURE if len(self.sweep.values) == 1 else SMALL_PICTURE
+        return area.scaled(room, Qt.AspectRatioMode.KeepAspectRatio).expandedTo(_LEAST_PICTURE)
 
     @property
     def has_differences(self) -> bool:
@@ -100,17 +144,21 @@ class SweepState:
 
     def values(self, number: int) -> dict[str, Value]:
         """Name -> value of a point."""
-        return dict(self.sweep.points[number])
+        return self.points[number]
 
     def text_of(self, number: int) -> str:
-        """Text of the values of a point."""
+        """Text of the values of a point with their names."""
         labels = {name: declaration.label for name, declaration in Parameters.declarations().items()}
         return ", ".join(f"{labels[name]} {value:g}" for name, value in self.values(number).items())
+
+    def caption_of(self, number: int) -> str:
+        """Short text of the values of a point."""
+        return " · ".join(f"{value:g}" for value in self.values(number).values())
 
     def text_of_several(self, numbers: Collection[int]) -> str:
         """Text of the values of several points: all of one parameter up to a few, otherwise their number."""
         if len(numbers) > _LISTED or len(self.sweep.values) > 1:
-            return f"{len(numbers)} of {counted(len(self.sweep.points), 'point')}"
+            return f"{len(numbers)} of {counted(len(self.points), 'point')}"
         (name,) = self.sweep.values
         texts = [f"{self.values(number)[name]:g}" for number in sorted(numbers)]
         return f"{Parameters.declarations()[name].label} {', '.join(texts[:-1])} and {texts[-1]}"
@@ -159,15 +207,18 @@ _depth_table = lru_cache(maxsize=None)(depth_table)
 _difference_table = lru_cache(maxsize=None)(difference_table)
 
 
+def small(values: Picture) -> Picture:
+    """Subsample a picture to at most twice its resolution on the screen."""
+    height, width = values.shape
+    stride = max(math.ceil(height / (2 * PICTURE.height())), math.ceil(width / (2 * PICTURE.width())))
+    return np.ascontiguousarray(values[::stride, ::stride])
+
+
 def _block_box(document: Document, label: int) -> Box:
     """Box of the block with a margin; the whole frame without a block."""
     height, width = document.labels.shape
-    rows, columns = np.nonzero(document.labels == label) if label else (np.array([]), np.array([]))
-    if rows.size == 0:
+    box = box_of(document.labels, label) if label else None
+    if box is None:
         return slice(0, height), slice(0, width)
-    sides = []
-    for places, size in ((rows, height), (columns, width)):
-        first, last = int(places.min()), int(places.max()) + 1
-        margin = round(_MARGIN * (last - first)) + 2
-        sides.append(slice(max(first - margin, 0), min(last + margin, size)))
-    return sides[0], sides[1]
+    largest = max(side.stop - side.start for side in box)
+    return grown(box, round(_MARGIN * largest) + 2, (height, width))

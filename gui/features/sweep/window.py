@@ -1,16 +1,17 @@
-"""The sweep window: parameters at the left, errors and pictures at the right."""
+"""The window of sweeps: parameters at the left, errors and pictures at the right."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QShowEvent
+import numpy as np
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QColor, QIcon, QPixmap, QShowEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QScrollArea,
     QSplitter,
@@ -21,75 +22,68 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted, millimetres
 from ilf.data.declarations import Value
-from ilf.data.parameters import Parameters
+from ilf.drawing.colours import to_indices
 from ilf.errors import IlfError
 from ilf.evaluation.hold_out import untrusted_note
+from ilf.evaluation.sweep import Sweep, SweepResult
 
 from ...base import theme
-from ...widgets.basics import Message, PlainLabel, Themed
+from ...state.parts import Part
+from ...views.colours import error_table
+from ...views.pixel_items import rgb_image
+from ...widgets.basics import Message, PlainLabel, Themed, label_of
 from ...widgets.work_row import WorkRow
-from .charts import ErrorCurve, ErrorGrid
-from .multiples import Multiples, ScaleBar
-from .options import CriterionBox, RangeBox, captions
-from .state import SweepState
+from ...work.frame_runs import RunState
+from ...work.latest_request import LatestRequest
+from ..context import Context
+from ..filter.feature import FilterFeature
+from .cells import Cell, PointCells
+from .curve import ErrorCurve
+from .options import CriterionBox, RangeBox
+from .state import Picture, Scale, SweepState
 
 _SIZE = QSize(1040, 660)
 _LEFT = 300
 _DEPTH, _DIFFERENCE = 0, 1
 _FULL_COVERAGE = 0.95
 """Share of filled pixels above which the coverage is not shown."""
+_HINT = "The error of each value is plotted here,\nwith a picture of each. Click one to apply it."
 
 
 class SweepWindow(Themed, QDialog):
-    """Window of a sweep; emits the user's requests.
+    """Window that runs sweeps in the background, one at a time, and shows their results.
 
-    Signals
-    -------
-    begun()
-        The user started the sweep.
-    cancelled()
-    taken(int)
-        The user applied the values of this point.
-    became_visible()
-        The window became visible: show what changed meanwhile.
+    Attributes
+    ----------
+    found : SweepState or None
+        The results of the last sweep so far.
     """
 
-    begun = Signal()
-    cancelled = Signal()
-    taken = Signal(int)
-    became_visible = Signal()
-
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.window)
         self.setWindowTitle("Sweep")
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.resize(_SIZE)
-        self._found: SweepState | None = None
-        self._colour_map = "turbo"
+        self._context = context
+        self._workspace = context.workspace
+        self._filter = context.feature(FilterFeature)
+        self.found: SweepState | None = None
+        self._icons: dict[int, tuple[Picture, Scale, QIcon]] = {}
+        self._requests = LatestRequest[SweepState, SweepResult](SweepState.compute, self)
+        self._requests.progressed.connect(self._take_arrived)
+        self._requests.answered.connect(self._finish)
+        self._requests.failed.connect(self._fail)
+        self._requests.ended.connect(self._end)
         self.first, self.second = RangeBox("Parameter"), RangeBox("Second parameter", optional=True)
         self.criterion = CriterionBox()
-        self.start_button = QPushButton("&Sweep", default=True)
-        self.start_button.setToolTip("Complete the frame with every value and compare the errors")
-        self.start_button.clicked.connect(lambda _: self.begun.emit())
-        self.work = WorkRow("sweep")
-        self.work.cancelled.connect(self.cancelled)
-        self.state = Message(lines=2)
-        self.apply_button = QPushButton("&Apply best", autoDefault=False)
-        self.apply_button.setToolTip("Apply the value with the smallest error; undo it with Ctrl+Z in the main window")
-        self.apply_button.clicked.connect(lambda _: self._apply_best())
-        self.apply_button.setEnabled(False)
-        self.curve, self.grid, self.multiples = ErrorCurve(), ErrorGrid(), Multiples()
-        for shown in (self.curve, self.grid, self.multiples):
-            shown.taken.connect(self.taken)
-        self.pictures = QComboBox()
-        self.pictures.setAccessibleName("What the pictures show")
-        self.pictures.setToolTip("Content of the pictures, all in one colour scale")
-        self.pictures.addItems(["Depth", "Difference"])
-        self.pictures.activated.connect(lambda _: self.show_found())
-        self.bar = ScaleBar()
+        self.curve, self.grid = ErrorCurve(), PointCells("Error against both values")
+        self.pictures = PointCells("Pictures of the values")
+        for shown in (self.curve, self.grid, self.pictures):
+            shown.taken.connect(self.take)
         splitter = QSplitter(Qt.Orientation.Horizontal)
+        hint = PlainLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter, enabled=False)
         self._outcomes = QStackedWidget()
-        self._outcomes.addWidget(_hint())
+        self._outcomes.addWidget(hint)
         self._outcomes.addWidget(self._right_side())
         splitter.addWidget(self._left_side())
         splitter.addWidget(self._outcomes)
@@ -100,16 +94,30 @@ class SweepWindow(Themed, QDialog):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(splitter)
         for box in (self.first, self.second, self.criterion):
-            box.changed.connect(lambda: self.describe(edited=True))
+            box.changed.connect(lambda: self._describe(edited=True))
+        shown_of_frame = Part.FRAME | Part.LIST | Part.PARAMETERS | Part.SELECTION | Part.INFOS | Part.GROUND_TRUTH
+        also = context.views.ranges.changed, self.criterion.changed
+        context.refresh.add("sweep", self._show_frame, shown_of_frame, also=also)
 
     def _left_side(self) -> QWidget:
+        self.start_button = QPushButton("&Sweep", default=True)
+        self.start_button.setToolTip("Complete the frame with every value and compare the errors")
+        self.start_button.clicked.connect(lambda _: self.start())
+        self.state = Message(lines=2)
+        self.work = WorkRow("sweep")
+        self.work.follow(self._requests)
+        self.work.cancelled.connect(lambda: self.state.show_message("Cancelled. Results so far are kept."))
+        self.apply_button = QPushButton("&Apply best", autoDefault=False)
+        self.apply_button.setToolTip("Apply the value with the smallest error; undo it with Ctrl+Z in the main window")
+        self.apply_button.setEnabled(False)
+        self.apply_button.clicked.connect(lambda _: self._apply_best())
         content = QWidget()
         column = QVBoxLayout(content)
         column.setContentsMargins(10, 10, 8, 10)
         column.setSpacing(8)
-        for widget in (self.first, self.second, self.criterion, self.start_button, self.work, self.state):
+        settings = self.first, self.second, self.criterion, self.start_button
+        for widget in (*settings, self.work, self.state, self.apply_button):
             column.addWidget(widget)
-        column.addWidget(self.apply_button)
         column.addStretch(1)
         area = QScrollArea()
         area.setWidget(content)
@@ -120,65 +128,97 @@ class SweepWindow(Themed, QDialog):
         return area
 
     def _right_side(self) -> QWidget:
-        self._plots = QStackedWidget()
-        self._plots.addWidget(self.curve)
-        self._plots.addWidget(self.grid)
-        below = QWidget()
+        self.content = QComboBox()
+        self.content.setToolTip("Content of the pictures, all in one colour scale")
+        self.content.addItems(["Depth", "Difference"])
+        self.content.activated.connect(lambda _: self._show_found())
+        self.low, self.bar, self.high = PlainLabel(), PlainLabel(), PlainLabel()
+        self.bar.setAccessibleName("Colours of the pictures")
+        self.bar.setFixedSize(180, self.fontMetrics().height())
         head = QHBoxLayout()
         head.setContentsMargins(8, 4, 8, 0)
-        label = PlainLabel("&Pictures of")
-        label.setBuddy(self.pictures)
-        head.addWidget(label)
-        head.addWidget(self.pictures)
+        for widget in (label_of("&Pictures of", self.content), self.content):
+            head.addWidget(widget)
         head.addStretch(1)
-        head.addWidget(self.bar, 1)
+        for widget in (self.low, self.bar, self.high):
+            head.addWidget(widget)
+        below = QWidget()
         column = QVBoxLayout(below)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         column.addLayout(head)
-        column.addWidget(self.multiples, 1)
+        column.addWidget(self.pictures, 1)
+        self._names = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter)
+        both = QWidget()
+        column = QVBoxLayout(both)
+        column.setContentsMargins(8, 4, 8, 4)
+        column.addWidget(self._names)
+        column.addWidget(self.grid, 1)
+        self._charts = QStackedWidget()
+        self._charts.addWidget(self.curve)
+        self._charts.addWidget(both)
         splitter = QSplitter(Qt.Orientation.Vertical)
-        splitter.addWidget(self._plots)
+        splitter.addWidget(self._charts)
         splitter.addWidget(below)
-        splitter.setStretchFactor(0, 2)
-        splitter.setStretchFactor(1, 3)
         splitter.setSizes([260, 400])
         splitter.setChildrenCollapsible(False)
         return splitter
 
     # settings of the sweep
 
-    def variation(self) -> dict[str, tuple[Value, ...]]:
-        """Name -> values to test; raises ParameterError with a message for invalid ranges."""
-        boxes = [self.first, *([self.second] if self.second.isChecked() else [])]
-        return {box.declaration.name: box.values() for box in boxes}
+    @property
+    def busy(self) -> bool:
+        """Whether a sweep is in progress."""
+        return self._requests.busy
 
-    def set_frame(self, parameters: Parameters, has_ground_truth: bool, chosen: str) -> None:
-        """Set the current values of the frame or its selected block, whether there is ground truth, and the name."""
+    def open_with(self, name: str) -> None:
+        """Open the window, with a parameter unless it is ""."""
+        self.show()
+        self.raise_()
+        self.activateWindow()
+        self._show_frame()
+        if name and not self.busy:
+            if self._filter.panel.for_selected:
+                self.criterion.blocks.setCurrentIndex(1)
+                self._show_frame()
+            self.second.setChecked(False)
+            self.first.choose(name)
+
+    def _boxes(self) -> list[RangeBox]:
+        return [self.first, *([self.second] if self.second.isChecked() else [])]
+
+    def _variation(self) -> dict[str, tuple[Value, ...]]:
+        """Name -> values to test; raises ParameterError with a message for invalid ranges."""
+        return {box.declaration.name: box.values() for box in self._boxes()}
+
+    def _show_frame(self) -> None:
+        """Show the current values of the frame or its selected block, and what can be swept."""
+        workspace = self._workspace
+        if self.found is not None and self.found.document not in workspace.open:
+            self._forget()
+        if not self.isVisible() or not workspace.has_current:
+            return
+        document, chosen = workspace.current, workspace.chosen
+        for_selected = bool(chosen) and self.criterion.for_selected
+        parameters = document.parameters_of(chosen) if for_selected else workspace.parameters.current
         self.first.set_parameters(parameters)
         self.second.set_parameters(parameters)
-        self.criterion.set_frame(has_ground_truth, chosen)
-        self.describe()
-        self._show_marks()
+        self.criterion.set_frame(document.frame.ground_truth is not None, document.info(chosen).name if chosen else "")
+        self._describe()
+        self._show_found()
 
-    def choose(self, name: str) -> None:
-        """Select the parameter to sweep."""
-        self.second.setChecked(False)
-        self.first.choose(name)
-
-    def describe(self, edited: bool = False) -> None:
+    def _describe(self, edited: bool = False) -> None:
         """Show why the settings are invalid; or the result of the last sweep or, if `edited`, the size of the next."""
-        if self.work.isVisible():
+        if self.busy:
             return
+        self.start_button.setEnabled(False)
         try:
-            values = self.variation()
+            values = self._variation()
         except IlfError as error:
             self.state.show_message(str(error), "error")
-            self.start_button.setEnabled(False)
             return
         if self.second.isChecked() and self.first.declaration.name == self.second.declaration.name:
             self.state.show_message("Select two different parameters, or switch the second one off.", "error")
-            self.start_button.setEnabled(False)
             return
         self.start_button.setEnabled(True)
         count = math.prod(len(one) for one in values.values())
@@ -187,91 +227,166 @@ class SweepWindow(Themed, QDialog):
         outcome = "" if edited else self._outcome()
         self.state.show_message(outcome or f"{counted(count, 'value')}, {counted(runs, 'run')}.")
 
-    # results
+    # the sweep
 
-    def begin(self, found: SweepState) -> None:
-        """Show that a sweep has started."""
-        self._found = found
-        self._outcomes.setCurrentIndex(1)
-        names, points = list(found.sweep.points[0]), found.sweep.points
-        boxes = [self.first, self.second][: len(names)]
-        two = len(names) > 1
-        self._plots.setCurrentWidget(self.grid if two else self.curve)
-        values = [sorted({float(point[name]) for point in points}) for name in names]
-        labels = [_with_unit(box) for box in boxes]
-        if two:
-            self.grid.set_scale((labels[0], labels[1]), (values[0], values[1]))
-        else:
-            self.curve.set_scale(labels[0], values[0], boxes[0].logarithmic)
-        self.multiples.set_captions(captions(names, points), found.shape, len(values[1]) if two else 0)
-        name = "Error" if found.document.frame.ground_truth is not None else "Difference to the result"
-        self.pictures.setItemText(_DIFFERENCE, name)
-        self.pictures.setEnabled(found.has_differences)
-        if not found.has_differences:
-            self.pictures.setCurrentIndex(_DEPTH)
-        self.work.begin()
+    def start(self) -> None:
+        """Start a sweep with the settings."""
+        workspace = self._workspace
+        if self.busy or not workspace.has_current:
+            return
+        document = workspace.current
+        label = workspace.chosen if self.criterion.for_selected else 0
+        run = document.run(workspace.parameters.current)
+        try:
+            sweep = Sweep(run, self._variation(), criterion=self.criterion.test(), only=[label] if label else None)
+        except IlfError as error:
+            self.state.show_message(str(error), "error")
+            return
+        self.found = SweepState(document, sweep, label)
+        self._lay_out(self.found)
+        self._requests.ask(self.found)
         self.state.show_message("Running the first values…")
         self._set_busy(True)
-        self.show_found()
+        self._show_found()
 
-    def end(self, text: str = "", tone: str = "muted") -> None:
-        """Show that the sweep has ended; `text` is a message, if not successful."""
-        self.work.end()
-        self._set_busy(False)
-        self.show_found()
-        if text:
-            self.state.show_message(text, tone)
-
-    def forget(self) -> None:
-        """Clear the results of a frame that was closed."""
-        self._found = None
-        self._outcomes.setCurrentIndex(0)
-        self.multiples.set_captions([])
-        self.curve.set_points([], [], ())
-        self.grid.set_errors({}, ())
-        self.describe()
-        self.apply_button.setEnabled(False)
-
-    def set_colour_map(self, name: str) -> None:
-        """Set the depth colour map."""
-        if name != self._colour_map:
-            self._colour_map = name
-            self.show_found()
-
-    def show_found(self) -> None:
-        """Draw the results so far."""
-        found = self._found
+    def take(self, number: int) -> None:
+        """Apply the values of a point to all blocks, or to the only block swept."""
+        found, workspace = self.found, self._workspace
         if found is None:
             return
-        differences = self.pictures.currentIndex() == _DIFFERENCE
-        pictures, scale = found.pictures(differences, self._colour_map, theme.is_dark(self.palette()))
-        self.multiples.set_pictures(pictures, scale)
-        self.bar.set_scale(scale if pictures else None, "mm" if differences else "m")
-        if self._plots.currentWidget() is self.grid:
-            self.grid.set_errors(dict(found.errors), found.marked)
+        workspace.show(found.document)
+        if found.label and found.label not in found.document.counts():
+            self.state.show_message("The swept block no longer exists.", "warning")
+            return
+        self._filter.set_values(found.values(number), found.label)
+        where = found.document.info(found.label).name if found.label else "all blocks"
+        text = f"{found.text_of(number)} applied to {where}."
+        if found.document.changed_blocks() and self._context.runs.state is RunState.IDLE:
+            self._context.notes.offer(text, self._context.actions["run"])
         else:
-            self.curve.set_points(list(found.errors), list(found.errors.values()), found.marked)
-        self._show_marks()
-        if found.errors:
+            self._context.notes.show_message(text)
+
+    def _apply_best(self) -> None:
+        if self.found is not None and self.found.best is not None:
+            self.take(self.found.best)
+
+    def _take_arrived(self) -> None:
+        if self.found is not None and self.found.take_arrived():
+            self._show_found()
             self.state.show_message(self._outcome())
 
-    def _show_marks(self) -> None:
-        found = self._found
+    def _finish(self, found: SweepState, result: SweepResult) -> None:
+        found.take_arrived()
+        found.finish(result)
+        self.state.show_message(self._outcome())
+
+    def _fail(self, _: SweepState, error: Exception) -> None:
+        if isinstance(error, IlfError):
+            self.state.show_message(str(error), "error")
+        else:
+            self._context.notes.report("The sweep stopped", error)
+
+    def _end(self) -> None:
+        self._set_busy(False)
+        self._show_found()
+
+    def _forget(self) -> None:
+        """Stop the sweep of a frame that was closed, and clear its results."""
+        self._requests.cancel()
+        self.found = None
+        self._outcomes.setCurrentIndex(0)
+        self.pictures.show_cells(())
+        self.apply_button.setEnabled(False)
+        self._describe()
+
+    def _set_busy(self, busy: bool) -> None:
+        for widget in (self.first, self.second, self.criterion, self.start_button):
+            widget.setEnabled(not busy)
+
+    # results
+
+    def _lay_out(self, found: SweepState) -> None:
+        """Make room for the results of a sweep."""
+        self._outcomes.setCurrentIndex(1)
+        self._icons.clear()
+        values = [sorted(float(value) for value in values) for values in found.sweep.values.values()]
+        names = [_with_unit(box) for box in self._boxes()]
+        self._charts.setCurrentIndex(len(names) - 1)
+        heads = None
+        if len(names) == 1:
+            self.curve.set_scale(names[0], values[0], self.first.logarithmic)
+        else:
+            heads = [f"{value:g}" for value in values[0]], [f"{value:g}" for value in values[1]]
+            self._names.setText(f"RMSE in mm: {names[0]} to the right, {names[1]} upwards")
+            self.grid.arrange(heads)
+        self.pictures.arrange(heads, found.picture_size)
+        name = "Error" if found.document.frame.ground_truth is not None else "Difference to the result"
+        self.content.setItemText(_DIFFERENCE, name)
+        self.content.setEnabled(found.has_differences)
+        if not found.has_differences:
+            self.content.setCurrentIndex(_DEPTH)
+
+    def _show_found(self) -> None:
+        """Draw the results so far."""
+        found = self.found
         if found is None:
             return
-        present = found.present
-        self.grid.set_present(present)
-        self.curve.set_present(float(next(iter(found.present_values.values()))))
-        for number, tile in enumerate(self.multiples.tiles):
-            error = _millimetres(found.errors.get(number))
-            coverage = found.coverage.get(number, 1.0)
-            text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
-            mark = "best" if found.ties is None else "equal"
-            tile.set_marks(text, mark * (number in found.marked), number == present)
-        self.apply_button.setEnabled(found.best is not None and found.best != present)
+        numbers = range(len(found.points))
+        differences = self.content.currentIndex() == _DIFFERENCE
+        colour_map = self._context.views.ranges.depth_map
+        pictures, scale = found.pictures(differences, colour_map, theme.is_dark(self.palette()))
+        self._show_scale(scale, "mm" if differences else "m")
+        self.pictures.show_cells([self._picture_cell(found, number, pictures.get(number), scale) for number in numbers])
+        if len(found.sweep.values) == 1:
+            self.curve.set_points(list(found.errors), list(found.errors.values()), found.marked)
+            self.curve.set_present(float(next(iter(found.present_values.values()))))
+        else:
+            colours = _error_colours([found.errors.get(number, math.nan) for number in numbers])
+            self.grid.show_cells([self._error_cell(found, *numbered) for numbered in enumerate(colours)])
+        self.apply_button.setEnabled(found.best is not None and found.best != found.present)
+
+    def _show_scale(self, scale: Scale, unit: str) -> None:
+        self.low.setText(_short(scale.low))
+        self.high.setText(f"{_short(scale.high)} {unit}")
+        colours = rgb_image(np.ascontiguousarray(scale.table[None, 1:, :3]))
+        self.bar.setPixmap(QPixmap.fromImage(colours.scaled(self.bar.size())))
+        self.bar.setToolTip(f"From {_short(scale.low)} to {_short(scale.high)} {unit}; black: missing")
+
+    def _picture_cell(self, found: SweepState, number: int, picture: Picture | None, scale: Scale) -> Cell:
+        coverage = found.coverage.get(number, 1.0)
+        error = _millimetres(found.errors.get(number))
+        text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
+        best, present = number in found.marked, number == found.present
+        marks = ["best" if found.ties is None else "equal"] * best + ["current"] * present
+        hint = f"{', '.join([found.caption_of(number), text, *marks])}. Click to apply."
+        text += f" ({', '.join(marks)})" if marks else ""
+        return Cell(f"{found.caption_of(number)}\n{text}", hint, best, present, self._icon(number, picture, scale))
+
+    def _icon(self, number: int, picture: Picture | None, scale: Scale) -> QIcon:
+        """The picture of a point, made once for a colour scale; an empty one until there is a result."""
+        size = self.pictures.iconSize() * 2  # for screens of twice the resolution
+        if picture is None:
+            blank = QPixmap(size)
+            blank.fill(theme.colours(self.palette()).panel)
+            return QIcon(blank)
+        known = self._icons.get(number)
+        if known is not None and known[0] is picture and known[1][0] is scale[0] and known[1][1:] == scale[1:]:
+            return known[2]
+        image = rgb_image(scale.table[to_indices(picture, scale.low, scale.high)][..., :3])
+        smooth = Qt.TransformationMode.SmoothTransformation
+        icon = QIcon(QPixmap.fromImage(image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, smooth)))
+        self._icons[number] = picture, scale, icon
+        return icon
+
+    def _error_cell(self, found: SweepState, number: int, colour: QColor | None) -> Cell:
+        error = found.errors.get(number, math.nan)
+        known = math.isfinite(error)
+        rmse = f"{1000 * error:.4g} mm. Click to apply." if known else "no error yet."
+        hint, text = f"{found.text_of(number)}: {rmse}", f"{1000 * error:.3g}" if known else ""
+        return Cell(text, hint, number in found.marked, number == found.present, colour=colour)
 
     def _outcome(self) -> str:
-        found = self._found
+        found = self.found
         best = None if found is None else found.best
         if found is None or best is None:
             return "Nothing could be evaluated." if found is not None and found.errors else ""
@@ -287,29 +402,25 @@ class SweepWindow(Themed, QDialog):
         left_out = "" if found.sweep.criterion is None else untrusted_note(found.document.frame)
         return f"{found.document.name}, {where}: {text}, {over}. {left_out}".rstrip()
 
-    def _apply_best(self) -> None:
-        if self._found is not None and self._found.best is not None:
-            self.taken.emit(self._found.best)
-
-    def _set_busy(self, busy: bool) -> None:
-        for widget in (self.first, self.second, self.criterion, self.start_button):
-            widget.setEnabled(not busy)
-
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self.became_visible.emit()
+        self._context.refresh.mark("sweep")
 
     def _take_theme(self) -> None:
-        if hasattr(self, "bar"):
-            self.show_found()
+        if hasattr(self, "content"):
+            self._show_found()
 
 
-def _hint() -> QLabel:
-    """Placeholder before the first sweep."""
-    label = PlainLabel("The error of each value is plotted here,\nwith a picture of each. Click one to apply it.")
-    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-    label.setEnabled(False)
-    return label
+def _error_colours(errors: Sequence[float]) -> list[QColor | None]:
+    """Colours of errors on a logarithmic scale from the smallest to the largest; None without an error."""
+    logs = np.log(np.maximum(errors, 1e-6))
+    if not np.isfinite(logs).any():
+        return [None] * len(errors)
+    low, high = np.nanmin(logs), np.nanmax(logs)
+    table = error_table()
+    shares = (logs - low) / (high - low) if high > low else np.where(np.isfinite(logs), 0.0, np.nan)
+    places = [None if math.isnan(share) else 1 + round(254 * share) for share in shares]
+    return [None if place is None else QColor(*table[place, :3].tolist()) for place in places]
 
 
 def _with_unit(box: RangeBox) -> str:
@@ -321,3 +432,7 @@ def _millimetres(error: float | None) -> str:
     if error is None:
         return "…"
     return f"{millimetres(error)} mm" if math.isfinite(error) else "not evaluated"
+
+
+def _short(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gui.features.accuracy.hold_out_tests import find_best
-from gui.features.accuracy.rows import EvaluatedResult, EvaluationResult, ground_truth_rows
+from gui.features.accuracy.evaluation import AreaErrors, EvaluatedResult
+from gui.features.accuracy.hold_out import find_best
+from gui.features.accuracy.rows import ground_truth_rows
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import compose
 from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
@@ -46,8 +47,6 @@ def test_ties_are_called_ties(equal: set[int], marked: list[bool], said: str) ->
         for name in ("Run 1", "Run 2", "Run 3")
     ]
     evaluations = tuple(Evaluation(9, rmse, rmse, rmse, 0.0) for rmse in (0.0122, 0.012, 0.02))
-    rows = ground_truth_rows(
-        EvaluationResult({"All": evaluations}, {"All": Ties(1, frozenset(equal), 0.0002)}), entries
-    )
+    rows = ground_truth_rows({"All": AreaErrors(evaluations, Ties(1, frozenset(equal), 0.0002))}, entries)
     assert [row.is_best for row in rows[1:]] == marked
     assert [said in row.hint for row in rows[1:]] == [number in equal for number in range(3)]

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtGui import QColor
 
 import ilf
-from gui.features.sweep.charts import ErrorCurve, ErrorGrid
-from gui.features.sweep.multiples import Multiples, Scale
+from gui.features.sweep.cells import Cell, PointCells
+from gui.features.sweep.curve import ErrorCurve
 from gui.features.sweep.options import CriterionBox, RangeBox
 from gui.features.sweep.state import SweepState
 from gui.state.document import Document
-from gui.views.colours import depth_table
 from gui.widgets.work_row import WorkRow
 from ilf.data.parameters import PRESETS
 from ilf.errors import ParameterError
@@ -77,53 +77,57 @@ def test_a_click_on_the_curve_takes_the_nearest_value(qtbot):
     assert not curve.present.isVisible()
 
 
+def _cells(texts, best=(), present=None, **more):
+    return [Cell(text, text, number in best, number == present, **more) for number, text in enumerate(texts)]
+
+
+def _centre(cells, number):
+    return cells.visualItemRect(cells.item(*cells.place(number))).center()
+
+
 def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtbot):
-    grid = ErrorGrid()
+    grid = PointCells("Errors")
     qtbot.addWidget(grid)
     grid.resize(400, 300)
-    grid.set_scale(("one", "two"), ([1.0, 2.0, 3.0], [10.0, 20.0]))
-    grid.set_errors({0: 0.01, 5: 0.02}, best=[0])
-    grid.set_present(5)
+    grid.arrange((["1", "2", "3"], ["10", "20"]))
+    grid.show_cells(_cells(["10", "", "", "", "", "20"], best=[0], present=5, colour=QColor("teal")))
     grid.show()
     qtbot.waitExposed(grid)
-    assert grid.cell(0).top() > grid.cell(1).top()
-    assert grid.cell(0).left() == grid.cell(1).left() < grid.cell(2).left()
+    first, above, right = (_centre(grid, number) for number in (0, 1, 2))
+    assert first.x() == above.x() < right.x()
+    assert above.y() < first.y() == right.y()
+    assert [grid.verticalHeaderItem(row).text() for row in range(2)] == ["20", "10"]
     with qtbot.waitSignal(grid.taken) as taken:
-        qtbot.mouseClick(grid, Qt.MouseButton.LeftButton, pos=grid.cell(3).center().toPoint())
+        qtbot.mouseClick(grid.viewport(), Qt.MouseButton.LeftButton, pos=_centre(grid, 3))
     assert taken.args == [3]
-    picture = grid.grab().toImage()
-    best, worst, untried = (
-        picture.pixelColor(grid.cell(number).center().toPoint().x() - 14, int(grid.cell(number).top()) + 6)
-        for number in (0, 5, 1)
-    )
-    assert len({best.name(), worst.name(), untried.name()}) == 3
+    with qtbot.waitSignal(grid.taken) as taken:
+        qtbot.keyClick(grid, Qt.Key.Key_Left)
+        qtbot.keyClick(grid, Qt.Key.Key_Return)
+    assert taken.args == [1]
+    corners = [_centre(grid, number) for number in range(6)]
+    picture = grid.viewport().grab().toImage()
+    rings = {picture.pixelColor(grid.visualRect(grid.indexAt(at)).topLeft() + QPoint(2, 20)).name() for at in corners}
+    assert len(rings) > 1, "a ring around the best"
 
 
-def test_pictures_share_one_scale_and_say_what_they_are(qtbot):
-    multiples = Multiples()
-    qtbot.addWidget(multiples)
-    multiples.resize(420, 300)
-    multiples.set_captions(["0.1", "1", "10"])
-    multiples.show()
-    qtbot.waitExposed(multiples)
-    scale = Scale(depth_table("turbo"), 1.0, 2.0)
-    low, high = np.full((60, 80), 1.0, np.float32), np.full((60, 80), 2.0, np.float32)
-    multiples.set_pictures({0: low, 2: high}, scale)
-    one, none, other = multiples.tiles
-    one.set_marks("5 mm", best="best", present=False)
-    assert one.accessibleName() == "0.1, 5 mm, best"
-    colours = [tile.grab().toImage().pixelColor(tile.width() // 2, 60).name() for tile in (one, none, other)]
-    assert len(set(colours)) == 3
-    with qtbot.waitSignal(multiples.taken) as taken:
-        qtbot.mouseClick(other, Qt.MouseButton.LeftButton)
+def test_pictures_flow_and_a_click_takes_one(qtbot):
+    pictures = PointCells("Pictures")
+    qtbot.addWidget(pictures)
+    pictures.resize(420, 400)
+    pictures.show()
+    qtbot.waitExposed(pictures)
+    pictures.arrange(None, QSize(176, 132))
+    pictures.show_cells(_cells(["0.1", "1", "10"]))
+    one, two, three = (_centre(pictures, number) for number in range(3))
+    assert one.y() == two.y() < three.y()
+    assert one.x() == three.x() < two.x()
+    with qtbot.waitSignal(pictures.taken) as taken:
+        qtbot.mouseClick(pictures.viewport(), Qt.MouseButton.LeftButton, pos=three)
     assert taken.args == [2]
-    assert (one.y(), one.x() < none.x()) == (none.y(), True)
-    assert other.y() > one.y()
-    multiples.set_captions([str(number) for number in range(6)], rows=2)
-    first, above, beside = multiples.tiles[:3]
-    qtbot.waitUntil(lambda: first.y() > above.y())
-    assert beside.x() > first.x()
-    assert beside.y() == first.y()
+    with qtbot.assertNotEmitted(pictures.taken):
+        qtbot.mouseClick(pictures.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(two.x(), three.y()))
+    pictures.resize(700, 400)
+    assert len({_centre(pictures, number).y() for number in range(3)}) == 1
 
 
 def test_pictures_of_one_block_show_it_with_some_of_what_is_around(document):
@@ -131,9 +135,8 @@ def test_pictures_of_one_block_show_it_with_some_of_what_is_around(document):
     document.labels[10:30, 20:40] = 1
     sweep = Sweep(document.run(document.state.common), {"smoothness": [1.0, 2.0]}, HoldOutTest("areas", (0,)))
     one, whole = SweepState(document, sweep, label=1), SweepState(document, sweep, label=0)
-    assert 20 < one.shape.width() < 30
-    assert 20 < one.shape.height() < 30
-    assert (whole.shape.width(), whole.shape.height()) == (64, 48)
+    assert (one.picture_size.width(), one.picture_size.height()) == (132, 132)
+    assert (whole.picture_size.width(), whole.picture_size.height()) == (176, 132)
 
 
 def test_progress_tells_share_and_time_and_is_ended_once(qtbot):

@@ -13,8 +13,7 @@ from PySide6.QtGui import QImage, QPainter, QPainterPath, QPixmap
 from PySide6.QtWidgets import QApplication, QStyleOptionGraphicsItem
 from pytestqt.qtbot import QtBot
 
-from gui.features.inspect.feature import InspectMarks
-from gui.features.inspect.feature import Marks as Inspected
+from gui.features.inspect.marks import InspectMarks, measurement_marks, profile_marks, region_marks
 from gui.features.quality_check.marks import PlaceMarks
 from gui.views.interaction import Preview
 from gui.views.linked_views import LinkedViews
@@ -90,7 +89,8 @@ def _inspected(views: LinkedViews) -> Move:
     def move(step: int) -> None:
         at, other = _place(step), _place(step + 5)
         region = slice(20, 40 + step), slice(30, 60 + step)
-        marks.show(Inspected((at, other), _place(step + 2), region, [(other, at)], [(at, "1.234 m")]))
+        line = profile_marks((at, other), _place(step + 2))
+        marks.show((*region_marks(region), *line, *measurement_marks((other, at), "1.234 m")))
 
     return move
 

@@ -15,7 +15,7 @@ RICH = {
     "features/about.py",
     "features/edit_summary.py",
     "features/extraction/panel.py",
-    "features/inspect/profile_panel.py",
+    "features/inspect/profile_page.py",
     "features/status.py",
 }
 """Files that show text of their own as rich text, and escape what comes from elsewhere."""

@@ -78,6 +78,9 @@ _FOLDERS = {
     "ILF_LOG": "faults.log",
 }
 
+_PANELS_ONCE = {"Profile": "Profile", "Statistics": "Measure"}
+"""Page of a panel -> the panel that it was."""
+
 _ANSWERS: deque[Any] = deque()
 
 
@@ -268,13 +271,16 @@ class Hand:
 
     # Panels, dialogs and their controls.
 
-    def panel(self, title: str) -> QWidget:
-        """Show a panel, and return it."""
-        (dock,) = (dock for dock in self.window.findChildren(QDockWidget) if dock.windowTitle() == title)
+    def panel(self, title: str, page: str = "") -> QWidget:
+        """Show a panel, at a page if one is given, and return it. Some pages were panels of their own."""
+        docks = {dock.windowTitle(): dock for dock in self.window.findChildren(QDockWidget)}
+        dock = docks[title if title in docks else _PANELS_ONCE[page]]
         if not dock.isVisible():
             dock.toggleViewAction().trigger()
         dock.raise_()
         self.settle()
+        if page and title in docks:
+            self.tab(page, dock)
         return dock
 
     def tab(self, title: str, within: QWidget | None = None) -> None:

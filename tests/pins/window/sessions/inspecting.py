@@ -26,7 +26,7 @@ def profile_along_a_line(user: Hand) -> None:
     with user.answering(user.folder / "profile.svg"):
         user.do("save_profile_picture")
     user.keep("picture was written", (user.folder / "profile.svg").stat().st_size > 0)
-    user.fill("Unit of the horizontal axis of the profile", "Pixels", user.panel("Profile"))
+    user.fill("Unit of the horizontal axis of the profile", "Pixels", user.panel("Inspect", "Profile"))
     user.do("remove_marks")
     user.keep_project("removed")
     user.tool("profile")
@@ -43,7 +43,7 @@ def statistics_of_a_rectangle(user: Hand) -> None:
     user.keep("statistics of the rectangle", user.copied())
     user.tool("select")
     user.click((40, 30))
-    user.fill("Region of the statistics", "Selected block", user.panel("Measure"))
+    user.fill("Region of the statistics", "Selected block", user.panel("Inspect", "Statistics"))
     user.do("copy_statistics")
     user.keep("statistics of the block", user.copied())
     _end(user)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtSvg import QSvgRenderer
 from pytestqt.qtbot import QtBot
 
-from gui.features.inspect.profile_panel import ProfilePanel
+from gui.features.inspect.profile_page import ProfilePage
 from gui.features.inspect.profile_plot import ProfileData, profile_data
 from gui.state.document import Document
 from gui.state.results import ErrorEstimate
@@ -43,8 +44,8 @@ def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
 
 
 @pytest.fixture
-def panel(qtbot: QtBot) -> ProfilePanel:
-    panel = ProfilePanel([])
+def panel(qtbot: QtBot) -> ProfilePage:
+    panel = ProfilePage([])
     qtbot.addWidget(panel)
     panel.resize(700, 200)
     panel.show()
@@ -52,8 +53,8 @@ def panel(qtbot: QtBot) -> ProfilePanel:
     return panel
 
 
-def legend(panel: ProfilePanel) -> str:
-    return panel._legend.text().replace("&nbsp;", " ")
+def legend(panel: ProfilePage) -> str:
+    return panel.legend.text().replace("&nbsp;", " ")
 
 
 def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Workspace) -> None:
@@ -64,11 +65,12 @@ def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Work
     assert error is not None
     assert document.frame.ground_truth is not None
     np.testing.assert_array_equal(data.raw, document.frame.depth[row, columns])
-    np.testing.assert_array_equal(data.result, depth[row, columns])
+    result, run, truth = data.curves
+    np.testing.assert_array_equal(result.depth, depth[row, columns])
     np.testing.assert_array_equal(data.error, error[row, columns])
-    np.testing.assert_array_equal(data.ground_truth, document.frame.ground_truth[row, columns])
-    assert [(name, colour) for name, colour, _ in data.runs] == [("first try", (200, 60, 160))]
-    np.testing.assert_array_equal(data.runs[0][2], document.compared[0].completion.depth[row, columns])
+    np.testing.assert_array_equal(truth.depth, document.frame.ground_truth[row, columns])
+    assert (run.name, run.colour) == ("first try", (200, 60, 160))
+    np.testing.assert_array_equal(run.depth, document.compared[0].completion.depth[row, columns])
     assert data.borders.tolist() == [26]
     header = data.profile.to_csv().splitlines()[0]
     assert header == "x,y,distance_px,surface_m,depth_m,raw_m,expected_error_m,truth_m,first try"
@@ -76,18 +78,19 @@ def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Work
 
 def test_depth_of_the_past_stands_for_the_result_and_has_no_expected_error(document: Document) -> None:
     data = profile_data(document, LINE, ViewedIteration(document.frame.depth + 1, 7))
-    assert (data.name, data.error) == ("result as of iteration 7", None)
-    np.testing.assert_array_equal(data.result, data.raw + 1)
+    (result,) = data.curves
+    assert (result.name, data.error) == ("result as of iteration 7", None)
+    np.testing.assert_array_equal(result.depth, data.raw + 1)
 
 
 def test_a_frame_without_results_shows_what_came_in(document: Document) -> None:
     data = profile_data(document, LINE)
-    assert data.result is data.error is data.ground_truth is None
-    assert data.runs == []
+    assert data.error is None
+    assert data.curves == ()
     np.testing.assert_array_equal(data.profile.depth, data.raw)
 
 
-def test_the_legend_reads_what_the_mouse_is_at(panel: ProfilePanel, data: ProfileData) -> None:
+def test_the_legend_reads_what_the_mouse_is_at(panel: ProfilePage, data: ProfileData) -> None:
     pointed: list[int | None] = []
     panel.pointed.connect(pointed.append)
     assert panel.data is None
@@ -101,9 +104,8 @@ def test_the_legend_reads_what_the_mouse_is_at(panel: ProfilePanel, data: Profil
     assert "x 12, y 16" in text
     assert "wall &lt;left&gt;" in text
     assert "raw missing" in text
-    assert data.result is not None
     assert data.error is not None
-    assert f"result {data.result[8]:.3f} m ± {1000 * data.error[8]:.0f} mm" in text
+    assert f"result {data.curves[0].depth[8]:.3f} m ± {1000 * data.error[8]:.0f} mm" in text
     assert "truth 1.700 m" in text
     panel.plot.hovered.emit(math.nan)
     assert pointed == [8, None]
@@ -111,42 +113,38 @@ def test_the_legend_reads_what_the_mouse_is_at(panel: ProfilePanel, data: Profil
 
 
 def test_the_axis_is_in_pixels_or_metres_along_the_surface(
-    panel: ProfilePanel, data: ProfileData, small_frame: RGBDFrame, small_labels: np.ndarray
+    panel: ProfilePage, data: ProfileData, small_frame: RGBDFrame, small_labels: np.ndarray
 ) -> None:
-    panel.show_data(data)
-    assert panel.plot._result.getData()[0][-1] == 56
+    panel.show_data(data, {})
+    assert panel.plot._curves[0].getData()[0][-1] == 56
     panel.axis.setCurrentIndex(1)
     assert data.profile.metres is not None
-    assert panel.plot._result.getData()[0][-1] == data.profile.metres[-1]
+    assert panel.plot._curves[0].getData()[0][-1] == data.profile.metres[-1]
     blind = Document.of(Run(RGBDFrame(small_frame.rgb, small_frame.depth), small_labels), "blind", "blind")
-    panel.show_data(profile_data(blind, LINE))
+    panel.show_data(profile_data(blind, LINE), {})
     assert not panel.axis.isEnabled()
-    assert panel.plot._raw.x[-1] == 56
+    assert panel.plot._raw.getData()[0][-1] == 56
 
 
-def test_the_band_is_where_the_error_is_known(panel: ProfilePanel, data: ProfileData) -> None:
-    panel.show_data(data)
+def test_the_band_is_where_the_error_is_known(panel: ProfilePage, data: ProfileData) -> None:
+    panel.show_data(data, {})
     assert data.error is not None
-    assert data.result is not None
     box = panel.plot._band.path().boundingRect()
     known = np.flatnonzero(np.isfinite(data.error))
     assert (box.left(), box.right()) == (known[0], known[-1])
-    assert box.bottom() == pytest.approx(np.nanmax(data.result + data.error), abs=1e-5)
-    panel.show_data(None)
+    assert box.bottom() == pytest.approx(np.nanmax(data.curves[0].depth + data.error), abs=1e-5)
+    panel.show_data(replace(data, error=None), {})
     assert panel.plot._band.path().isEmpty()
 
 
-def test_the_plot_is_written_as_picture(panel: ProfilePanel, data: ProfileData) -> None:
-    panel.show_data(data)
-    assert panel.legend_names() == [
-        ("raw", "raw"),
-        ("result", "result"),
-        ("0", "first try"),
-        ("ground_truth", "ground truth"),
-    ]
-    svg = panel.plot.picture(panel.legend_names(), as_svg=True)
+def test_the_plot_is_written_as_picture(panel: ProfilePage, data: ProfileData) -> None:
+    panel.show_data(data, {})
+    svg = panel.plot.picture(as_svg=True)
     assert QSvgRenderer(svg).isValid()
-    assert b"first try" in svg
-    picture, bare = (QImage.fromData(panel.plot.picture(names, as_svg=False)) for names in (panel.legend_names(), []))
-    assert picture.width() == bare.width() == 2 * panel.plot.width()
-    assert picture != bare
+    for name in (b"raw", b"result", b"first try", b"ground truth"):
+        assert name in svg
+    assert b"<image" not in svg, "the points are drawn as such"
+    picture = QImage.fromData(panel.plot.picture(as_svg=False))
+    assert picture.width() == 2 * panel.plot.width()
+    panel.show_data(replace(data, curves=()), {})
+    assert picture != QImage.fromData(panel.plot.picture(as_svg=False))

@@ -1,0 +1,101 @@
+"""The column *Error* of the block table: against ground truth, of the last hold-out test, or as expected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from weakref import WeakValueDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import BlockResult, Completion
+from ilf.evaluation.evaluation import evaluate_blocks
+
+from ...state.block_errors import GROUND_TRUTH, HOLD_OUT, BlockErrors
+from ...state.document import Document
+from ...state.parts import Part
+from ...work.latest_request import LatestRequest
+from ..context import Context, Feature
+from .panel import AccuracyPanel
+
+
+@dataclass(frozen=True, eq=False)
+class _Request:
+    document: Document
+    frame: RGBDFrame
+    completion: Completion
+    labels: NDArray[np.int32]
+
+
+def _evaluated(request: _Request) -> dict[int, float]:
+    """Return label -> RMSE [m] against ground truth; called in a worker thread."""
+    found = evaluate_blocks(request.frame, request.completion, request.labels)
+    return {label: evaluated.rmse for label, evaluated in found.items() if evaluated.pixels}
+
+
+class BlockErrorsFeature(Feature):
+    """Keeps the errors of the blocks up to date."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._accuracy = context.feature(AccuracyPanel)
+        self._requests = LatestRequest[_Request, dict[int, float]](_evaluated, self)
+        self._requests.answered.connect(self._take)
+        self._requests.failed.connect(lambda _, error: context.notes.report("Evaluation against ground truth", error))
+        self._found: tuple[Document | None, dict[int, float]] = None, {}
+        """The errors against ground truth, and their frame."""
+        self._of: NDArray[np.float32] | None = None
+        self._expected = BlockErrors()
+        """Expected errors of the blocks, from the expected error `_of`."""
+        self._results: WeakValueDictionary[int, BlockResult] = WeakValueDictionary()
+        """The results that `_expected` belongs to."""
+        changed = Part.FRAME | Part.LABELS | Part.RESULTS | Part.GROUND_TRUTH
+        context.refresh.add("errors against ground truth", self._ask, changed, Part.SOME_RESULTS)
+        context.refresh.add(
+            "block errors",
+            self._show,
+            changed | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS | Part.PARAMETERS | Part.EXPECTED_ERROR,
+            also=(self._requests.answered, self._accuracy.tested),
+        )
+
+    def _ask(self) -> None:
+        """Have the current results evaluated, if there is ground truth."""
+        document = self.context.workspace.current if self.context.workspace.has_current else None
+        completion = None if document is None or document.frame.ground_truth is None else document.completion()
+        if document is None or completion is None:
+            self._requests.forget()
+            self._found = None, {}
+        else:
+            self._requests.ask(_Request(document, document.frame, completion, document.labels.copy()))
+
+    def _take(self, request: _Request, found: dict[int, float]) -> None:
+        self._found = request.document, found
+
+    def _show(self) -> None:
+        """Give the errors to the table of blocks."""
+        workspace = self.context.workspace
+        if not workspace.has_current:
+            return
+        document = workspace.current
+        outcome = self._accuracy.outcomes.get(document)
+        if document.frame.ground_truth is not None:
+            of, found = self._found
+            errors = BlockErrors(GROUND_TRUTH, found if of is document else {})
+        elif outcome is not None:
+            errors = BlockErrors(HOLD_OUT, outcome.errors_of(document))
+        else:
+            errors = self._as_expected(document)
+        document.set_block_errors(errors)
+
+    def _as_expected(self, document: Document) -> BlockErrors:
+        """Return the expected errors; until they are computed again, those of the blocks with unchanged results."""
+        error, results = document.expected_error(), document.valid_results()
+        if error is None:
+            same = {label for label, result in results.items() if self._results.get(label) is result}
+            kept = {label: rmse for label, rmse in self._expected.rmse.items() if label in same}
+            return replace(self._expected, rmse=kept) if kept else BlockErrors()
+        if error is not self._of:
+            self._of, self._results = error, WeakValueDictionary(results)
+            self._expected = BlockErrors.expected(error, document.labels)
+        return self._expected

@@ -1,0 +1,152 @@
+"""Profile line, rectangle and measurements drawn over the views."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from ilf.data.label_map import Box
+from ilf.evaluation.measuring import Line
+from ilf.project.frame_state import Point
+
+from ...views.linked_views import LinkedViews
+from ...views.scene_items import ViewItem
+
+_HEIGHT = 5.8
+"""Z value: above the blocks' lines and names, below a tool's preview."""
+_LINE, _REGION, _MEASURE = QColor(96, 220, 255), QColor(255, 255, 255), QColor(255, 176, 64)
+_HALO, _PLATE = QColor(0, 0, 0, 190), QColor(0, 0, 0, 165)
+_WIDTH, _POINT, _PAD = 1.5, 4.0, 3.0
+_BESIDE = 14.0
+"""Distance of the names of a line's ends from these [px]."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A line with marked points, in image coordinates; a single point is only marked."""
+
+    points: tuple[Point, ...]
+    colour: QColor
+    style: Qt.PenStyle = Qt.PenStyle.SolidLine
+    square: bool = False
+    """Whether the points are squares, which can be dragged at any time; else dots."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text at a place in image coordinates, or beside it: in the direction away from another place."""
+
+    place: Point
+    text: str
+    away_from: Point | None = None
+
+
+Marks = tuple[Stroke | Text, ...]
+
+
+def profile_marks(line: Line | None, place: Point | None) -> Marks:
+    """Marks of the profile line from A to B, and of a place on it."""
+    if line is None:
+        return ()
+    start, end = line
+    ends = Text(start, "A", away_from=end), Text(end, "B", away_from=start)
+    return Stroke(line, _LINE, square=True), *([Stroke((place,), _LINE)] if place is not None else []), *ends
+
+
+def region_marks(region: Box | None) -> Marks:
+    """Marks of the rectangle."""
+    if region is None:
+        return ()
+    (top, bottom), (left, right) = ((side.start, side.stop) for side in region)
+    corners = (left, top), (right, top), (right, bottom), (left, bottom), (left, top)
+    return (Stroke(corners, _REGION, Qt.PenStyle.DashLine, square=True),)
+
+
+def measurement_marks(line: Line, text: str) -> Marks:
+    """Marks of a measurement, with its length at the middle."""
+    (x0, y0), (x1, y1) = line
+    return Stroke(line, _MEASURE), Text(((x0 + x1) / 2, (y0 + y1) / 2), text)
+
+
+class _MarksItem(ViewItem):
+    """Item that draws marks with lines, points and texts of constant size on the screen."""
+
+    def __init__(self) -> None:
+        super().__init__(_HEIGHT)
+        self.setVisible(False)
+        self._marks: Marks = ()
+        self._font = QFont()
+        self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
+
+    def set_marks(self, marks: Marks) -> None:
+        """Set the marks to draw."""
+        self._marks = marks
+        points = [QPointF(*point) for one in marks if isinstance(one, Stroke) for point in one.points]
+        metrics, texts = QFontMetricsF(self._font), [one for one in marks if isinstance(one, Text)]
+        widest = max((metrics.horizontalAdvance(one.text) for one in texts), default=0.0)
+        reach = _BESIDE + max(widest, metrics.height()) / 2 + 2 * _PAD
+        self.set_extent(QPolygonF(points).boundingRect() if points else None, reach)
+        self.setVisible(bool(marks))
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        to_screen = painter.worldTransform()
+        painter.save()
+        painter.resetTransform()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setFont(self._font)
+        for one in self._marks:
+            if isinstance(one, Stroke):
+                _draw(painter, one, [to_screen.map(QPointF(*point)) for point in one.points])
+                continue
+            place = to_screen.map(QPointF(*one.place))
+            if one.away_from is not None:
+                way = place - to_screen.map(QPointF(*one.away_from))
+                place += way * (_BESIDE / max(math.hypot(way.x(), way.y()), 1e-6))
+            _write(painter, place, one.text)
+        painter.restore()
+
+
+def _draw(painter: QPainter, stroke: Stroke, points: list[QPointF]) -> None:
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for pen in (QPen(_HALO, _WIDTH + 2), QPen(stroke.colour, _WIDTH, stroke.style)):
+        painter.setPen(pen)
+        painter.drawPolyline(points)
+    painter.setPen(QPen(_HALO, _WIDTH))
+    painter.setBrush(stroke.colour)
+    for point in points:
+        if stroke.square:
+            painter.drawRect(QRectF(point.x() - _POINT, point.y() - _POINT, 2 * _POINT, 2 * _POINT))
+        else:
+            painter.drawEllipse(point, _POINT, _POINT)
+
+
+def _write(painter: QPainter, place: QPointF, text: str) -> None:
+    metrics = painter.fontMetrics()
+    plate = QRectF(0, 0, metrics.horizontalAdvance(text) + 2 * _PAD, metrics.height())
+    plate.moveCenter(place)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(_PLATE)
+    painter.drawRoundedRect(plate, 3, 3)
+    painter.setPen(QColor("white"))
+    painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
+
+
+class InspectMarks:
+    """The same marks in every view."""
+
+    def __init__(self, views: LinkedViews) -> None:
+        self._items = [_MarksItem() for _ in views.cells]
+        self.marks: Marks = ()
+        for cell, item in zip(views.cells.values(), self._items, strict=True):
+            cell.view.add_overlay(item)
+
+    def show(self, marks: Marks) -> None:
+        """Draw these marks only."""
+        if marks != self.marks:
+            self.marks = marks
+            for item in self._items:
+                item.set_marks(marks)

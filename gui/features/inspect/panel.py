@@ -1,0 +1,482 @@
+"""The panel *Inspect*: depth along a line, statistics of a block or a rectangle, and measured distances."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QApplication,
+    QComboBox,
+    QHBoxLayout,
+    QSizePolicy,
+    QTabWidget,
+    QToolButton,
+    QWidget,
+)
+
+from ilf._runtime.formatting import UNKNOWN, counted
+from ilf._runtime.writing import write_bytes
+from ilf.evaluation.measuring import NEEDS_INTRINSICS, Line, Measured, measure, measurements_csv
+from ilf.project.frame_state import Point
+
+from ...base.commands import Command, keys_text
+from ...base.needs import Need
+from ...state.document import Document
+from ...state.parts import NO_PART, Part
+from ...tools.line import REACH, off_line, share_along
+from ...widgets.basics import Message, PlainLabel, literal_text, page
+from ...widgets.docks import PanelGroup
+from ...widgets.file_choice import ask_path, save
+from ...widgets.number_table import NumberTable, Row
+from ..panel import Panel
+from ..views import ErrorFeature
+from .marks import InspectMarks, measurement_marks, profile_marks, region_marks
+from .profile_page import ProfilePage
+from .profile_plot import profile_data
+from .statistics import COLUMNS, Mask, Statistics, StatisticsRequest, compute_statistics, metres
+
+PROFILE, STATISTICS, MEASUREMENTS = range(3)
+"""The pages."""
+
+_DEPTH = (
+    Part.FRAME
+    | Part.LABELS
+    | Part.RESULTS
+    | Part.SOME_RESULTS
+    | Part.PREVIEWS
+    | Part.INVALID_MASK
+    | Part.NEIGHBOURS
+    | Part.ITERATION
+)
+"""The parts that the depth shown depends on."""
+_OF_STATISTICS = (_DEPTH & ~Part.PREVIEWS) | Part.SELECTION | Part.INFOS | Part.REGION
+"""Those that the statistics depend on; not previews, to leave the processor to the run."""
+
+_NO_LINE = "Draw a profile line{} in a view to see the depth along it."
+_NO_SUBJECT = "Select a block, or draw a rectangle{}."
+_NO_MEASUREMENTS = "Select the tool Measure{} and click two points."
+_MEASURED = (
+    ("Distance", "Straight-line distance of the end points"),
+    ("Height", "Height of the second point above the first, along the image's vertical"),
+)
+
+
+class InspectPanel(Panel):
+    """The panel with a page for each, and their marks over the views."""
+
+    title, icon, group = "Inspect", "ph.ruler", PanelGroup.INSPECTION
+    parts = (
+        (_DEPTH & ~(Part.SOME_RESULTS | Part.PREVIEWS))
+        | Part.EXPECTED_ERROR
+        | Part.GROUND_TRUTH
+        | Part.COMPARED
+        | Part.INFOS
+        | Part.SELECTION
+        | Part.REGION
+        | Part.MARKS
+    )
+    deferred = Part.SOME_RESULTS | Part.PREVIEWS
+    what = "computation of statistics"
+
+    def make(self) -> QWidget:
+        context = self.context
+        context.actions.add(self._commands())
+        self.inspection = context.editor.inspection
+        self._page = -1
+        """The page that was drawn last."""
+        self._of_region = False
+        self._pixel: tuple[int, int] | None = None
+        """The pixel under the mouse in a view."""
+        self._place: Point | None = None
+        """The place of the marked sample of the profile, in image coordinates."""
+        self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
+        self._marks, self._follows_depth = InspectMarks(context.views), False
+        self.pages = QTabWidget()
+        self.pages.setDocumentMode(True)
+        self.pages.setAccessibleName("Inspection")
+        self.profile = ProfilePage(self._buttons("tool_profile", "save_profile", "save_profile_picture"))
+        self.profile.pointed.connect(self._point)
+        self.pages.addTab(self.profile, "Profile")
+        self.pages.addTab(self._statistics_page(), "Statistics")
+        self.pages.addTab(self._measurements_page(), "Measurements")
+        self.pages.setMinimumSize(240, 120)
+        self.pages.currentChanged.connect(lambda _: self.redraw())
+        for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
+            context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
+        context.feature(ErrorFeature).watch(self.profile.plot.isVisible)
+        context.views.cursorMoved.connect(self._hover)
+        context.refresh.add("profile place", self._follow, NO_PART)
+        shown = Part.FRAME | Part.REGION | Part.MARKS
+        context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
+        return self.pages
+
+    def _commands(self) -> Sequence[Command]:
+        needs = Need.FRAME
+        return (
+            Command(
+                "remove_marks",
+                "Remo&ve line and rectangle",
+                "Remove the profile line and the rectangle",
+                icon="ph.x",
+                handler=self._remove_marks,
+                needs=needs,
+            ),
+            Command(
+                "save_profile",
+                "Save profile as &table…",
+                "Write the depth along the profile line as CSV",
+                icon="ph.table",
+                handler=self._save_profile,
+                needs=needs,
+            ),
+            Command(
+                "save_profile_picture",
+                "Save profile as p&icture…",
+                "Write the plot as PNG or SVG",
+                icon="ph.image",
+                handler=self._save_picture,
+                needs=needs,
+            ),
+            Command(
+                "copy_statistics",
+                "Copy &statistics",
+                "Copy the statistics as a tab-separated table",
+                icon="ph.copy",
+                handler=self._copy_statistics,
+                needs=needs,
+            ),
+            Command(
+                "copy_measurements",
+                "&Copy measurements",
+                "Copy the measurements as a tab-separated table",
+                icon="ph.copy",
+                handler=self._copy_measurements,
+                needs=needs,
+            ),
+            Command(
+                "save_measurements",
+                "Save m&easurements…",
+                "Write the measurements as CSV",
+                icon="ph.floppy-disk",
+                handler=self._save_measurements,
+                needs=needs,
+            ),
+            Command(
+                "delete_measurements",
+                "&Delete measurements",
+                "Delete the measurements selected in the list, or all if none is selected",
+                icon="ph.trash",
+                handler=self._delete_measurements,
+                needs=needs,
+            ),
+            Command(
+                "restore_measurements",
+                "Restore measurements",
+                "Restore the measurements that were deleted last",
+                handler=self._restore_measurements,
+                needs=needs,
+            ),
+        )
+
+    def _buttons(self, *commands: str) -> list[QToolButton]:
+        buttons = [QToolButton(autoRaise=True) for _ in commands]
+        for button, command in zip(buttons, commands, strict=True):
+            button.setDefaultAction(self.context.actions[command])
+        return buttons
+
+    def _statistics_page(self) -> QWidget:
+        self.subject = QComboBox()
+        self.subject.addItems(["Selected block", "Rectangle"])
+        self.subject.setAccessibleName("Region of the statistics")
+        self.subject.setToolTip("Statistics of the selected block, or of the rectangle if there is one")
+        self.subject.activated.connect(self._choose_subject)
+        self.subject_name = PlainLabel()
+        self.subject_name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.statistics = NumberTable("Statistics of raw depth and result", COLUMNS)
+        self.statistics_note = Message()
+        row = _row(self.subject, self.subject_name, *self._buttons("tool_rectangle", "copy_statistics"))
+        return page(row, self.statistics_note, self.statistics)
+
+    def _measurements_page(self) -> QWidget:
+        self.measurements_note = Message()
+        self.measurements = NumberTable("Measurements", _MEASURED)
+        self.measurements.setToolTip("Measurements; Delete removes the selected ones, or all")
+        delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self.measurements, self._delete_measurements)
+        delete.setContext(Qt.ShortcutContext.WidgetShortcut)
+        commands = "tool_measure", "copy_measurements", "save_measurements", "delete_measurements"
+        return page(_row(PlainLabel(), *self._buttons(*commands)), self.measurements_note, self.measurements)
+
+    def refresh(self, parts: Part) -> None:
+        workspace = self.context.workspace
+        document = workspace.current if workspace.has_current else None
+        if parts & (Part.FRAME | Part.REGION):
+            self._of_region = document is not None and document.state.looked.region is not None
+        if parts & Part.FRAME:
+            self.forget()
+            self.statistics.set_rows([])
+        turned, self._page = self._page != self.pages.currentIndex(), self.pages.currentIndex()
+        if self._page == PROFILE:
+            self._plot(document)
+        elif self._page == MEASUREMENTS:
+            self._list_measurements(document)
+        elif turned or not parts or parts & _OF_STATISTICS:
+            self._ask_statistics(document)
+
+    def reveal_page(self, number: int) -> None:
+        """Open the panel at a page."""
+        self.pages.setCurrentIndex(number)
+        self.reveal()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Draw the marks of the panel when it is opened and closed."""
+        if watched is self.widget and event.type() in (QEvent.Type.Show, QEvent.Type.Hide):
+            self.context.refresh.mark("inspect marks")
+        return super().eventFilter(watched, event)
+
+    def _depth(self, document: Document) -> NDArray[np.float32] | None:
+        """Return completed depth as the views show it: the current one, or that of the iteration being viewed."""
+        viewed_iteration = self.context.workspace.viewed_iteration
+        return document.current_depth() if viewed_iteration is None else viewed_iteration.depth
+
+    def _with_key(self, text: str, tool: str) -> str:
+        """Return a text with the key of a tool, if it has one, in its gap."""
+        keys = keys_text(self.context.actions[f"tool_{tool}"].shortcuts())
+        return text.format(f" ({keys})" if keys else "")
+
+    def _iteration_note(self) -> str:
+        """Describe the iteration being viewed; "" for the current result."""
+        viewed_iteration = self.context.workspace.viewed_iteration
+        return "" if viewed_iteration is None else f"The result is {viewed_iteration.text}."
+
+    # marks over the views, while the panel is open or their tool is selected
+
+    def _show_marks(self) -> None:
+        tool, inspection = self.context.editor.tool_name, self.inspection
+        measured = self._measured() if self.visible or tool == "measure" else []
+        lines, texts = [line for line, _ in measured], [_distance(found) for _, found in measured]
+        if len(lines) > 1:
+            texts = [f"{number}: {text}" for number, text in enumerate(texts, 1)]
+        marks = [*region_marks(inspection.region)]
+        if self.visible or tool == "profile":
+            marks += profile_marks(inspection.line, self._place)
+        for line, text in zip(lines, texts, strict=True):
+            marks += measurement_marks(line, text)
+        self._marks.show(tuple(marks))
+        self.context.cloud.canvas.set_lines(lines, texts)
+        if bool(lines) != self._follows_depth:
+            changed = self.context.workspace.changed
+            (changed.disconnect if self._follows_depth else changed.connect)(self._note_depth)
+            self._follows_depth = bool(lines)
+
+    def _note_depth(self, parts: Part) -> None:
+        if parts & _DEPTH:
+            self.context.refresh.mark_deferred("inspect marks")
+
+    def _remove_marks(self) -> None:
+        self.inspection.set_line(None)
+        self.inspection.set_region(None)
+
+    # profile
+
+    def _plot(self, document: Document | None) -> None:
+        line = self.inspection.line
+        if document is None or line is None:
+            self.profile.show_hint(self._with_key(_NO_LINE, "profile"))
+        else:
+            data = profile_data(document, line, self.context.workspace.viewed_iteration)
+            names = {label: document.info(label).name for label in set(data.labels.tolist()) if label}
+            self.profile.show_data(data, names)
+            if data.error is None:
+                self.context.refresh.mark("error")
+        if self._pixel is None:
+            self._point(self.profile.sample)
+        else:
+            self._follow()
+
+    def _hover(self, pixel: tuple[int, int] | None) -> None:
+        self._pixel = pixel
+        if self.profile.plot.isVisible():
+            self.context.refresh.mark("profile place")
+
+    def _follow(self) -> None:
+        """Mark the sample under the mouse while it is on the line in a view."""
+        line, data = self.inspection.line, self.profile.data
+        if line is None or data is None:
+            return
+        sample = None
+        if self._pixel is not None:
+            at = self._pixel[0] + 0.5, self._pixel[1] + 0.5
+            if off_line(at, *line) <= REACH * self.context.views.pixel_size:
+                sample = min(max(round(share_along(at, *line) * (len(data.profile) - 1)), 0), len(data.profile) - 1)
+        self.profile.point_at(sample)
+        self._point(sample)
+
+    def _point(self, sample: int | None) -> None:
+        data, place = self.profile.data, None
+        if data is not None and sample is not None:
+            place = int(data.profile.columns[sample]) + 0.5, int(data.profile.rows[sample]) + 0.5
+        if place != self._place:
+            self._place = place
+            self.context.refresh.mark("inspect marks")
+
+    def _save_profile(self) -> None:
+        path, data = self._ask_path("Save profile as table", ".csv", "Table (*.csv)"), self.profile.data
+        if path and data is not None:
+            save(self.context.notes, path, lambda: write_bytes(path, data.profile.to_csv().encode()))
+
+    def _save_picture(self) -> None:
+        path = self._ask_path("Save profile as picture", ".png", "PNG picture (*.png);;SVG picture (*.svg)")
+        if path:
+            content = self.profile.plot.picture(as_svg=path.lower().endswith(".svg"))
+            save(self.context.notes, path, lambda: write_bytes(path, content))
+
+    def _ask_path(self, title: str, suffix: str, kinds: str) -> str:
+        self.reveal_page(PROFILE)
+        self.context.refresh.now()
+        if self.profile.data is None:
+            self.context.notes.show_message("There is no profile to write. Draw a profile line first.")
+            return ""
+        name = f"{self.context.workspace.current.name}-profile{suffix}"
+        return ask_path(self.context.window, title, name, kinds)
+
+    # statistics
+
+    def _choose_subject(self, index: int) -> None:
+        self._of_region = index == 1
+        self.redraw()
+
+    def _ask_statistics(self, document: Document | None) -> None:
+        self.subject.setCurrentIndex(int(self._of_region))
+        mask, name = (None, "") if document is None else self._subject(document)
+        self.subject_name.setText(name)
+        self.subject_name.setToolTip(literal_text(name))
+        if document is None or mask is None:
+            self.forget()
+            self.statistics.set_rows([], self._with_key(_NO_SUBJECT, "rectangle"))
+            _tell(self.statistics_note, "")
+            return
+        depth = self._depth(document)
+        chosen = [label for label in document.selected if label in document.counts()]
+        other = document.labels == chosen[1] if len(chosen) > 1 and not self._of_region else None
+        result = None if depth is None else depth.copy()  # it changes in place
+        self.ask(StatisticsRequest(document.frame.depth, result, document.frame.intrinsics, mask, other))
+
+    def _subject(self, document: Document) -> tuple[Mask | None, str]:
+        """Return the region of the statistics, and its name; None without one."""
+        region = document.state.looked.region
+        if self._of_region and region is not None:
+            rows, columns = region
+            mask = np.zeros(document.frame.shape, bool)
+            mask[region] = True
+            size = f"{columns.stop - columns.start} × {rows.stop - rows.start} px"
+            return mask, f"{size} at x {columns.start}, y {rows.start}"
+        chosen = self.context.workspace.chosen
+        if self._of_region or chosen not in document.counts():
+            return None, ""
+        return document.labels == chosen, " and ".join(document.info(label).name for label in document.selected[:2])
+
+    compute = staticmethod(compute_statistics)
+
+    def take(self, request: StatisticsRequest, answer: Statistics) -> None:
+        self.statistics.set_rows(answer.rows())
+        _tell(self.statistics_note, " ".join(filter(None, (*answer.notes, self._iteration_note()))))
+
+    def _copy_statistics(self) -> None:
+        if not self.statistics.rows:
+            self.reveal_page(STATISTICS)
+            self.context.notes.show_message(f"There are no statistics. {self._with_key(_NO_SUBJECT, 'rectangle')}")
+            return
+        QApplication.clipboard().setText(self.statistics.text())
+        self.context.notes.show_message("Statistics copied.")
+
+    # measurements
+
+    def _measured(self) -> list[tuple[Line, Measured]]:
+        """Return all measurements with their points, in the depth that the views show; none without intrinsics."""
+        lines = self.inspection.measurements
+        if not lines or self.context.workspace.current.frame.intrinsics is None:
+            return []
+        document = self.context.workspace.current
+        depth = self._depth(document)
+        values = document.frame.depth if depth is None else depth
+        return [(line, measure(values, line, document.frame.intrinsics)) for line in lines]
+
+    def _list_measurements(self, document: Document | None) -> None:
+        rows = []
+        for number, (line, measured) in enumerate(self._measured(), 1):
+            filled = document is not None and not all(document.frame.known[int(y), int(x)] for x, y in line)
+            height = f"{measured.height:+.3f} m" if math.isfinite(measured.height) else UNKNOWN
+            hint = "An end point lies on filled depth, not measured depth" if filled else ""
+            rows.append(Row(str(number), (_distance(measured), height), hint, is_italic=filled))
+        self.measurements.set_rows(rows, self._with_key(_NO_MEASUREMENTS, "measure"))
+        blind = document is not None and document.frame.intrinsics is None
+        _tell(self.measurements_note, NEEDS_INTRINSICS if blind else self._iteration_note())
+
+    def _table(self) -> str:
+        """Return the measurements as CSV; "" with a message if there are none."""
+        measured = self._measured()
+        if not measured:
+            what_to_do = self._with_key(_NO_MEASUREMENTS, "measure")
+            self.context.notes.show_message(f"There are no measurements. {what_to_do}")
+            return ""
+        return measurements_csv([line for line, _ in measured], [found for _, found in measured])
+
+    def _copy_measurements(self) -> None:
+        table = self._table()
+        if table:
+            QApplication.clipboard().setText(table.replace(",", "\t"))
+            count = counted(len(self.inspection.measurements), "measurement")
+            self.context.notes.show_message(f"Copied {count}.")
+
+    def _save_measurements(self) -> None:
+        table = self._table()
+        if table:
+            name = f"{self.context.workspace.current.name}-measurements.csv"
+            path = ask_path(self.context.window, "Save measurements", name, "Table (*.csv)")
+            if path:
+                save(self.context.notes, path, lambda: write_bytes(path, table.encode()))
+
+    def _delete_measurements(self) -> None:
+        """Delete the measurements selected in the list, or all; they can be restored."""
+        lines, chosen = self.inspection.measurements, self.measurements.chosen()
+        if not lines:
+            self.context.notes.show_message("There are no measurements to delete.")
+            return
+        self._deleted[self.context.workspace.current] = lines
+        left = [line for number, line in enumerate(lines) if chosen and number not in chosen]
+        self.inspection.set_measurements(left)
+        text = f"Deleted {counted(len(lines) - len(left), 'measurement')}."
+        self.context.notes.offer(text, self.context.actions["restore_measurements"])
+
+    def _restore_measurements(self) -> None:
+        """Restore the measurements that were deleted last."""
+        before = self._deleted.pop(self.context.workspace.current, None)
+        if before is None:
+            self.context.notes.show_message("No measurements of this frame have been deleted.")
+            return
+        later = (one for one in self.inspection.measurements if one not in before)
+        self.inspection.set_measurements([*before, *later])
+
+
+def _distance(measured: Measured) -> str:
+    return metres(measured.distance) if math.isfinite(measured.distance) else "no depth"
+
+
+def _tell(note: Message, text: str) -> None:
+    note.setVisible(bool(text))
+    note.show_message(text)
+
+
+def _row(*widgets: QWidget) -> QHBoxLayout:
+    """Widgets side by side; a label takes the space left."""
+    row = QHBoxLayout()
+    row.setSpacing(3)
+    for widget in widgets:
+        row.addWidget(widget, int(isinstance(widget, PlainLabel)))
+    return row

@@ -1,0 +1,124 @@
+"""Statistics of a block or a rectangle, of raw depth and of the result, as rows of a table."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf._runtime.formatting import UNKNOWN, millimetres
+from ilf.data.camera import Camera
+from ilf.errors import InputError
+from ilf.evaluation.measuring import angle_between
+from ilf.evaluation.statistics import PlaneFit, SurfaceStatistics, surface_statistics
+
+from ...widgets.number_table import Row
+
+COLUMNS = (("Raw", "Statistics of the raw depth"), ("Result", "Statistics of the completed depth"))
+_ROWS = (
+    ("Pixels", "Number of pixels"),
+    ("Missing", "Share of the pixels without depth"),
+    ("Mean", "Mean of the known depth"),
+    ("Median", "Median of the known depth"),
+    ("Std. deviation", "Standard deviation of the known depth"),
+    ("Range", "Minimum and maximum of the known depth"),
+    (
+        "Noise",
+        "Variation from pixel to pixel, independent of the surface's shape: from the median second difference of "
+        "neighbours. Quantised depth shows less noise than it has",
+    ),
+    ("Plane RMS", "Root mean square distance from the best-fitting plane, without outliers"),
+    ("Outliers", "Share of the known depth farther from that plane than 3.5 robust standard deviations"),
+    ("Tilt", "Angle between that plane's normal and the camera's axis; 0° faces the camera"),
+    ("Quadric RMS", "Root mean square distance from the best-fitting quadric, without outliers"),
+)
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class StatisticsRequest:
+    """Request for statistics: depth and regions; its arrays are not changed any more.
+
+    Attributes
+    ----------
+    raw, result : ndarray of float32, shape (H, W)
+        [m]; the second is None if there is no result.
+    intrinsics : Camera or None
+    subject, other : ndarray of bool, shape (H, W), or None
+        Region of the statistics; second block, for the angle between both.
+    """
+
+    raw: NDArray[np.float32]
+    result: NDArray[np.float32] | None
+    intrinsics: Camera | None
+    subject: Mask
+    other: Mask | None
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Statistics of raw depth and of the result, None without one; and sentences on them, as on the angle between the
+    planes of two blocks."""
+
+    raw: SurfaceStatistics
+    result: SurfaceStatistics | None
+    notes: tuple[str, ...]
+
+    def rows(self) -> list[Row]:
+        """Rows of the table."""
+        raw, result = _texts(self.raw), [""] * len(_ROWS) if self.result is None else _texts(self.result)
+        return [
+            Row(name, (one, other), f"{name}: {hint[0].lower()}{hint[1:]}")
+            for (name, hint), one, other in zip(_ROWS, raw, result, strict=True)
+        ]
+
+
+def compute_statistics(request: StatisticsRequest) -> Statistics:
+    """Compute the requested statistics; called in a worker thread."""
+    depths = [request.raw, *([] if request.result is None else [request.result])]
+    found = [surface_statistics(depth, request.subject, request.intrinsics) for depth in depths]
+    notes = [one.reason for one in found if one.reason]
+    if request.other is not None:
+        try:
+            second = surface_statistics(depths[-1], request.other, request.intrinsics)
+            angle = angle_between(_plane(found[-1]), _plane(second))
+            notes.insert(0, f"Angle between the planes of both selected blocks: {angle:.1f}°")
+        except InputError as error:
+            notes.append(str(error))
+    return Statistics(found[0], found[1] if len(found) > 1 else None, tuple(dict.fromkeys(notes)))
+
+
+def _plane(found: SurfaceStatistics) -> PlaneFit:
+    if found.plane is None:
+        raise InputError(found.reason)
+    return found.plane
+
+
+def _texts(found: SurfaceStatistics) -> list[str]:
+    plane, quadric = found.plane, found.quadric
+    return [
+        f"{found.pixels:,}",
+        f"{100 * found.missing_share:.1f} %",
+        metres(found.mean),
+        metres(found.median),
+        _millimetres(found.deviation),
+        f"{found.least:.2f}–{found.largest:.2f} m" if found.known else UNKNOWN,
+        _millimetres(found.noise),
+        UNKNOWN if plane is None else _millimetres(plane.rms),
+        UNKNOWN if plane is None else f"{100 * plane.outliers:.1f} %",
+        f"{plane.tilt:.1f}°" if plane is not None and math.isfinite(plane.tilt) else UNKNOWN,
+        UNKNOWN if quadric is None else _millimetres(quadric.rms),
+    ]
+
+
+def metres(length: float) -> str:
+    """Format a length in metres; a dash for NaN."""
+    return f"{length:.3f} m" if math.isfinite(length) else UNKNOWN
+
+
+def _millimetres(length: float) -> str:
+    """Format a small length in millimetres; a dash for NaN."""
+    return f"{millimetres(length)} mm" if math.isfinite(length) else UNKNOWN

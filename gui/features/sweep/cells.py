@@ -1,0 +1,162 @@
+"""Cells of a sweep, one for each point: a grid of errors, or pictures, with the best and the current one marked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QIcon, QKeyEvent, QPainter, QPen, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableWidget,
+    QTableWidgetItem,
+)
+
+from ...base import theme
+from ...widgets.basics import Themed
+
+_GAP = 4
+_RING = 2.5
+_LEAST_CELL = QSize(40, 20)
+_BEST, _PRESENT = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
+
+
+class Cell(NamedTuple):
+    """What a cell shows: a text, whether its point is one of the best or the current one, and a picture or a colour."""
+
+    text: str
+    hint: str
+    is_best: bool
+    is_present: bool
+    picture: QIcon | None = None
+    colour: QColor | None = None
+
+
+class PointCells(Themed, QTableWidget):
+    """Cells of the points of a sweep, in as many columns as fit; or, of two parameters, in a column for each value of
+    the first and a row for each value of the second, upwards. A click or Enter takes a point.
+
+    Signals
+    -------
+    taken(int)
+        The number of a point.
+    """
+
+    taken = Signal(int)
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self._cells: Sequence[Cell] = ()
+        self._rows = 0
+        self.setAccessibleName(name)
+        self.setItemDelegate(_CellDelegate(self))
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setTabKeyNavigation(False)
+        self.setShowGrid(False)
+        self.setFrameShape(QTableWidget.Shape.NoFrame)
+        self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
+        self.cellClicked.connect(self._take)
+
+    def arrange(self, heads: tuple[Sequence[str], Sequence[str]] | None, picture: QSize | None = None) -> None:
+        """Set the values of both parameters, None for a single one, and the size of the pictures."""
+        self._cells, self._rows = (), 0 if heads is None else len(heads[1])
+        self.clear()
+        self.setRowCount(self._rows)
+        self.setColumnCount(0 if heads is None else len(heads[0]))
+        size = _LEAST_CELL
+        if picture is not None:
+            self.setIconSize(picture)
+            size = picture + QSize(2 * _GAP, 2 * _GAP + 2 * self.fontMetrics().lineSpacing() + 6)
+        elif heads is not None:
+            self.setHorizontalHeaderLabels(heads[0])
+            self.setVerticalHeaderLabels(heads[1][::-1])
+        for header, length in ((self.horizontalHeader(), size.width()), (self.verticalHeader(), size.height())):
+            header.setVisible(picture is None)
+            header.setHighlightSections(False)
+            header.setMinimumSectionSize(length)
+            header.setDefaultSectionSize(length)
+            fixed = QHeaderView.ResizeMode.Stretch if picture is None else QHeaderView.ResizeMode.Fixed
+            header.setSectionResizeMode(fixed)
+
+    def show_cells(self, cells: Sequence[Cell]) -> None:
+        """Show a cell for each point."""
+        self._cells = cells
+        self._fill()
+
+    def place(self, number: int) -> tuple[int, int]:
+        """Return row and column of a point."""
+        if not self._rows:
+            return divmod(number, max(self.columnCount(), 1))
+        column, row = divmod(number, self._rows)
+        return self._rows - 1 - row, column
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space):
+            # not passed on, as that would press the default button of the window
+            self._take(self.currentRow(), self.currentColumn())
+        else:
+            super().keyPressEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fill()
+
+    def _take_theme(self) -> None:
+        self.viewport().update()
+
+    def _take(self, row: int, column: int) -> None:
+        number = column * self._rows + self._rows - 1 - row if self._rows else row * self.columnCount() + column
+        if 0 <= number < len(self._cells):
+            self.taken.emit(number)
+
+    def _fill(self) -> None:
+        if not self._rows:
+            fitting = max(self.viewport().width() // max(self.horizontalHeader().defaultSectionSize(), 1), 1)
+            columns = min(fitting, len(self._cells))
+            if columns != self.columnCount():
+                self.clear()
+                self.setColumnCount(columns)
+            self.setRowCount(-(-len(self._cells) // max(columns, 1)))
+        for number, cell in enumerate(self._cells):
+            item = QTableWidgetItem(cell.text)
+            item.setToolTip(cell.hint)
+            item.setData(Qt.ItemDataRole.AccessibleTextRole, cell.hint)
+            item.setData(_BEST, cell.is_best)
+            item.setData(_PRESENT, cell.is_present)
+            if cell.picture is not None:
+                item.setIcon(cell.picture)
+            if cell.colour is not None:
+                item.setBackground(QBrush(cell.colour))
+                dark = cell.colour.lightness() > 120
+                item.setForeground(QBrush(QColor("black" if dark else "white")))
+            self.setItem(*self.place(number), item)
+
+
+class _CellDelegate(QStyledItemDelegate):
+    """Draws the text below the picture, and a ring around the best and the current cell."""
+
+    def initStyleOption(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> None:
+        super().initStyleOption(option, index)
+        option.decorationPosition = QStyleOptionViewItem.Position.Top
+        option.displayAlignment = Qt.AlignmentFlag.AlignCenter
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> None:
+        super().paint(painter, option, index)
+        colours, rect = theme.colours(option.palette), option.rect
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        if index.data(_BEST):
+            painter.setPen(QPen(colours.good, _RING))
+            painter.drawRect(rect.adjusted(2, 2, -2, -2))
+        if index.data(_PRESENT):
+            over = index.data(Qt.ItemDataRole.ForegroundRole)
+            painter.setPen(QPen(colours.text if over is None else over.color(), 1.5, Qt.PenStyle.DashLine))
+            painter.drawRect(rect.adjusted(5, 5, -5, -5))

@@ -1,0 +1,151 @@
+"""Error over one parameter of a sweep, as a curve."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtGui import QMouseEvent
+
+from ...base import theme
+from ...widgets.basics import Themed
+
+_MIN_LABEL_DISTANCE = 52
+"""Minimum distance between the labels of values [px]."""
+_MIN_RANGE = 0.05
+"""Minimum range of errors shown, as a share of the largest."""
+_CLICK_DISTANCE = 40
+"""Horizontal distance [px] within which a click hits a point."""
+
+
+class ErrorCurve(Themed, pg.PlotWidget):
+    """Plot with a point per tested value; the best points and the current value are marked.
+
+    Signals
+    -------
+    taken(int)
+        The point that was clicked, counted from the first value.
+    """
+
+    taken = Signal(int)
+
+    def __init__(self) -> None:
+        self._values = _ValueAxis()
+        super().__init__(axisItems={"bottom": self._values}, enableMenu=False)
+        self._places: list[float] = []
+        self._logarithmic = False
+        self._name = ""
+        self.curve = pg.PlotDataItem(antialias=True, connect="finite", symbol="o", symbolSize=7)
+        self.best = pg.ScatterPlotItem(size=15, symbol="o")
+        self.present = pg.InfiniteLine(
+            angle=90, label="current", labelOpts={"position": 0.95, "anchors": [(0, 0), (1, 0)], "movable": False}
+        )
+        self.addItem(self.present, ignoreBounds=True)
+        self.addItem(self.curve)
+        self.addItem(self.best)
+        self.hideButtons()
+        self.getViewBox().setMouseEnabled(x=False, y=False)
+        self.getViewBox().setDefaultPadding(0.08)
+        self.getAxis("left").enableAutoSIPrefix(False)
+        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
+        self.setAccessibleName("Error against the value")
+        self.setToolTip("Error of every tested value. Click a point to apply its value.")
+        self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
+        self.set_points([], [], ())
+        self._style()
+
+    def set_scale(self, name: str, values: Sequence[float], logarithmic: bool) -> None:
+        """Set the parameter's name, its values in rising order, and whether the axis is logarithmic."""
+        self._name = name
+        self._logarithmic = logarithmic and min(values) > 0
+        self._places = [self._place(value) for value in values]
+        self._values.set_ticks(self._places, [f"{value:g}" for value in values])
+        self.getViewBox().setXRange(self._places[0], self._places[-1], padding=0.05)
+        self._style()
+
+    def set_present(self, value: float) -> None:
+        """Mark the current value of the parameter, if it is in the range."""
+        shown = not (self._logarithmic and value <= 0)
+        place = self._place(value) if shown else math.nan
+        shown = shown and bool(self._places) and self._places[0] <= place <= self._places[-1]
+        self.present.setVisible(shown)
+        if shown:
+            self.present.setValue(place)
+
+    def set_points(self, places: Sequence[int], errors: Sequence[float], best: Collection[int]) -> None:
+        """Set the errors [m] of some of the values, NaN = none, and the best of them: several if these are equal."""
+        known = dict(sorted(zip(places, errors, strict=True)))
+        across = np.array([self._places[place] for place in known], float)
+        above = 1000 * np.array(list(known.values()), float)
+        self.curve.setData(across, above)
+        if np.isfinite(above).any():
+            # do not magnify negligible differences
+            self.getViewBox().setLimits(minYRange=_MIN_RANGE * float(np.nanmax(above)))
+        self.best.setData(pos=[(self._places[place], 1000 * known[place]) for place in sorted(best) if place in known])
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        super().mouseReleaseEvent(event)
+        if event.button() == Qt.MouseButton.LeftButton and self._places:
+            at = event.position()
+            distances = [abs(self._screen(place) - at.x()) for place in self._places]
+            nearest = int(np.argmin(distances))
+            if distances[nearest] <= _CLICK_DISTANCE:
+                self.taken.emit(nearest)
+
+    def _take_theme(self) -> None:
+        if hasattr(self, "_name"):
+            self._style()
+
+    def point(self, number: int) -> QPointF:
+        """Widget position of a value, at half height."""
+        return QPointF(self._screen(self._places[number]), self.height() / 2)
+
+    def _screen(self, place: float) -> float:
+        return float(self.getViewBox().mapViewToScene(QPointF(place, 0)).x())
+
+    def _place(self, value: float) -> float:
+        return math.log10(value) if self._logarithmic else value
+
+    def _style(self) -> None:
+        colours = theme.colours(self.palette())
+        self.setBackground(colours.background)
+        accent, good = colours.accent, colours.good
+        self.curve.setPen(pg.mkPen(accent, width=1.8))
+        self.curve.setSymbolBrush(accent)
+        self.curve.setSymbolPen(pg.mkPen(colours.background))
+        self.best.setPen(pg.mkPen(good, width=2.5))
+        self.best.setBrush(pg.mkBrush(None))
+        self.present.setPen(pg.mkPen(colours.muted, style=Qt.PenStyle.DashLine))
+        self.present.label.setColor(colours.muted)
+        for axis, label in (("left", "RMSE [mm]"), ("bottom", self._name)):
+            self.getAxis(axis).setPen(colours.grid)
+            self.getAxis(axis).setTextPen(colours.muted)
+            self.getAxis(axis).setLabel(label, color=colours.muted.name())
+
+
+class _ValueAxis(pg.AxisItem):
+    """Axis with labels at the tested values, as many as fit."""
+
+    def __init__(self) -> None:
+        super().__init__("bottom")
+        self.enableAutoSIPrefix(False)
+        self._texts: dict[float, str] = {}
+
+    def set_ticks(self, places: Sequence[float], texts: Sequence[str]) -> None:
+        self._texts = dict(zip(places, texts, strict=True))
+        self.picture = None
+        self.update()
+
+    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
+        chosen: list[float] = []
+        per_pixel = (maxVal - minVal) / max(size, 1)
+        for place in sorted(self._texts):
+            if not chosen or place - chosen[-1] >= _MIN_LABEL_DISTANCE * per_pixel:
+                chosen.append(place)
+        return [(1.0, chosen)]
+
+    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
+        return [self._texts.get(value, "") for value in values]
