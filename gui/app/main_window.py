@@ -16,7 +16,7 @@ from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
 from ..features.colour_range import ColourRangeFeature
 from ..features.compare import CompareFeature
-from ..features.context import Context, Feature, Reasons
+from ..features.context import Context, Feature
 from ..features.curves import CurvesFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
@@ -79,8 +79,6 @@ _STANDARD: tuple[type[Feature], ...] = (
     ExtractionFeature,
     ToolsFeature,
     StatusFeature,
-    HistoryFeature,
-    FramesFeature,
 )
 _FURTHER: tuple[type[Feature], ...] = (
     ProjectFeature,
@@ -105,6 +103,9 @@ _FURTHER: tuple[type[Feature], ...] = (
 )
 """Those with panels of their own add them after the standard ones."""
 
+_OF_COMMANDS = ~(Part.STROKE | Part.RECORDS | Part.PREVIEWS | Part.BLOCK_ERRORS)
+"""The parts on which it depends whether a command can be used."""
+
 
 class MainWindow(QMainWindow):
     """The main window. It only assembles workspace (state), controllers (work), shared widgets and features.
@@ -124,10 +125,8 @@ class MainWindow(QMainWindow):
             make(self.context)
         self.documents, self.project = self.feature(DocumentsFeature), self.feature(ProjectFeature)
         self._add_menus()
-        self._refresh_commands()
         for feature in self.features:
             feature.begin()
-        self.actions_.refresh()
         self.refresh.draw_all()
         self.panels.size_window()
 
@@ -151,8 +150,7 @@ class MainWindow(QMainWindow):
         self.notes = Notes(self, self.toasts, self.log)
         self.drops = FileDrops(self)
         self.editor = Editor(self.workspace, self.views, self)
-        reasons = Reasons(self.workspace, self.runs, self.loader)
-        self.actions_ = Actions(self, reasons.missing)
+        self.actions_ = Actions(self, lambda: self.context.missing())
         self.context = Context(
             window=self,
             workspace=self.workspace,
@@ -167,9 +165,9 @@ class MainWindow(QMainWindow):
             panels=self.panels,
             notes=self.notes,
             actions=self.actions_,
-            reasons=reasons,
         )
         self.features, self.feature = self.context.features, self.context.feature
+        self.refresh.add("commands", self.actions_.refresh, _OF_COMMANDS)
 
     def _add_panels(self) -> None:
         """Add the standard panels."""
@@ -180,8 +178,8 @@ class MainWindow(QMainWindow):
         parameters.addTab(feature(ExtractionFeature).panel, "Extraction")
         add = self.panels.add
         add("Blocks", feature(BlocksFeature).table, PanelGroup.WORK, "ph.stack", is_open=True)
-        add("Frames", feature(FramesFeature).place.dock, PanelGroup.WORK, "ph.image")
-        add("History", feature(HistoryFeature).panel, PanelGroup.WORK, "ph.clock-counter-clockwise")
+        FramesFeature(self.context)
+        HistoryFeature(self.context)
         add("Log", self.log, PanelGroup.WORK, "ph.list-dashes")
         add("Parameters", parameters, PanelGroup.SETTINGS, "ph.sliders-horizontal", is_open=True)
         add("Convergence", feature(CurvesFeature).panel, PanelGroup.INSPECTION, "ph.chart-line")
@@ -191,19 +189,6 @@ class MainWindow(QMainWindow):
         self.addToolBar(self.tool_bar)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles())
-
-    def _refresh_commands(self) -> None:
-        """Enable commands at once when the state changes: the next one may come before the next turn."""
-        workspace, entries = self.workspace, self.workspace.entries
-        for signal in (
-            *(workspace.frames.session_changed, workspace.labels_changed, workspace.blocks.infos_changed),
-            *(workspace.blocks.selection_changed, workspace.parameters.changed),
-            *(workspace.blocks.guide_changed, workspace.blocks.neighbours_changed),
-            *(workspace.runs.results_changed, workspace.runs.results_added, workspace.runs.history_changed),
-            *(workspace.blocks.ground_truth_changed, entries.added, entries.removed),
-            *(self.runs.state_changed, self.loader.busy_changed),
-        ):
-            signal.connect(lambda *_: self.actions_.refresh())
 
     # events
 

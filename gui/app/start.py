@@ -21,6 +21,8 @@ from ilf.errors import IlfError, InputError
 from ..base.display import display_problem, qt_problem
 
 if TYPE_CHECKING:
+    from PySide6.QtWidgets import QApplication
+
     from ilf.sources.frame_ref import FrameRef
     from ilf.sources.reading_options import ReadingOptions
 
@@ -72,31 +74,27 @@ def _main(arguments: Sequence[str] | None) -> int:
             return _print_refusal(problem)
         return _without_display(options, inputs, reading, problem)
     try:
-        for package in ("PySide6.QtWidgets", "pyqtgraph", "qtawesome"):
-            optional(package, "ilf-studio[app]", "The window")
+        optional("PySide6.QtWidgets", "ilf-studio[app]", "The window")
+        return _run(options, inputs)
     except InputError as error:
         return _print_refusal(f"{error} Without a window: ilf complete --help.")
 
-    from PySide6.QtCore import QCoreApplication, QSettings, QTimer
-    from PySide6.QtGui import QIcon
-    from PySide6.QtWidgets import QApplication
 
-    from ..base import theme
+def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
+    """Show the window until it is closed; returns the exit status. Raises InputError if a package is missing."""
+    from PySide6.QtCore import QTimer
+
     from .error_reporter import ErrorReporter, exit_soon
 
     log_crashes()
-    QCoreApplication.setOrganizationName("ILF Studio")
-    QCoreApplication.setApplicationName("ilf-studio")
-    if sys.platform.startswith("linux"):  # other systems store settings elsewhere
-        with suppress(OSError):
-            private_file(settings := Path(QSettings().fileName()))
-            restrict_to_owner(settings)
-    present = QApplication.instance()
-    app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
-    theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
-    theme.follow_system(app)
-    app.setDesktopFileName("ilf-studio")
-    app.setWindowIcon(QIcon(str(asset_path("icons/ilf-studio.png"))))
+    app, present = _application(options.theme)
+    splash = None
+    if options.screenshot is None:
+        from .splash import show_splash
+
+        splash = show_splash(app)
+    for package in ("pyqtgraph", "qtawesome"):
+        optional(package, "ilf-studio[app]", "The window")
 
     from ..features.views import ErrorFeature
     from .main_window import MainWindow
@@ -106,10 +104,12 @@ def _main(arguments: Sequence[str] | None) -> int:
         window.resize(*options.size)
     ErrorReporter(window.notes).watch()
     window.show()
+    if splash is not None:
+        splash.close()
     if not options.run and options.screenshot is None:
         _open(window, options, inputs)
         status = app.exec()
-        return status if app is present else exit_soon(status)
+        return status if present else exit_soon(status)
 
     from .headless import HeadlessRun
 
@@ -131,7 +131,30 @@ def _main(arguments: Sequence[str] | None) -> int:
     QTimer.singleShot(0, unattended.start)
     status = app.exec()
     status = unattended.status or status
-    return status if app is present else exit_soon(status)
+    return status if present else exit_soon(status)
+
+
+def _application(theme_name: str | None) -> tuple[QApplication, bool]:
+    """Return the application with its theme, and whether it was there before."""
+    from PySide6.QtCore import QCoreApplication, QSettings
+    from PySide6.QtGui import QIcon
+    from PySide6.QtWidgets import QApplication
+
+    from ..base import theme
+
+    QCoreApplication.setOrganizationName("ILF Studio")
+    QCoreApplication.setApplicationName("ilf-studio")
+    if sys.platform.startswith("linux"):  # other systems store settings elsewhere
+        with suppress(OSError):
+            private_file(settings := Path(QSettings().fileName()))
+            restrict_to_owner(settings)
+    present = QApplication.instance()
+    app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
+    theme.apply_theme(app, theme_name or str(QSettings().value("theme", "system")))
+    theme.follow_system(app)
+    app.setDesktopFileName("ilf-studio")
+    app.setWindowIcon(QIcon(str(asset_path("icons/ilf-studio.png"))))
+    return app, app is present
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from html import escape
 
-from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QWidget
 from shiboken6 import isValid
 
@@ -13,7 +14,7 @@ from . import theme
 from .needs import NOTHING, Need, sentence
 
 WHY_NOT = "why_not"
-"""The property of an action that stores why it is disabled."""
+"""The property of an action of no command that stores why it is disabled."""
 
 HOLD_KEY = "held"
 """The property of an action that stores the key that switches it on while held."""
@@ -61,6 +62,56 @@ class Command:
     why_off: Callable[[], str] | None = None
 
 
+class CommandAction(QAction):
+    """The action of a command.
+
+    Its tooltip is made when the pointer comes to it, with the keys it has then, and what is missing if it is off.
+
+    Parameters
+    ----------
+    command : Command
+    missing : callable
+        Returns what is missing of all that commands may need.
+    """
+
+    def __init__(self, command: Command, missing: Callable[[], Need], window: QWidget) -> None:
+        super().__init__(command.text, window)
+        self._command = command
+        self._missing = missing
+        self.hint = command.hint
+        self.setObjectName(command.name)
+        self.setShortcut(QKeySequence(command.keys))
+        self.setCheckable(command.checkable or bool(command.group))
+        self.hovered.connect(self.explain)
+        self.explain()
+
+    def why_not(self) -> str:
+        """Return why the command cannot be used now, as a sentence with what to do first; "" if it can."""
+        command = self._command
+        return sentence(command.needs & self._missing()) or (command.why_off() if command.why_off is not None else "")
+
+    def enable(self, missing: Need) -> None:
+        """Enable the action if the command can be used, given what is missing."""
+        command = self._command
+        self.setEnabled(not (command.needs & missing or (command.why_off is not None and command.why_off())))
+
+    def isEnabled(self) -> bool:
+        """Whether the command can be used now, though the last change may not be told yet."""
+        self.enable(self._missing())
+        return super().isEnabled()
+
+    def trigger(self) -> None:
+        """Use the command if it can be used now."""
+        if self.isEnabled():
+            super().trigger()
+
+    def explain(self) -> None:
+        """Make the tooltip."""
+        keys, why = keys_text(self.shortcuts()), "" if super().isEnabled() else self.why_not()
+        lines = [f"<b>{escape(plain(self.text()))}</b> {escape(keys)}".rstrip(), escape(self.hint), escape(why)]
+        self.setToolTip("<br>".join(filter(None, lines)))
+
+
 class Actions:
     """The window's QActions by name: `actions["run"]`, made from the commands of its features.
 
@@ -79,20 +130,18 @@ class Actions:
         self._icons: dict[str, str] = {}
         self._actions: dict[str, QAction] = {}
         self._groups: dict[str, QActionGroup] = {}
-        self._reasons: dict[str, str] = {}
-        """Why the commands could not be used at the last refresh."""
 
     def __getitem__(self, name: str) -> QAction:
         return self._actions[name]
 
+    def is_on(self, name: str) -> bool:
+        """Whether a checkable command is on; False while there is no such command yet."""
+        return name in self._actions and self._actions[name].isChecked()
+
     def add(self, commands: Iterable[Command]) -> None:
         """Make the actions of a feature's commands."""
         for command in commands:
-            action = QAction(command.text, self._window)
-            action.setShortcut(QKeySequence(command.keys))
-            keys = f" ({keys_text(action.shortcuts())})" if command.keys else ""
-            action.setToolTip(f"{command.hint or command.text.replace('&', '')}{keys}")
-            action.setCheckable(command.checkable or bool(command.group))
+            action = CommandAction(command, self._missing, self._window)
             if command.group:
                 self._groups.setdefault(command.group, QActionGroup(self._window)).addAction(action)
             self._connect(action, command)
@@ -101,34 +150,34 @@ class Actions:
             self.adopt(command.name, action, command.icon)
 
     def adopt(self, name: str, action: QAction, icon: str) -> None:
-        """Add an action that was made elsewhere."""
+        """Add an action that was made elsewhere, or give one another icon."""
         action.setObjectName(name)
         self._actions[name] = action
         self._icons[name] = icon
         self._draw_icons({name: icon})
 
-    @staticmethod
-    def _connect(action: QAction, command: Command) -> None:
+    def _connect(self, action: CommandAction, command: Command) -> None:
         handler = command.handler
         if handler is None:
             return
         if command.checkable:
             action.toggled.connect(lambda on: handler(on))
-        else:
-            action.triggered.connect(lambda _=False: handler())
+            return
+
+        def use() -> None:
+            if action.why_not():  # something has changed since commands were enabled
+                self.refresh()
+            else:
+                handler()
+
+        action.triggered.connect(lambda _=False: use())
 
     def refresh(self) -> None:
-        """Enable the commands that can be used now; store the reasons of the others."""
+        """Enable the commands that can be used now."""
         missing = self._missing()
-        for name, command in self.commands.items():
-            if command.needs or command.why_off is not None:
-                reason = sentence(command.needs & missing)
-                if not reason and command.why_off is not None:
-                    reason = command.why_off()
-                if reason != self._reasons.get(name):
-                    self._reasons[name] = reason
-                    self[name].setEnabled(not reason)
-                    self[name].setProperty(WHY_NOT, reason)
+        for action in self._actions.values():
+            if isinstance(action, CommandAction):
+                action.enable(missing)
 
     def draw_icons(self) -> None:
         """Redraw the icons in the colours of the window's palette."""
@@ -141,12 +190,27 @@ class Actions:
                 self[name].setIcon(theme.icon(icon, palette))
 
 
+def why_not(action: QAction) -> str:
+    """Return why an action is disabled, as a sentence; "" if it is enabled."""
+    if action.isEnabled():
+        return ""
+    told = action.why_not() if isinstance(action, CommandAction) else action.property(WHY_NOT)
+    return str(told or "Not available now.")
+
+
+def hint_of(action: QAction) -> str:
+    """Return what an action does, as a sentence without its name and keys; "" if its text says it."""
+    if isinstance(action, CommandAction):
+        return action.hint
+    return "" if action.toolTip() == plain(action.text()) else action.toolTip()
+
+
 # All actions of the window: those in its menus, and those with only a key or a button.
 
 
 @dataclass(frozen=True, eq=False)
 class ActionEntry:
-    """One action of the window.
+    """One action of the window, as it was when the actions were listed: its menu may be filled anew since.
 
     Attributes
     ----------
@@ -157,12 +221,23 @@ class ActionEntry:
     where : str
         Its menu ("View › Theme"); "" if it is in no menu.
     action : QAction
+    hint : str
+        What it does.
+    why_not : str
+        Why it is disabled; "" if it is enabled.
+    icon : QIcon
+    is_on : bool
+        Whether it is checked.
     """
 
     key: str
     text: str
     where: str
     action: QAction
+    hint: str
+    why_not: str
+    icon: QIcon
+    is_on: bool
 
     @property
     def gone(self) -> bool:
@@ -170,22 +245,16 @@ class ActionEntry:
         return not isValid(self.action)
 
     @property
+    def held(self) -> str:
+        """The key that switches it on while held; "" for none."""
+        return "" if self.gone else str(self.action.property(HOLD_KEY) or "")
+
+    @property
     def keys(self) -> str:
         """Its shortcuts in the system's notation, with the key that switches it on while held."""
         held = f"hold {self.held}" if self.held else ""
-        return ", ".join(filter(None, (keys_text(self.action.shortcuts()), held)))
-
-    @property
-    def held(self) -> str:
-        """The key that switches it on while held; "" for none."""
-        return str(self.action.property(HOLD_KEY) or "")
-
-    @property
-    def why_not(self) -> str:
-        """Why it is disabled; "" if it is enabled."""
-        if self.action.isEnabled():
-            return ""
-        return str(self.action.property(WHY_NOT) or "Not available now.")
+        shortcuts = [] if self.gone else self.action.shortcuts()
+        return ", ".join(filter(None, (keys_text(shortcuts), held)))
 
 
 def keys_text(keys: list[QKeySequence]) -> str:
@@ -200,18 +269,25 @@ def plain(text: str) -> str:
 
 def action_entries(window: QMainWindow) -> list[ActionEntry]:
     """Return all actions of a window, each once: in the order of the menus, then those in no menu."""
-    found: dict[QAction, ActionEntry] = {}
+    found: dict[QAction, str] = {}
     for menu in _menus(window):
         menu.aboutToShow.emit()  # some are filled when they open
         for action, where in _actions(menu, plain(menu.title())):
-            found.setdefault(action, ActionEntry(action.objectName() or f"{where}/{action.text()}", "", where, action))
+            found.setdefault(action, where)
     for action in window.actions():
-        found.setdefault(action, ActionEntry(action.objectName() or action.text(), "", "", action))
+        found.setdefault(action, "")
     return [
-        ActionEntry(entry.key, plain(action.text()), entry.where, action)
-        for action, entry in found.items()
-        if not entry.gone and action.text() and action.isVisible()
+        _entry(action, where)
+        for action, where in found.items()
+        if isValid(action) and action.text() and action.isVisible()
     ]
+
+
+def _entry(action: QAction, where: str) -> ActionEntry:
+    key = action.objectName() or (f"{where}/{action.text()}" if where else action.text())
+    return ActionEntry(
+        key, plain(action.text()), where, action, hint_of(action), why_not(action), action.icon(), action.isChecked()
+    )
 
 
 def _menus(window: QMainWindow) -> list[QMenu]:

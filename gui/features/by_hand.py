@@ -15,7 +15,7 @@ BY_HAND_COMMANDS = ("fill_by_hand", "continue_plane", "nearer_surface", "farther
 
 def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequence[Command]:
     """Return the commands; `choose` makes a tool the active one."""
-    editor, reasons = context.editor, context.reasons
+    editor = context.editor
     tool = editor.tools["depth_by_hand"]
     assert isinstance(tool, DepthByHandTool)
 
@@ -26,10 +26,6 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             act()
 
         return handler
-
-    def no_by_hand() -> str:
-        has_any = context.workspace.has_current and context.workspace.current.blocks.by_hand is not None
-        return reasons.no_frame() or ("" if has_any else "There is no depth by hand.")
 
     return (
         Command(
@@ -71,6 +67,6 @@ def by_hand_commands(context: Context, choose: Callable[[str], None]) -> Sequenc
             "Remove depth by hand from the selected blocks, or everywhere if none is selected",
             icon="ph.backspace",
             handler=with_tool(lambda: tool.erase(editor)),
-            why_off=no_by_hand,
+            needs=Need.BY_HAND,
         ),
     )

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow
 
 from ..base.commands import Actions
-from ..base.needs import NOTHING, Need, sentence
+from ..base.needs import NOTHING, Need
 from ..project.recorder import Recorder
 from ..state.document import Document
 from ..state.workspace import Workspace
@@ -40,57 +40,8 @@ class PendingWork(NamedTuple):
     document: Document | None = None
 
 
-class Reasons:
-    """Why commands cannot be used now: the sentences that several commands share; "" if nothing is missing."""
-
-    def __init__(self, workspace: Workspace, runs: RunController, loader: FrameLoader) -> None:
-        self._workspace = workspace
-        self._runs = runs
-        self._loader = loader
-        self._missing = Need.UNLOCKED
-        self.selected: set[int] = set()
-        """The selected blocks that have pixels."""
-        self.unlocked: set[int] = set()
-        """Those of them that are not locked."""
-        self.playing = False
-        """Whether the frames are played: none is open meanwhile."""
-
-    def missing(self) -> Need:
-        """Return what is missing now of all that commands may need."""
-        document = self._workspace.current if self._workspace.has_current else None
-        counts = document.counts() if document else {}
-        self.selected = set(document.selected) & counts.keys() if document else set()
-        self.unlocked = self.selected - document.locked if document else set()
-        there = NOTHING if self.playing else Need.NOT_PLAYING
-        if self._runs.free and not self._loader.busy:
-            there |= Need.IDLE
-        for need, given in (
-            (Need.FRAME, document),
-            (Need.BLOCKS, counts),
-            (Need.SELECTION, self.selected),
-            (Need.UNLOCKED, self.unlocked),
-        ):
-            if given:
-                there |= need
-        self._missing = ~there
-        return self._missing
-
-    def no_frame(self) -> str:
-        """No frame is shown."""
-        return sentence(Need.FRAME & self._missing)
-
-    def busy(self) -> str:
-        """The frame is being read, extracted or run."""
-        return sentence((Need.FRAME | Need.IDLE) & self._missing)
-
-    def no_blocks(self) -> str:
-        """The frame has no blocks."""
-        return sentence(Need.BLOCKS & self._missing)
-
-    def none_selected(self) -> str:
-        """No block is selected."""
-        return sentence(Need.SELECTION & self._missing)
-
+_OF_FRAME = ~Need.NOT_PLAYING
+"""What a frame gives, whether or not frames are played."""
 
 FeatureType = TypeVar("FeatureType", bound="Feature")
 
@@ -111,8 +62,8 @@ class Context:
         Host of the tools.
     views, cloud, centre, panels, notes
         The display: linked views, point cloud, the centre with both, the panels around it, and messages.
-    actions, reasons
-        The commands, and why they cannot be used.
+    actions
+        The commands.
     features : list of Feature
         All features, in the order in which they were made.
     """
@@ -130,13 +81,43 @@ class Context:
     panels: Docks
     notes: Notes
     actions: Actions
-    reasons: Reasons
     features: list[Feature] = field(default_factory=list)
 
     def feature(self, kind: type[FeatureType]) -> FeatureType:
         """Return the feature of a type; it is made now if nothing has used it yet."""
         made = next((feature for feature in self.features if isinstance(feature, kind)), None)
         return kind(self) if made is None else made
+
+    def missing(self) -> Need:
+        """Return what is missing now of all that commands may need."""
+        workspace = self.workspace
+        document = workspace.current if workspace.has_current else None
+        there = NOTHING if self.actions.is_on("play_frames") else Need.NOT_PLAYING
+        there |= Need.IDLE if self.runs.free and not self.loader.busy else NOTHING
+        there |= Need.GOING if self.runs.going else NOTHING
+        for need, count in ((Need.LISTED, 1), (Need.OTHERS, 2)):
+            there |= need if len(workspace.entries) >= count else NOTHING
+        if document is None:
+            return ~there
+        frame, blocks = document.frame, document.counts().keys()
+        chosen = blocks & set(document.selected)
+        free = chosen - document.locked
+        for need, given in (
+            (Need.FRAME, True),
+            (Need.BLOCKS, blocks),
+            (Need.SELECTION, chosen),
+            (Need.UNLOCKED, free),
+            (Need.SEVERAL, len(free) > 1),
+            (Need.RESULTS, document.results.kept),
+            (Need.RUNS, document.state.runs),
+            (Need.GROUND_TRUTH, frame.ground_truth is not None),
+            (Need.GUIDE, frame.guide is not None),
+            (Need.NEIGHBOURS, frame.neighbours is not None),
+            (Need.BY_HAND, document.blocks.by_hand is not None),
+        ):
+            if given:
+                there |= need & _OF_FRAME
+        return ~there
 
     def pending_work(self) -> list[PendingWork]:
         """Return the pending work of all features, without the runs of frames."""

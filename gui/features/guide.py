@@ -120,7 +120,7 @@ class GuideFeature(Feature):
                     "Complete the frame without a guide",
                     icon="ph.x-circle",
                     handler=self.remove,
-                    why_off=self._why_no_guide,
+                    needs=Need.GUIDE,
                 ),
             )
         )
@@ -178,6 +178,3 @@ class GuideFeature(Feature):
     def _has_guide(self) -> bool:
         workspace = self.context.workspace
         return workspace.has_current and workspace.current.frame.guide is not None
-
-    def _why_no_guide(self) -> str:
-        return self.context.reasons.no_frame() or ("" if self._has_guide else "This frame has no guide.")

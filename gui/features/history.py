@@ -6,6 +6,7 @@ from PySide6.QtGui import QKeySequence, QUndoGroup
 from PySide6.QtWidgets import QUndoView, QWidget
 
 from ..base.commands import WHY_NOT
+from ..widgets.docks import PanelGroup
 from .context import Context, Feature
 
 
@@ -36,3 +37,4 @@ class HistoryFeature(Feature):
             action.setProperty(WHY_NOT, f"Nothing to {name}.")
             context.actions.adopt(name, action, icon)
         self.panel = HistoryView(history)
+        context.panels.add("History", self.panel, PanelGroup.WORK, "ph.clock-counter-clockwise")

@@ -28,6 +28,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.neighbours import around, neighbour_steps
 
 from ..base.commands import Command
+from ..base.needs import Need
 from ..state.document import Document
 from ..state.entries import Entry
 from ..widgets.basics import Message
@@ -252,6 +253,7 @@ class NeighboursFeature(Feature):
                     "Use depth that the frames before and after have measured where this one has none",
                     icon="ph.stack",
                     handler=self.ask,
+                    needs=Need.FRAME,
                     why_off=self._why_off,
                 ),
                 Command(
@@ -260,7 +262,7 @@ class NeighboursFeature(Feature):
                     "Complete the frame with its own depth alone",
                     icon="ph.x-circle",
                     handler=self.remove,
-                    why_off=self._why_none,
+                    needs=Need.NEIGHBOURS,
                 ),
             )
         )
@@ -299,8 +301,6 @@ class NeighboursFeature(Feature):
         return entry
 
     def _why_off(self) -> str:
-        if reason := self.context.reasons.no_frame():
-            return reason
         entry, place = self._entry(), place_of(self._entry())
         others = (one for one in self.context.workspace.entries if one is not entry)
         if place is None or all(place_of(one) != place for one in others):
@@ -308,9 +308,3 @@ class NeighboursFeature(Feature):
         if self.context.workspace.current.frame.intrinsics is None:
             return "The camera's intrinsics of this frame are not known: open it with intrinsics."
         return ""
-
-    def _why_none(self) -> str:
-        reason = self.context.reasons.no_frame()
-        if not reason and self.context.workspace.current.frame.neighbours is None:
-            reason = "No depth of neighbours is used in this frame."
-        return reason

@@ -58,7 +58,7 @@ class OnUseFeature(Feature):
                     "Complete many frames of the list from their files, in the background, each into its own folder",
                     icon="ph.film-strip",
                     handler=lambda: self._batch().ask(),
-                    why_off=self._why_no_files,
+                    needs=Need.LISTED,
                 ),
                 Command(
                     "export_all",
@@ -139,7 +139,3 @@ class OnUseFeature(Feature):
         from .palette.palette import PaletteFeature
 
         return self.context.feature(PaletteFeature)
-
-    def _why_no_files(self) -> str:
-        entries = self.context.workspace.entries
-        return "" if any(entry.source is not None for entry in entries) else "Open a frame first."

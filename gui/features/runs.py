@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QToolButton
 from ilf._runtime.formatting import counted
 
 from ..base.commands import Command, keys_text
+from ..base.needs import Need
+from ..state.parts import Part
 from ..work.frame_runs import RunState
 from ..work.runs import LiveSolver
 from .context import Context, Feature
@@ -30,17 +32,15 @@ class RunsFeature(Feature):
         live.setChecked(bool(QSettings().value(_LIVE_KEY, True, type=bool)))
         live.toggled.connect(lambda on: QSettings().setValue(_LIVE_KEY, on))
         self.live = LiveSolver(workspace, runs, live)
-        for signal in (workspace.frames.session_changed, runs.state_changed):
-            signal.connect(lambda *_: self._show_pause())
         self._rest = QToolButton()
         self._rest.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._rest.setToolTip(
             "Their depth is of other parameters or an earlier state of the block; the views show it in grey"
         )
         self._rest.clicked.connect(lambda: context.actions["run"].trigger())
-        changed = workspace.frames.session_changed, workspace.labels_changed, workspace.parameters.changed
-        later = workspace.runs.results_changed, workspace.runs.results_added, runs.state_changed
-        context.refresh.add("stale blocks", self._offer_rest, changed, later)
+        later = Part.RESULTS | Part.SOME_RESULTS | Part.RUNNING
+        context.refresh.add("stale blocks", self._offer_rest, Part.FRAME | Part.LABELS | Part.PARAMETERS, later)
+        context.refresh.add("run state", self._show_state, Part.FRAME | Part.RUNNING)
         runs.ended.connect(context.notes.show_message)
         runs.failed.connect(lambda error: context.notes.report("The run failed", error))
 
@@ -68,11 +68,7 @@ class RunsFeature(Feature):
         return self._runs.shutdown()
 
     def _commands(self) -> Sequence[Command]:
-        runs, why = self._runs, self.context.reasons
-
-        def cannot_run() -> str:
-            return why.no_blocks() or why.busy()
-
+        runs = self._runs
         return (
             Command(
                 "run",
@@ -81,7 +77,7 @@ class RunsFeature(Feature):
                 icon="ph.play",
                 keys="F5",
                 handler=runs.start_changed,
-                why_off=cannot_run,
+                needs=Need.BLOCKS | Need.IDLE,
             ),
             Command(
                 "run_all",
@@ -89,7 +85,7 @@ class RunsFeature(Feature):
                 "Complete all blocks, also those with an up-to-date result",
                 keys="Ctrl+F5",
                 handler=runs.start,
-                why_off=cannot_run,
+                needs=Need.BLOCKS | Need.IDLE,
             ),
             Command(
                 "run_selected",
@@ -98,7 +94,7 @@ class RunsFeature(Feature):
                 icon="ph.play-circle",
                 keys="Shift+F5",
                 handler=runs.start_selected,
-                why_off=lambda: why.none_selected() or why.busy(),
+                needs=Need.SELECTION | Need.IDLE,
             ),
             Command(
                 "pause",
@@ -108,7 +104,7 @@ class RunsFeature(Feature):
                 keys="F6",
                 checkable=True,
                 handler=self._set_paused,
-                why_off=self._why_idle,
+                needs=Need.GOING,
             ),
             Command(
                 "step",
@@ -117,7 +113,8 @@ class RunsFeature(Feature):
                 icon="ph.skip-forward",
                 keys="F7",
                 handler=runs.step,
-                why_off=lambda: "" if self._is_paused else cannot_run(),
+                needs=Need.BLOCKS,
+                why_off=self._why_no_step,
             ),
             Command(
                 "cancel",
@@ -126,7 +123,7 @@ class RunsFeature(Feature):
                 icon="ph.stop",
                 keys="Shift+F6",
                 handler=runs.cancel,
-                why_off=self._why_idle,
+                needs=Need.GOING,
             ),
             Command(
                 "live",
@@ -143,6 +140,7 @@ class RunsFeature(Feature):
                 "these pixels are marked as extrapolated",
                 icon="ph.question",
                 handler=runs.extrapolate,
+                needs=Need.RESULTS | Need.IDLE,
                 why_off=self._why_no_extrapolation,
             ),
             Command(
@@ -151,7 +149,7 @@ class RunsFeature(Feature):
                 "Delete the completed depth of this frame",
                 icon="ph.backspace",
                 handler=runs.clear_results,
-                why_off=self._why_no_results,
+                needs=Need.RESULTS,
             ),
         )
 
@@ -163,22 +161,18 @@ class RunsFeature(Feature):
         if on != self._is_paused:
             self._runs.toggle_pause()
 
-    def _show_pause(self) -> None:
+    def _show_state(self) -> None:
+        """Show whether a run goes on or is paused; views without a result say that it is being computed."""
+        if self._workspace.has_current:
+            first = self._runs.going and self._workspace.current.current_depth() is None
+            self.context.views.show_data(is_running=first)
         self._pause.setChecked(self._is_paused)
         self._pause.setText("Resume" if self._is_paused else "&Pause")
 
-    def _why_idle(self) -> str:
-        going = RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING
-        return "" if self._runs.state in going else "Nothing is running."
-
-    def _why_no_results(self) -> str:
-        no_frame = self.context.reasons.no_frame()
-        return no_frame or ("" if self._workspace.current.results.kept else "There are no results yet.")
+    def _why_no_step(self) -> str:
+        return "" if self._is_paused or self._runs.free else "Pause the run first."
 
     def _why_no_extrapolation(self) -> str:
-        why = self._why_no_results() or self.context.reasons.busy()
-        if why:
-            return why
         document = self._workspace.current
         if not document.valid_results():
             return "Run the blocks first."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from PySide6.QtCore import QEvent, QModelIndex, QObject, QSettings, Qt, Signal
-from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..base.commands import TEMPORARY, WHY_NOT, ActionEntry, Command, action_entries, keys_text, plain
+from ..base.commands import TEMPORARY, ActionEntry, Command, action_entries, keys_text, plain, why_not
 from ..widgets.basics import Message, PlainLabel
 from .context import Context, Feature
 from .palette.matching import match
@@ -74,8 +74,8 @@ class Keymap(QObject):
 
     @property
     def entries(self) -> list[ActionEntry]:
-        """All known actions."""
-        return list(self._entries.values())
+        """All known actions, without those whose menu has been filled anew since."""
+        return [entry for entry in self._entries.values() if not entry.gone]
 
     def update(self) -> None:
         """Find the actions again, and apply the user's stored keys to new ones."""
@@ -87,7 +87,7 @@ class Keymap(QObject):
             self._defaults[key] = entry.action.shortcuts()
             chosen = self._chosen(key)
             if chosen is not None:
-                _assign(entry.action, chosen)
+                entry.action.setShortcuts(chosen)
         self._entries = found
 
     def default(self, key: str) -> Keys:
@@ -150,7 +150,7 @@ class Keymap(QObject):
         settings = QSettings()
         for key, keys in changes.items():
             if key in self._entries:
-                _assign(self._entries[key].action, keys)
+                self._entries[key].action.setShortcuts(keys)
             if not self._persistent:
                 continue
             if keys == self._defaults[key]:
@@ -166,16 +166,6 @@ class Keymap(QObject):
         # QSettings returns text with commas as a list
         text = "; ".join(kept) if isinstance(kept, list) else str(kept)
         return [sequence for sequence in QKeySequence.listFromString(text) if not sequence.isEmpty()]
-
-
-def _assign(action: QAction, keys: Keys) -> None:
-    """Set an action's keys, and show them in its tooltip if it has one of its own."""
-    before, hint = keys_text(action.shortcuts()), action.toolTip()
-    action.setShortcuts(keys)
-    if hint.rstrip("…") == action.text().replace("&", "").rstrip("…"):
-        return
-    bare = hint.removesuffix(f" ({before})") if before else hint
-    action.setToolTip(f"{bare} ({keys_text(keys)})" if keys else bare)
 
 
 def _overlap(one: QKeySequence, other: QKeySequence) -> bool:
@@ -288,7 +278,7 @@ class ShortcutsDialog(QDialog):
         for entry in self._keymap.entries:
             item = QTreeWidgetItem([entry.text, entry.where, entry.keys])
             item.setData(_COMMAND, Qt.ItemDataRole.UserRole, entry.key)
-            item.setToolTip(_COMMAND, entry.action.toolTip())
+            item.setToolTip(_COMMAND, entry.hint)
             self.list.addTopLevelItem(item)
             self._items[entry.key] = item
         self._show()
@@ -401,12 +391,13 @@ class ShortcutsFeature(Feature):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Say why a command cannot be used if its keys are pressed: nothing in the window has used them."""
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
-            pressed, actions = QKeySequence(event.keyCombination()), self.context.actions
-            for name in actions.commands:
-                if not actions[name].isEnabled() and pressed in actions[name].shortcuts():
-                    why = actions[name].property(WHY_NOT) or "Not available now."
-                    self.context.notes.show_message(f"{plain(actions[name].text())}: {why}")
+            pressed = QKeySequence(event.keyCombination())
+            for action in self.context.window.actions():
+                if pressed in action.shortcuts() and not action.isEnabled():
+                    self.context.notes.show_message(f"{plain(action.text())}: {why_not(action)}")
                     return True
+        elif event.type() == QEvent.Type.ShortcutOverride:
+            self.context.refresh.now()  # the key finds the commands as they are after the last change
         return False
 
     def _ask(self) -> None:

@@ -11,6 +11,7 @@ from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
 
 from ..state.document import Document
+from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..views.cloud.canvas import HINT, MOVES
 from ..views.contents import FLICKERS
@@ -20,6 +21,7 @@ from ..work.frame_runs import RunState
 from ..work.jobs import Pace
 from .context import Context, Feature
 from .documents.feature import DocumentsFeature
+from .views import ErrorFeature
 
 # The status bar: effect of a click, pixel under the cursor, progress.
 
@@ -81,6 +83,18 @@ class StatusBar(QStatusBar):
         progress.setToolTip(literal_text(text + suffix))
 
 
+_READ = (
+    Part.FRAME
+    | Part.LABELS
+    | Part.INFOS
+    | Part.RESULTS
+    | Part.EXPECTED_ERROR
+    | Part.ITERATION
+    | Part.COMPARED
+    | Part.GROUND_TRUTH
+)
+"""The parts whose values the readout shows."""
+
 _NO_FRAME = "Open a frame with the menu File, or drop its files here"
 
 
@@ -90,8 +104,8 @@ class StatusFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._workspace = workspace = context.workspace
-        self._runs = runs = context.runs
-        self._loader = loader = context.loader
+        self._runs = context.runs
+        self._loader = context.loader
         self._documents = documents = context.feature(DocumentsFeature)
         self._editor = editor = context.editor
         self._pace = Pace()
@@ -102,16 +116,14 @@ class StatusFeature(Feature):
         context.window.setStatusBar(self.bar)
         self.readout = ReadoutPresenter(workspace, context.views.material, self.bar.readout)
         context.views.cursorMoved.connect(self.readout.point_at)
-        turned, loading, coming = workspace.frames.session_changed, loader.busy_changed, workspace.runs.results_added
-        hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed
+        self._error = context.feature(ErrorFeature)
         add = context.refresh.add
-        add("hint", self.show_hint, (turned, loading, context.centre.turned, *hinted))
-        exporting = documents.exporting_changed
-        add("progress", self.show_progress, (turned, runs.state_changed, loading, exporting), (coming,))
-        frame = turned, workspace.labels_changed, workspace.blocks.infos_changed, workspace.runs.results_changed
-        shown = workspace.runs.error_changed, workspace.runs.viewed_iteration_changed
-        compared = workspace.runs.compared_changed, workspace.blocks.ground_truth_changed
-        add("readout", self.readout.show, (*frame, *shown, *compared), (coming, workspace.runs.previews_changed))
+        hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed, context.centre.turned
+        add("hint", self.show_hint, Part.FRAME | Part.LOADING, also=hinted)
+        working = documents.exporting_changed, *self._error.busy_changed
+        later = Part.SOME_RESULTS | Part.RECORDS | Part.PREVIEWS
+        add("progress", self.show_progress, Part.FRAME | Part.RUNNING | Part.LOADING, later, working)
+        add("readout", self.readout.show, _READ, Part.SOME_RESULTS | Part.PREVIEWS)
 
     def show_playing(self, text: str) -> None:
         """Show a text about the frame that is played, and its pixel under the cursor; "" once playing has ended."""
@@ -134,27 +146,29 @@ class StatusFeature(Feature):
         return f"{tool.hint} | {MOVES}" if tool.points_only else HINT
 
     def show_progress(self) -> None:
-        """Show the progress of runs, opening and extraction with the remaining time, or that files are written."""
-        bar, share = self.bar, None
+        """Show the stage and the share done of runs, opening and extraction with the remaining time, or that files are
+        written or the expected error is estimated."""
+        loader, share = self._loader, None
         if self._runs.running:
             text, share = self._runs_text()
-        elif self._loader.busy:
-            text, share = self._loader.present, self._loader.share_done or None
+        elif loader.busy:
+            text, share = loader.present, loader.share_done or None
             self._pace.note(share or 0.0)
         elif (saved := self._documents.saved_share()) is not None:
             text, share = "Saving", saved
+        elif self._documents.exporting:
+            text = "Exporting"
         else:
-            text = "Exporting" if self._documents.exporting else ""
+            text = "Estimating the error" if self._error.busy else ""
         if not text:
             self._pace.forget()
             self._paced_sessions = []
-        bar.show_progress(text, share, self._pace.text() if share is not None else "")
+        self.bar.show_progress(text, share, self._pace.text() if share is not None else "")
 
     def _runs_text(self) -> tuple[str, float | None]:
-        """Return a text and the finished share of the current frame's run, or else of the other frames' runs."""
+        """Return the stage and the finished share of the current frame's run, or else of the other frames' runs; None
+        where the share is not known."""
         runs, present = self._runs, not self._runs.free
-        if runs.state is RunState.EXTRAPOLATING:
-            return runs.state.value, None
         going = [self._workspace.current] if present else runs.running
         shares = [runs.of(document).share_done for document in going]
         share = sum(shares) / len(shares)
@@ -163,7 +177,7 @@ class StatusFeature(Feature):
             self._pace.forget()
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:
-            return runs.state.value, share
+            return runs.of(going[0]).stage, share if share < 1 and runs.state is not RunState.EXTRAPOLATING else None
         return (going[0].name if len(going) == 1 else f"{len(going)} other frames running"), share
 
 

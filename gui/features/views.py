@@ -304,6 +304,7 @@ class ErrorFeature(Feature):
         self._questions = LatestRequest[_Question, ErrorEstimate](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
+        self.busy_changed = self._questions.begun, self._questions.ended
         context.refresh.add(
             "error",
             self.show,

@@ -29,7 +29,7 @@ from .screen_layers import ScreenLayers
 from .side_comparison import SideComparison
 from .stages import StageModel
 
-_PARTS = {"earlier": "runs", "result_number": "runs", "error_is_outdated": "expected"}
+_PARTS = {"earlier": "runs", "result_number": "runs", "error_is_outdated": "expected", "is_running": "result"}
 """Parts that some data belong to; the others are parts of their own."""
 _MARKS = {"invalid_mask", "by_hand", "suspect", "unsupported"}
 """Data that are striped."""

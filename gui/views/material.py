@@ -115,6 +115,8 @@ class Material:
         The stage of the extraction.
     ranges : dict
         Kind of `KINDS` -> Range.
+    is_running : bool
+        Whether the first result is being computed.
     played : bool
         Whether the frames of a sequence are being played: colour ranges stay as they are.
     """
@@ -159,6 +161,7 @@ class Material:
         self.unsupported: Mask | None = None
         self.error_is_outdated = False
         self.shows_a_as_result = False
+        self.is_running = False
 
     def set_invalid_mask(self, mask: Mask | None) -> None:
         """Set the invalid mask: measured depth there is wrong and counts as missing; None for none."""
@@ -173,7 +176,9 @@ class Material:
     @property
     def no_result(self) -> str:
         """What to do where there is no result."""
-        return NOT_PLAYED if self.played else NO_RESULT
+        if self.played:
+            return NOT_PLAYED
+        return "Completing\N{HORIZONTAL ELLIPSIS}" if self.is_running else NO_RESULT
 
     def depth(self, depth: str) -> ShownDepth | None:
         """Depth by its name, with side A in place of the result if it is shown there; None if it is not available."""

@@ -134,6 +134,8 @@ class FrameRuns(QObject):
         self._next: _FollowUp | None = None
         self._patience = QTimer(self, singleShot=True)
         self._patience.timeout.connect(self._worker.cancel)
+        self._sizes: dict[int, int] = {}
+        """Pixels of the run's blocks."""
         self._begun: set[int] = set()
         self._done: set[int] = set()
 
@@ -169,10 +171,19 @@ class FrameRuns(QObject):
 
     @property
     def share_done(self) -> float:
-        """Share of the run's blocks that are done, 0-1."""
-        if self._steps is None or not self._steps.blocks:
+        """Share of the pixels of the run's blocks whose block has been filtered, 0-1."""
+        if not self._sizes or self._steps is None:
             return 0.0
-        return len(self._done | self._steps.uncorrected.keys()) / len(self._steps.blocks)
+        done = self._done | self._steps.uncorrected.keys()
+        return sum(self._sizes[label] for label in done) / sum(self._sizes.values())
+
+    @property
+    def stage(self) -> str:
+        """What the run does now: "Filtering", "Correcting", ... and, while it can be told, of how many blocks."""
+        if self.state is not RunState.RUNNING or self._steps is None:
+            return self.state.value.capitalize()
+        total, done = len(self._steps.blocks), len(self._done | self._steps.uncorrected.keys())
+        return "Correcting" if self._steps.uncorrected and done == total else f"Filtering {done} of {total}"
 
     @property
     def seconds(self) -> float:
@@ -187,6 +198,7 @@ class FrameRuns(QObject):
         self._run = self.document.run(self.document.state.common, only)
         threads = 1 if stepwise else spare_cores()
         self._steps = steps = self._run.steps(threads, self._workspace.watch(self.document, self._run))
+        self._sizes = {label: int(np.count_nonzero(block.mask)) for label, block in steps.blocks.items()}
         self._start(lambda: steps, stepwise)
 
     def start_changed(self) -> None:

@@ -85,6 +85,11 @@ class RunController(QObject):
         return self.state in (RunState.IDLE, RunState.RESOLVING)
 
     @property
+    def going(self) -> bool:
+        """Whether a run of the current frame can be paused or cancelled."""
+        return self.state in (RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING)
+
+    @property
     def resolving(self) -> tuple[int, ...]:
         """The blocks of the current frame that are being re-solved."""
         present = self._current

@@ -25,6 +25,7 @@ QUICK = (
     ("kill", "--rounds 1", "1 kills"),
     ("kill.writers", "--kills 4 --only preset blocks", "complete after kills"),
     ("mirrored", "FRAME", "median"),
+    ("monkey", "--steps 40 --seeds 1", "40 steps, 0 exceptions"),
     ("mutants", "--sample 1 --only ilf/data/camera.py --suites CAMERA_TESTS --jobs 1 --out OUT", "faults found"),
     ("neighbours", "--data SEQUENCE --places 3", "odometry"),
     ("pass_band", "--size 160x120 --iterations 10 --repeat 2", "paper"),

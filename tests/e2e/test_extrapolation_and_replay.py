@@ -102,11 +102,10 @@ def test_the_progress_of_a_guess_is_shown_while_it_goes_on(margin: MainWindow, q
         margin.refresh.now()
         assert margin.runs.state is RunState.EXTRAPOLATING
         assert margin.feature(StatusFeature).bar.progress.isVisible()
-        assert margin.feature(StatusFeature).bar.progress.format() == "extrapolating"
+        assert margin.feature(StatusFeature).bar.progress.format() == "Extrapolating"
         assert margin.actions_["cancel"].isEnabled()
         assert not margin.actions_["run"].isEnabled()
-    margin.refresh.now()
-    assert not margin.feature(StatusFeature).bar.progress.isVisible()
+    qtbot.waitUntil(lambda: not margin.feature(StatusFeature).bar.progress.isVisible(), timeout=WAIT_MS)
 
 
 def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(

@@ -169,7 +169,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     assert [entry.name for entry in panel.model.entries] == ["frame-0", "frame-1", "frame-5"], "the present one stays"
     _go(window, qtbot, "previous_frame")
     assert _present(window) is entries[5]
-    part.show()
+    part._show_list()
     assert [entry.name for entry in panel.model.entries] == ["frame-1", "frame-5"], "what was left is left out now"
     panel.show_all()
     assert len(panel.model.entries) == COUNT

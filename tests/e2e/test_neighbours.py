@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gui.base.commands import WHY_NOT
+from gui.base.commands import why_not
 from gui.features.neighbours import NeighboursDialog
 from gui.features.project.saving import SaveRequest
 from gui.work.frame_runs import RunState
@@ -39,7 +39,7 @@ def asked(window, qtbot):
 
 def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, tmp_path, run_all):
     actions, workspace = window.actions_, window.workspace
-    assert actions["use_neighbours"].property(WHY_NOT) == "Open a frame first."
+    assert why_not(actions["use_neighbours"]) == "Open a frame first."
     document = open_sequence(window, qtbot, write_sequence(tmp_path / "in"))
     workspace.current.replace_blocks(np.ones(document.frame.shape, np.int32), "One block")
     run_all(window)
@@ -99,7 +99,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
 def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path, frame_folder):
     actions = window.actions_
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
-    assert "no other frame of this sequence" in actions["use_neighbours"].property(WHY_NOT)
+    assert "no other frame of this sequence" in why_not(actions["use_neighbours"])
     folder = write_sequence(tmp_path / "in", count=3)
     document = open_sequence(window, qtbot, folder, number=-1)
     assert actions["use_neighbours"].isEnabled()

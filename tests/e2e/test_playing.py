@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.base.commands import WHY_NOT
+from gui.base.commands import why_not
 from gui.features.batch.feature import BatchFeature
 from gui.features.batch.result import BatchResult
 from gui.features.frame_list.feature import FramesFeature
@@ -120,7 +120,7 @@ def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_sho
     assert not workspace.has_current
     for name in ("undo", "extract", "run", "select_all"):
         assert not actions[name].isEnabled(), name
-    assert actions["run"].property(WHY_NOT) == "Pause playing first."
+    assert why_not(actions["run"]) == "Pause playing first."
     marked = window.feature(FramesFeature).panel.model.present
     window.views.point_at((40, 5))
     shown = feature.shown

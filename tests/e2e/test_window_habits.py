@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.base.commands import WHY_NOT
+from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.palette.palette import PaletteFeature
 from gui.features.project.recent import RecentFeature
@@ -76,7 +76,8 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     dialog.edit.setKeySequence(QKeySequence("Ctrl+Alt+F"))
     dialog.edit.editingFinished.emit()
     dialog.close()
-    assert opened.actions_["fit"].toolTip() == "Show the whole frame (Ctrl+Alt+F)"
+    opened.actions_["fit"].hover()
+    assert opened.actions_["fit"].toolTip() == "<b>Fit frame</b> Ctrl+Alt+F<br>Show the whole frame"
 
     menu = _part(opened, RecentFeature).menu
     menu.aboutToShow.emit()
@@ -114,7 +115,7 @@ def test_keys_of_a_command_that_cannot_be_used_say_why(opened: MainWindow, qtbot
     ):
         opened.toasts.clear()
         QTest.keyClick(widget, code, modifiers)
-        why = opened.actions_[command].property(WHY_NOT)
+        why = why_not(opened.actions_[command])
         assert why
         assert [toast.message.partition(": ")[2] for toast in opened.toasts.shown] == [why], command
 

@@ -110,7 +110,7 @@ class AccuracyPanel(Panel):
                 icon="ph.x-circle",
                 handler=self._remove_ground_truth,
                 needs=Need.FRAME,
-                why_off=self._why_no_ground_truth,
+                needs=Need.GROUND_TRUTH,
             ),
             Command(
                 "hold_out_test",
@@ -190,10 +190,6 @@ class AccuracyPanel(Panel):
         """Remove the ground truth of the current frame."""
         self.context.workspace.current.set_ground_truth(None)
         self.context.notes.show_message("Ground truth removed.")
-
-    def _why_no_ground_truth(self) -> str:
-        there = self.context.workspace.current.frame.ground_truth is not None
-        return "" if there else "This frame has no ground truth."
 
     def _show_source(self, document: Document | None) -> None:
         file = None if document is None or document.frame.inputs is None else document.frame.inputs.ground_truth

@@ -16,7 +16,7 @@ from ilf.data.results import BlockResult
 from ilf.drawing.blocks import block_colour
 
 from ...base.commands import Command
-from ...base.needs import Need
+from ...base.needs import Need, sentence
 from ...state.block_counts import BlockCounts
 from ...state.document import Document
 from ...state.parameters import parameter_labels
@@ -170,7 +170,7 @@ class BlocksFeature(Feature):
                 icon="ph.intersect",
                 keys="Ctrl+M",
                 handler=do.merge,
-                why_off=self._why_no_merge,
+                needs=Need.SEVERAL,
             ),
             Command(
                 "lock_blocks",
@@ -179,6 +179,7 @@ class BlocksFeature(Feature):
                 icon="ph.lock",
                 keys="Ctrl+L",
                 handler=do.toggle_locks,
+                needs=Need.FRAME,
                 why_off=self._why_none_selected,
             ),
             Command(
@@ -233,6 +234,7 @@ class BlocksFeature(Feature):
                 icon="ph.eye",
                 keys="Ctrl+H",
                 handler=do.toggle_visibility,
+                needs=Need.FRAME,
                 why_off=self._why_none_selected,
             ),
             Command(
@@ -242,6 +244,7 @@ class BlocksFeature(Feature):
                 icon="ph.check",
                 keys="Ctrl+Shift+F8",
                 handler=do.mark_checked,
+                needs=Need.SELECTION,
                 why_off=self._why_none_to_check,
             ),
             Command(
@@ -253,25 +256,19 @@ class BlocksFeature(Feature):
             ),
         )
 
-    def _why_no_merge(self) -> str:
-        why = self.context.reasons
-        two = "" if len(why.unlocked) > 1 else "Select two or more unlocked blocks first."
-        return two and (why.no_blocks() or two)
-
     def _why_none_selected(self) -> str:
-        """As the shared reason, but a selected block may have no pixels yet."""
-        if self._workspace.has_current and self._workspace.current.selected:
-            return ""
-        return self.context.reasons.none_selected()
+        """Unlike for other commands, a selected block may have no pixels yet."""
+        return "" if self._workspace.current.selected else "Select a block first."
 
     def _why_none_to_check(self) -> str:
-        why = self.context.reasons
-        to_check = self._workspace.current.state.to_check if self._workspace.has_current else frozenset()
-        return "" if why.selected & to_check else why.none_selected() or "The selected blocks need no check."
+        document = self._workspace.current
+        to_check = document.state.to_check & set(document.selected) & document.counts().keys()
+        return "" if to_check else "The selected blocks need no check."
 
     def show(self) -> None:
         """Update the rows and the selection."""
-        self.table.view.hint = self.context.reasons.no_frame() or "Extract blocks from the frame, or paint one"
+        no_frame = sentence(Need.FRAME & self.context.missing())
+        self.table.view.hint = no_frame or "Extract blocks from the frame, or paint one"
         if self._workspace.has_current:
             document = self._workspace.current
             rows = block_rows(document, self._runs)

@@ -12,7 +12,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import STAGES
 
-from ...base.commands import Command
+from ...base.commands import Command, hint_of
 from ...base.needs import Need
 from ...views.layouts import LAYOUT_TEXTS
 from ...widgets.notices import error_text
@@ -143,7 +143,7 @@ class ExtractionFeature(Feature):
         board, stages = self._board, {name: self.context.actions[f"stage_{name}"] for name in STAGES}
 
         def show_hints() -> None:
-            board.set_hints({name: action.toolTip() for name, action in stages.items()})
+            board.set_hints({name: hint_of(action) for name, action in stages.items()})
 
         stages[board.stage].setChecked(True)
         board.stageChanged.connect(lambda name: stages[name].setChecked(True))

@@ -8,6 +8,7 @@ from ilf.data.blocks import OwnValues, own_values
 from ilf.data.parameters import Parameters
 
 from ...base.commands import Command
+from ...base.needs import Need
 from ...state.document import Document
 from ...state.parameters import parameter_labels
 from ..context import Context, Feature
@@ -51,6 +52,7 @@ class FilterFeature(Feature):
                 "Reset the selected blocks to the common parameters",
                 icon="ph.eraser",
                 handler=self.reset_own,
+                needs=Need.SELECTION,
                 why_off=self._why_none_own,
             ),
             Command(
@@ -67,7 +69,10 @@ class FilterFeature(Feature):
                 "Use this frame's filter parameters for all frames in the list, now and after each change",
                 icon="ph.share-network",
                 handler=sharing.share,
-                why_off=self._why_all_share,
+                needs=Need.FRAME,
+                why_off=lambda: (
+                    "The parameters are shared by all frames already." if sharing.present is Sharing.ALL else ""
+                ),
             ),
             Command(
                 "keep_own_parameters",
@@ -75,6 +80,7 @@ class FilterFeature(Feature):
                 "Give this frame its own filter parameters: changes for all frames do not affect them",
                 icon="ph.push-pin",
                 handler=sharing.keep,
+                needs=Need.FRAME,
                 why_off=lambda: (
                     self._why_not_shared()
                     or ("" if sharing.present is Sharing.ALL else "This frame has its own parameters already.")
@@ -86,6 +92,7 @@ class FilterFeature(Feature):
                 "Reset this frame to the filter parameters that all frames share",
                 icon="ph.arrow-u-up-left",
                 handler=sharing.reset,
+                needs=Need.FRAME,
                 why_off=lambda: (
                     self._why_not_shared()
                     or ("" if sharing.present is Sharing.ALONE else "This frame uses the shared parameters already.")
@@ -96,25 +103,18 @@ class FilterFeature(Feature):
                 "Separa&te parameters for each frame",
                 "Set filter parameters for each frame separately; all frames keep their current parameters",
                 handler=sharing.separate,
+                needs=Need.FRAME,
                 why_off=self._why_not_shared,
             ),
         )
 
     def _why_not_shared(self) -> str:
-        shared = self.sharing.present is not Sharing.EACH
-        return self.context.reasons.no_frame() or ("" if shared else "Every frame has its own parameters.")
-
-    def _why_all_share(self) -> str:
-        shared = self.sharing.present is Sharing.ALL
-        told = "The parameters are shared by all frames already." if shared else ""
-        return self.context.reasons.no_frame() or told
+        return "Every frame has its own parameters." if self.sharing.present is Sharing.EACH else ""
 
     def _why_none_own(self) -> str:
-        why = self.context.reasons
-        none_selected = why.none_selected()
-        if none_selected or not why.selected.isdisjoint(self._workspace.current.blocks.own):
-            return none_selected
-        return "The selected blocks have no parameters of their own."
+        document = self._workspace.current
+        own = document.blocks.own.keys() & document.selected & document.counts().keys()
+        return "" if own else "The selected blocks have no parameters of their own."
 
     def _why_no_copy(self) -> str:
         document = self._workspace.current if self._workspace.has_current else None

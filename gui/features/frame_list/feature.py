@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QPoint, QSettings, QTimer, QUrl
+from PySide6.QtCore import QPoint, QUrl
 from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
-from PySide6.QtWidgets import QMenu
+from PySide6.QtWidgets import QMenu, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
@@ -22,140 +22,58 @@ from ...base.needs import Need
 from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
-from ...state.workspace import Workspace
+from ...state.parts import Part
+from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import choose_file, choose_folder
-from ..context import Context, Feature
+from ..context import Context
 from ..documents.feature import DocumentsFeature
 from ..documents.frame_files import recording_files
+from ..panel import Panel
+from .limiter import OpenFrameLimiter
 from .model import counts
 from .panel import FramesPanel
 from .place import FramesPlace
 
-# How many frames stay open: the least recently shown ones are closed once their state is stored.
-
-MAX_OPEN_FRAMES = 8
-_KEY = "frames/most_open"
-
-Then = Callable[[Exception | None], None]
-
-
-class OpenFrameLimiter(QObject):
-    """Closes frames to limit the memory for long lists. They are reopened in the same state, without undo history.
-
-    A frame is closed only if its current state is stored, or if nothing has been done to it; never while it is shown
-    or running.
-
-    Parameters
-    ----------
-    workspace : Workspace
-    is_busy : callable
-        Returns whether work on a session is in progress.
-    is_left : callable
-        Returns whether another frame was shown before a session had blocks, so that there is nothing to store.
-    is_stored : callable
-        Returns whether a state of the frame with an id is stored.
-    flush : callable
-        Stores all changes, then calls its argument: with None on success, or with the exception.
-    """
-
-    def __init__(
-        self,
-        workspace: Workspace,
-        is_busy: Callable[[Document], bool],
-        is_left: Callable[[Document], bool],
-        is_stored: Callable[[str], bool],
-        flush: Callable[[Then], None],
-        parent: QObject | None = None,
-    ) -> None:
-        super().__init__(parent)
-        self.max_open = max(int(str(QSettings().value(_KEY, MAX_OPEN_FRAMES, int))), 0) or MAX_OPEN_FRAMES
-        self._workspace = workspace
-        self._is_busy = is_busy
-        self._is_left = is_left
-        self._is_stored = is_stored
-        self._settle = flush
-        self._recently_shown: list[Document] = []
-        """In the order in which they were shown; the current one is the last."""
-        workspace.frames.session_changed.connect(self._look)
-        workspace.touched.connect(self._close_surplus_after)
-        workspace.frames.sessions_changed.connect(self._forget_closed)
-
-    def _forget_closed(self) -> None:
-        self._recently_shown = [document for document in self._recently_shown if document in self._workspace.open]
-
-    def _look(self) -> None:
-        workspace = self._workspace
-        if workspace.has_current:
-            present = workspace.current
-            self._recently_shown = [*(one for one in self._recently_shown if one is not present), present]
-            self.close_surplus()
-
-    def _close_surplus_after(self, document: Document) -> None:
-        """Tidy after work on a frame that is not shown, such as propagation through a list."""
-        if document not in self._recently_shown and len(self._workspace.open) > self.max_open:
-            self.close_surplus()
-
-    def close_surplus(self) -> None:
-        """Close surplus frames as far as possible."""
-        for document in self._surplus():
-            if self._is_left(document) and not document.unsaved and not document.counts():
-                self._workspace.unload(document, stored=False)
-        going = [(document, document.stamp) for document in self._surplus()]
-        if going:
-            self._settle(lambda error: self._put_away(going) if error is None else None)
-
-    def _surplus(self) -> list[Document]:
-        """Return the frames beyond the maximum number, the least recently shown first."""
-        documents = self._workspace.open
-        never = [document for document in documents if document not in self._recently_shown]
-        idle = [
-            document
-            for document in (*never, *self._recently_shown)
-            if document in documents and not self._workspace.is_shown(document) and not self._is_busy(document)
-        ]
-        return idle[: max(len(documents) - self.max_open, 0)]
-
-    def _put_away(self, going: Sequence[tuple[Document, tuple[int, ...]]]) -> None:
-        """Close the stored frames that have not changed since."""
-        still = self._surplus()
-        for document, stamp in going:
-            if document in still and document.stamp == stamp and self._is_stored(document.id):
-                self._workspace.unload(document)
-
-
 _FOLDER_KEY = "open/frames"
-_SOON_MS = 120
-"""Delay of updates of the whole list [ms]."""
 
 
-class FramesFeature(Feature):
-    """Shows the frames in their panel, and applies the user's choices to the workspace."""
+class FramesFeature(Panel):
+    """The list of frames, in two shapes: rows in the dock, or a strip under the images while that is closed."""
+
+    title = "Frames"
+    icon = "ph.image"
+    group = PanelGroup.WORK
+    parts = Part.FRAME | Part.LABELS | Part.RESULTS
+    deferred = Part.LIST | Part.SOME_RESULTS
+
+    _wanted: Entry | None = None
+    """The frame that is being opened; *Next frame* continues from it."""
+    _played: Entry | None = None
+    """The frame shown by playing, while none is open."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.panel = panel = FramesPanel()
-        self.place = FramesPlace(context, panel)
-        store, loader = context.recorder.store, context.loader
+        store, loader, workspace = context.recorder.store, context.loader, context.workspace
         loader.stored = store
-        panel.thumbnails.stored = partial(_stored_picture, store)
+        self.panel.thumbnails.stored = partial(_stored_picture, store)
         self.open_frames = OpenFrameLimiter(
-            context.workspace,
-            self._is_busy,
-            loader.is_postponed,
-            store.has,
-            context.recorder.flush,
-            self,
+            workspace, self._is_busy, loader.is_postponed, store.has, context.recorder.flush, self
         )
-        self._wanted: Entry | None = None
-        """The frame that is being opened; *Next frame* continues from it."""
-        self._played: Entry | None = None
-        """The frame shown by playing, while none is open."""
-        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
-        self._soon.timeout.connect(self.show)
+        workspace.changed.connect(self._forget_wanted)
+        workspace.touched.connect(lambda _: context.refresh.mark_deferred(self.title))
         context.actions.add(self._commands())
         self._connect_list()
-        self._follow()
-        self.show()
+
+    def make(self) -> QWidget:
+        """Make the list, in the dock or under the images."""
+        self.panel = FramesPanel()
+        self.place = FramesPlace(self.context, self.panel)
+        return self.place.dock
+
+    @property
+    def visible(self) -> bool:
+        """Whether the list is visible in one of its shapes."""
+        return self.panel.isVisible()
 
     def _commands(self) -> Sequence[Command]:
         return (
@@ -182,7 +100,7 @@ class FramesFeature(Feature):
                 icon="ph.caret-down",
                 keys="Ctrl+PgDown",
                 handler=lambda: self.turn(1),
-                why_off=self.why_no_other,
+                needs=Need.OTHERS,
             ),
             Command(
                 "previous_frame",
@@ -191,7 +109,7 @@ class FramesFeature(Feature):
                 icon="ph.caret-up",
                 keys="Ctrl+PgUp",
                 handler=lambda: self.turn(-1),
-                why_off=self.why_no_other,
+                needs=Need.OTHERS,
             ),
             Command(
                 "next_untouched",
@@ -200,7 +118,7 @@ class FramesFeature(Feature):
                 icon="ph.caret-double-down",
                 keys="Ctrl+Shift+PgDown",
                 handler=self.next_untouched,
-                why_off=self.why_no_other,
+                needs=Need.OTHERS,
             ),
             Command(
                 "mark_done",
@@ -217,39 +135,19 @@ class FramesFeature(Feature):
                 "Write a note on the current frame",
                 icon="ph.note-pencil",
                 handler=self.write_note,
-                why_off=self._why_empty,
+                needs=Need.LISTED,
             ),
         )
 
     def _connect_list(self) -> None:
         panel, context = self.panel, self.context
-        panel.filter_changed.connect(self.show)
+        panel.filter_changed.connect(self._show_list)
         panel.noted.connect(context.workspace.set_note)
         panel.view.opened.connect(self.open)
         panel.view.note_requested.connect(self._note)
         panel.view.removal_requested.connect(self.remove)
         panel.view.customContextMenuRequested.connect(self._show_menu)
         context.loader.listed.connect(self._tell_listed)
-
-    def _follow(self) -> None:
-        """Connect the signals that change the list or its rows."""
-        workspace, context = self.context.workspace, self.context
-        entries = workspace.entries
-        for signal in (entries.added, entries.removed):
-            signal.connect(lambda *_: self._soon.start())
-        entries.changed.connect(self._note_changed)
-        workspace.touched.connect(self._note_touched)
-        context.refresh.add(
-            "frames",
-            self._show_present,
-            (
-                workspace.frames.session_changed,
-                workspace.frames.sessions_changed,
-                workspace.labels_changed,
-                workspace.runs.results_changed,
-            ),
-            (workspace.runs.results_added,),
-        )
 
     def _is_busy(self, document: Document) -> bool:
         """Whether work on a frame is in progress."""
@@ -262,33 +160,29 @@ class FramesFeature(Feature):
 
     # display
 
-    def show(self) -> None:
-        """Update the whole list: frames, order, and counts of the states."""
-        self._soon.stop()
-        entries = self.context.workspace.entries
-        present, model = self._present(), self.panel.model
-        self.panel.show_counts(counts(entries))
-        row = model.row_of(present)
-        model.set_entries(self.panel.frame_filter.shown(entries, present))
-        self._show_present()
-        if model.row_of(present) != row:
-            self.panel.scroll_to_present(present)
+    def refresh(self, parts: Part) -> None:
+        """Show the frames, their states and which is the current one."""
+        self.panel.show_several(len(self.context.workspace.entries) > 1)
+        if self.panel.shows_filter:
+            self.panel.show_counts(counts(self.context.workspace.entries))
+        self._show_list()
 
-    def _show_present(self) -> None:
-        """Update the row of the current frame."""
-        present = self._present()
-        if present is not None and self.panel.model.row_of(present) < 0:
-            self._soon.start()
-        if present is not self.panel.model.present:
-            self._wanted = None
+    def _show_list(self) -> None:
+        """Show the frames that match the filter, in their order."""
+        present, model = self._present(), self.panel.model
+        row = model.row_of(present)
+        model.set_entries(self.panel.frame_filter.shown(self.context.workspace.entries, present))
+        model.note_all_changed()
+        if present is not model.present:
             self.panel.show_present(present)
-        elif present is not None:
-            self.panel.model.note_changed(present)
+        elif model.row_of(present) != row:
+            self.panel.scroll_to_present(present)
+        self.panel.show_note()
 
     def show_played(self, entry: Entry | None) -> None:
         """Mark the frame shown by playing as the current one; None once an open one is shown again."""
         self._played = entry
-        self._show_present()
+        self._show_list()
 
     def _present(self) -> Entry | None:
         if self._played is not None:
@@ -296,23 +190,9 @@ class FramesFeature(Feature):
         workspace = self.context.workspace
         return workspace.entries.of(workspace.current.id) if workspace.has_current else None
 
-    def _note_touched(self, document: Document) -> None:
-        entry = self.context.workspace.entries.of(document.id)
-        if entry is not None:
-            self._note_changed(entry)
-
-    def _note_changed(self, entry: Entry) -> None:
-        self.panel.model.note_changed(entry)
-        if not self._soon.isActive():
-            self._soon.start()
-
-    def why_no_other(self) -> str:
-        """The list has no other frame; "" if it has."""
-        more = len(self.context.workspace.entries) > 1
-        return "" if more else "The list has no other frame: open more frames, or a folder of frames."
-
-    def _why_empty(self) -> str:
-        return "" if len(self.context.workspace.entries) else "Open a frame first."
+    def _forget_wanted(self, parts: Part) -> None:
+        if parts & Part.FRAME:
+            self._wanted = None
 
     # navigation
 
@@ -357,8 +237,7 @@ class FramesFeature(Feature):
 
     def shown(self) -> tuple[list[Entry], int]:
         """Return the shown entries, and the row of the current frame or the one being opened; -1 if not shown."""
-        if self._soon.isActive():
-            self.show()
+        self._show_list()
         return self.panel.model.entries, self.panel.model.row_of(self._wanted or self._present())
 
     def _go_to(self, entry: Entry) -> None:
@@ -394,7 +273,7 @@ class FramesFeature(Feature):
         row = self.panel.model.row_of(entries[0])
 
         def go_on() -> None:
-            self.show()
+            self._show_list()
             shown = self.panel.model.entries
             if shown and not self.context.workspace.has_current:
                 self._go_to(shown[min(max(row, 0), len(shown) - 1)])
@@ -436,8 +315,7 @@ class FramesFeature(Feature):
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if no thread of the feature is left."""
-        self._soon.stop()
-        return self.panel.shutdown()
+        return super().shutdown() and self.panel.shutdown()
 
 
 def _stored_picture(store: WorkStore, id: str) -> bytes | None:

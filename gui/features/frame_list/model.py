@@ -126,6 +126,11 @@ class FrameListModel(QAbstractListModel):
         if index.isValid():
             self.dataChanged.emit(index, index)
 
+    def note_all_changed(self) -> None:
+        """Report that any entry may have changed: only visible rows are drawn."""
+        if self.entries:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, 0))
+
     def set_entries(self, entries: Sequence[Entry]) -> None:
         """Show these entries. Unchanged rows are kept unless too much has changed."""
         wanted = list(entries)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import QEvent, QModelIndex, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QEvent, QModelIndex, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -25,6 +25,9 @@ from ...widgets.basics import Themed, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameFilter, FrameListModel
 from .painter import FramePainter, close_box
 from .thumbnails import Thumbnails
+
+_ROW_WIDTH = 190
+"""Width that a row takes where nothing else gives one: thumbnail and a short name [px]."""
 
 
 class FrameView(QListView):
@@ -80,6 +83,10 @@ class FrameView(QListView):
         self.setVerticalScrollBarPolicy(off if height else as_needed)
         self.scheduleDelayedItemsLayout()
         self.show_frame(self.currentIndex())
+
+    def sizeHint(self) -> QSize:
+        """As much as a row needs, so that the panel leaves room for the images where it is docked beside them."""
+        return QSize(_ROW_WIDTH, super().sizeHint().height())
 
     def strip_width(self) -> int:
         """Return the width of all thumbnails of a strip [px]."""
@@ -263,9 +270,17 @@ class FramesPanel(QWidget):
         """Show the number of frames in each state."""
         for row, (state, text) in enumerate(STATES.items()):
             self.state.setItemText(row, f"{text} ({counts.get(state, 0)})")
-        self._several = counts.get("all", 0) > 1
-        self.filter_row.setVisible(self._several and not self._bar)
-        self.view.hint = _NONE_SHOWN if self._several else _NOTHING_OPEN
+
+    @property
+    def shows_filter(self) -> bool:
+        """Whether the filter is visible, with the number of frames in each state."""
+        return self.filter_row.isVisible()
+
+    def show_several(self, several: bool) -> None:
+        """Show the filter if the list has several frames."""
+        self._several = several
+        self.filter_row.setVisible(several and not self._bar)
+        self.view.hint = _NONE_SHOWN if several else _NOTHING_OPEN
 
     def show_present(self, entry: Entry | None) -> None:
         """Mark the current frame and scroll to it."""

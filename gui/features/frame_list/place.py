@@ -6,6 +6,7 @@ from PySide6.QtCore import QEvent, QObject, QSettings
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ...base.commands import Command
+from ...state.parts import Part
 from ..context import Context
 from ..edit_summary import EditSummaryFeature
 from .panel import FramesPanel
@@ -50,8 +51,7 @@ class FramesPlace(QObject):
         stored = QSettings().value(_KEY, True, bool) if context.panels.persistent else True
         self._on.setChecked(stored is True)
         self._on.toggled.connect(self._keep)
-        entries = context.workspace.entries
-        context.refresh.add("film strip", self.update, (entries.added, entries.removed, self._on.toggled))
+        context.refresh.add("film strip", self.update, Part.LIST, also=(self._on.toggled,))
         self.dock.installEventFilter(self)
         context.centre.installEventFilter(self)
 
@@ -66,6 +66,7 @@ class FramesPlace(QObject):
         self._panel.set_bar(0 if docked else height)
         several = len(self._context.workspace.entries) > 1
         self.bar.setVisible(not docked and several and self._on.isChecked())
+        self._context.refresh.mark("Frames")
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Follow the dock as it opens and closes, and the height of the window."""

@@ -131,7 +131,7 @@ def offers(entries: Iterable[ActionEntry], query: str, recent: RecentCommands) -
         if found is not None:
             score, letters = found
             bonus = _RECENT / (1 + recent.rank(entry.key)) if entry.key in recent else 0.0
-            able = 0.0 if entry.action.isEnabled() else _DISABLED
+            able = _DISABLED if entry.why_not else 0.0
             fitting.append((score + bonus + able, Offer(entry, letters)))
     return [offer for _, offer in sorted(fitting, key=lambda fit: -fit[0])]
 
@@ -144,7 +144,7 @@ def _score(entry: ActionEntry, query: str) -> tuple[float, tuple[int, ...]] | No
     found = match(query, f"{entry.text} {entry.where}")
     if found is not None:
         return found.score + _IN_HINT / 2, tuple(letter for letter in found.letters if letter < len(entry.text))
-    hint = entry.action.toolTip().lower()
+    hint = entry.hint.lower()
     if all(word in hint for word in query.lower().split()):
         return _IN_HINT, ()
     return None

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from html import escape
+from itertools import groupby
 from typing import Any
 
 from PySide6.QtCore import (
@@ -16,7 +19,7 @@ from PySide6.QtCore import (
     Qt,
     QTimer,
 )
-from PySide6.QtGui import QFocusEvent, QFont, QKeyEvent, QPainter, QPalette
+from PySide6.QtGui import QFocusEvent, QIcon, QKeyEvent, QPainter, QPalette, QStaticText, QTextOption
 from PySide6.QtWidgets import (
     QApplication,
     QFrame,
@@ -40,7 +43,6 @@ from .matching import Offer, RecentCommands, offers
 
 OFFER_ROLE = int(Qt.ItemDataRole.UserRole)
 _ICON, _MARGIN, _SPACE = 16, 8, 12
-_MARK = 18
 
 
 class OfferDelegate(QStyledItemDelegate):
@@ -52,64 +54,42 @@ class OfferDelegate(QStyledItemDelegate):
     def paint(
         self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
     ) -> None:
-        offer: Offer | None = index.data(OFFER_ROLE)
-        if offer is None:  # its menu has just been filled anew
-            return
-        entry, colours = offer.entry, theme.colours(option.palette)
-        enabled = entry.action.isEnabled()
+        offer: Offer = index.data(OFFER_ROLE)
+        entry, colours, metrics = offer.entry, theme.colours(option.palette), option.fontMetrics
+        one_line = QTextOption()
+        one_line.setWrapMode(QTextOption.WrapMode.NoWrap)
         painter.save()
         if option.state & QStyle.StateFlag.State_Selected:
             tint = option.palette.color(QPalette.ColorRole.Highlight)
             tint.setAlpha(60)
             painter.fillRect(option.rect, tint)
         row = option.rect.adjusted(_MARGIN, 0, -_MARGIN, 0)
-        mode = entry.action.icon().Mode.Normal if enabled else entry.action.icon().Mode.Disabled
-        icon = QRect(0, 0, _ICON, _ICON)
-        icon.moveCenter(row.center())
-        icon.moveLeft(row.left())
-        entry.action.icon().paint(painter, icon, Qt.AlignmentFlag.AlignCenter, mode)
-        row.setLeft(row.left() + _ICON + _MARGIN)
-        keys = entry.keys
+        icon = QRect(row.left(), row.center().y() - _ICON // 2, _ICON, _ICON)
+        entry.icon.paint(painter, icon, mode=QIcon.Mode.Disabled if entry.why_not else QIcon.Mode.Normal)
+        row.setLeft(icon.right() + _MARGIN)
+        keys = f"{entry.keys} ✓" if entry.is_on else entry.keys
         painter.setFont(option.font)
         painter.setPen(colours.muted)
         painter.drawText(row, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, keys)
-        row.setRight(row.right() - painter.fontMetrics().horizontalAdvance(keys) - _SPACE)
-        if entry.action.isCheckable() and entry.action.isChecked():
-            painter.setPen(colours.accent)
-            painter.drawText(QRect(row.right() - _MARK, row.top(), _MARK, row.height()), _MIDDLE, "✓")
-            row.setRight(row.right() - _MARK)
-        painter.setPen(colours.text if enabled else colours.muted)
-        row.setLeft(_draw_text(painter, row, offer, option.font) + _SPACE)
-        painter.setFont(option.font)
+        row.setRight(row.right() - metrics.horizontalAdvance(keys) - _SPACE)
+        name = QStaticText("".join(f"<b>{part}</b>" if meant else part for part, meant in _parts(offer)))
+        name.setTextFormat(Qt.TextFormat.RichText)
+        name.setTextOption(one_line)
+        name.prepare(font=option.font)
+        painter.setPen(colours.muted if entry.why_not else colours.text)
+        painter.drawStaticText(row.left(), row.center().y() - round(name.size().height() / 2), name)
+        row.setLeft(row.left() + round(name.size().width()) + _SPACE)
         painter.setPen(colours.muted)
-        painter.drawText(
-            row, _LEFT, painter.fontMetrics().elidedText(entry.why_not or entry.where, _ELIDE, row.width())
-        )
+        about = metrics.elidedText(entry.why_not or entry.where, Qt.TextElideMode.ElideRight, row.width())
+        painter.drawText(row, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, about)
         painter.restore()
 
 
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_MIDDLE = Qt.AlignmentFlag.AlignCenter
-_ELIDE = Qt.TextElideMode.ElideRight
-
-
-def _draw_text(painter: QPainter, row: QRect, offer: Offer, font: QFont) -> int:
-    """Draw the command's name with the matched letters in bold; return its right end [px]."""
-    left, text = row.left(), offer.entry.text
+def _parts(offer: Offer) -> Iterator[tuple[str, bool]]:
+    """Divide a command's name into HTML parts that match and that do not."""
     meant = set(offer.letters)
-    place = 0
-    while place < len(text):
-        end = place + 1
-        while end < len(text) and (end in meant) == (place in meant):
-            end += 1
-        own = QFont(font)
-        own.setBold(place in meant)
-        painter.setFont(own)
-        part = text[place:end]
-        painter.drawText(QRect(left, row.top(), row.right() - left, row.height()), _LEFT, part)
-        left += painter.fontMetrics().horizontalAdvance(part)
-        place = end
-    return left
+    for matches, letters in groupby(enumerate(offer.entry.text), lambda letter: letter[0] in meant):
+        yield escape("".join(letter for _, letter in letters)), matches
 
 
 _WIDTH, _ROWS = 560, 11
@@ -202,17 +182,11 @@ class CommandPalette(Themed, QFrame):
             self._run_command(self.list.currentIndex())
 
     def _offer(self) -> None:
-        self._renew()
         self._model.set_offers(offers(self._entries, self.field.text(), self._recent))
         first = self._model.index(0)
         self.list.setCurrentIndex(first)
         self.list.scrollToTop()
         self._explain(first)
-
-    def _renew(self) -> None:
-        """Find the commands again if a menu has been filled anew since."""
-        if any(entry.gone for entry in self._entries):
-            self._entries = action_entries(self._window)
 
     def _move(self, key: Qt.Key) -> None:
         count = self._model.rowCount()
@@ -229,16 +203,14 @@ class CommandPalette(Themed, QFrame):
             self.hint.setText("No command matches.")
             return
         entry = offer.entry
-        why_not, hint = entry.why_not, entry.action.toolTip()
-        self.hint.setText(f"{why_not} {hint}" if why_not else hint)
+        self.hint.setText(" ".join(filter(None, (entry.why_not, entry.hint))))
 
     def _run_command(self, index: QModelIndex) -> None:
         if not index.isValid():
             return
         key = self._model.offers[index.row()].entry.key
-        self._renew()
-        entry = next((entry for entry in self._entries if entry.key == key), None)
-        if entry is None or not entry.action.isEnabled():
+        entry = next((entry for entry in action_entries(self._window) if entry.key == key), None)
+        if entry is None or entry.why_not:
             return
         self._recent.note(key)
         self.leave()
@@ -308,8 +280,6 @@ class _Offers(QAbstractListModel):
         offer = self.offers[index.row()]
         if role == Qt.ItemDataRole.DisplayRole:
             return offer.entry.text
-        if offer.entry.gone:
-            return None
         if role == Qt.ItemDataRole.AccessibleDescriptionRole:
             return offer.entry.why_not or offer.entry.keys
         return offer if role == OFFER_ROLE else None

@@ -20,7 +20,8 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted
 
-from ...base.commands import Command, plain
+from ...base.commands import Command, hint_of, plain
+from ...base.needs import Need
 from ...state.entries import Entry
 from ...widgets.basics import Message, PlainLabel
 from ...widgets.work_row import WorkRow
@@ -227,7 +228,8 @@ class PropagationFeature(Feature):
                 icon="ph.arrow-bend-down-right",
                 keys="Alt+PgDown",
                 handler=self.propagate_next,
-                why_off=lambda: self._why_no_blocks() or self._why_last(),
+                needs=Need.BLOCKS,
+                why_off=lambda: self._why_busy() or self._why_last(),
             ),
             Command(
                 "propagate_previous",
@@ -236,6 +238,7 @@ class PropagationFeature(Feature):
                 icon="ph.arrow-bend-right-down",
                 keys="Alt+PgUp",
                 handler=self.propagate_previous,
+                needs=Need.FRAME,
                 why_off=lambda: self._why_busy() or self._why_first(),
             ),
             Command(
@@ -244,7 +247,8 @@ class PropagationFeature(Feature):
                 "Propagate the blocks through a number of following frames",
                 icon="ph.fast-forward",
                 handler=self.ask_propagate_through,
-                why_off=lambda: self._why_no_blocks() or self._why_last(),
+                needs=Need.BLOCKS,
+                why_off=lambda: self._why_busy() or self._why_last(),
             ),
             Command(
                 "stop_propagation",
@@ -320,7 +324,7 @@ class PropagationFeature(Feature):
     def ask_propagate_through(self) -> None:
         """Propagate through the next frames, with the dialog."""
         following, actions = self._following(), self.context.actions
-        ways = [(name, plain(actions[name].text()), actions[name].toolTip()) for name in HOW]
+        ways = [(name, plain(actions[name].text()), hint_of(actions[name])) for name in HOW]
         how = _PREFIX + self.how
         name = self.context.workspace.current.name
         dialog = PropagateDialog(name, [entry.name for entry in following], ways, how, self.context.window)
@@ -361,11 +365,7 @@ class PropagationFeature(Feature):
         return self.propagator.propagation_run is not None
 
     def _why_busy(self) -> str:
-        busy = "A propagation is in progress: wait, or stop it." if self._in_progress else ""
-        return self.context.reasons.no_frame() or busy
-
-    def _why_no_blocks(self) -> str:
-        return self._why_busy() or self.context.reasons.no_blocks()
+        return "A propagation is in progress: wait, or stop it." if self._in_progress else ""
 
     def _why_last(self) -> str:
         return "" if self._following(1) else "This is the last frame of the list."

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
+from ...state.parts import Part
 from ...views.material import Before
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
@@ -29,15 +30,13 @@ class FlickerFeature(Feature):
         self._questions = LatestRequest[_Question, Before](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: context.views.show_data(before=Before(text=str(error))))
-        workspace = context.workspace
-        turned, results = workspace.frames.session_changed, workspace.runs.results_changed
-        listed = workspace.entries.added, workspace.entries.removed
-        turned.connect(self._questions.forget)
+        context.workspace.changed.connect(lambda parts: self._questions.forget() if parts & Part.FRAME else None)
         context.refresh.add(
             "flicker",
             self.show,
-            (turned, results, workspace.blocks.invalid_mask_changed, context.views.shownChanged, *listed),
-            (workspace.runs.results_added,),
+            Part.FRAME | Part.LIST | Part.RESULTS | Part.INVALID_MASK,
+            Part.SOME_RESULTS,
+            also=(context.views.shownChanged,),
         )
 
     @property

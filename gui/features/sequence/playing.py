@@ -21,8 +21,10 @@ from ilf.sources.listing import Listing
 from ilf.stream.stream import Stream
 
 from ...base.commands import Actions, Command
+from ...base.needs import Need
 from ...state.document import Document
 from ...state.entries import Entry
+from ...state.parts import Part
 from ...views.material import Before
 from ...work.jobs import Worker
 from ..batch.result import BatchResult
@@ -191,12 +193,11 @@ class PlayFeature(Feature):
         workspace = context.workspace
         workspace.frames.session_changed.connect(self._follow)
         context.views.pressed.connect(lambda: self._on.setChecked(False))
-        changed = workspace.frames.session_changed, workspace.entries.removed, context.loader.busy_changed
-        context.refresh.add("played", self._settle, changed)
+        context.refresh.add("played", self._settle, Part.FRAME | Part.LIST | Part.LOADING)
         self.bar = _PlayBar(context.actions)
         context.centre.add_before(self._frames.place.bar, self.bar)
         entries = workspace.entries
-        context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), (entries.added, entries.removed))
+        context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), Part.LIST)
 
     def _commands(self) -> Sequence[Command]:
         return (
@@ -208,7 +209,8 @@ class PlayFeature(Feature):
                 keys="K",
                 checkable=True,
                 handler=self._turn,
-                why_off=self._why_off,
+                needs=Need.OTHERS,
+                why_off=lambda: "The frame shown is being opened." if self._opening else "",
             ),
             Command(
                 "play_loop",
@@ -238,9 +240,6 @@ class PlayFeature(Feature):
             ),
         )
 
-    def _why_off(self) -> str:
-        return self._frames.why_no_other() or ("The frame shown is being opened." if self._opening else "")
-
     @property
     def playing(self) -> bool:
         """Whether frames are played."""
@@ -249,7 +248,6 @@ class PlayFeature(Feature):
     def _turn(self, on: bool) -> None:
         icon = "ph.pause-circle" if on else "ph.play-circle"
         self.context.actions.adopt("play_frames", self._on, icon)
-        self.context.reasons.playing = on
         if on:
             self._begin()
         else:

@@ -247,6 +247,23 @@ def test_the_program_ends_quietly_while_it_is_still_importing() -> None:
     assert (run.returncode, run.stderr) == (130, "ilf-gui: error: interrupted\n")
 
 
+def test_something_is_shown_before_the_window_is_imported() -> None:
+    run = _child(
+        "import os, sys\n"
+        "class Import:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'gui.app.main_window':\n"
+        "            from PySide6.QtWidgets import QApplication\n"
+        "            print([widget.isVisible() for widget in QApplication.topLevelWidgets()], flush=True)\n"
+        "            os._exit(0)\n"
+        "sys.meta_path.insert(0, Import())\n"
+        "from gui.app.start import main\n"
+        "main(['--sample'])\n",
+        QT_QPA_PLATFORM="offscreen",
+    )
+    assert run.stdout == "[True]\n"
+
+
 def test_the_version_is_printed_without_importing_qt() -> None:
     run = _child(
         "import sys\nsys.modules['PySide6'] = None\nfrom gui.app.start import main\nsys.exit(main(['--version']))\n"

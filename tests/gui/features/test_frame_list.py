@@ -135,6 +135,7 @@ def panel(qtbot) -> FramesPanel:
     qtbot.addWidget(panel)
     panel.resize(300, 400)
     panel.model.set_entries(_entries())
+    panel.show_several(True)
     panel.show_counts(counts(panel.model.entries))
     panel.show_present(panel.model.entries[0])
     panel.show()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 import ilf
 from gui.app.main_window import MainWindow
-from gui.base.commands import WHY_NOT
+from gui.base.commands import why_not
 from gui.features.live import LiveFeature, LiveWindow
 from ilf.errors import InputError
 from ilf.sources.reading import read_frame
@@ -124,10 +124,12 @@ def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkey
         window.actions_[name].trigger()
     assert asked == [str(tmp_path / "a.mcap"), str(tmp_path)]
     camera = window.actions_["play_camera"]
-    window.actions_.refresh()
     assert not camera.isEnabled()
-    assert "ilf-studio[sensors]" in camera.property(WHY_NOT)
-    camera.setEnabled(True)  # as where the package is installed
-    camera.trigger()
+    assert "ilf-studio[sensors]" in why_not(camera)
+    monkeypatch.setattr("gui.features.on_use.find_spec", lambda _: object())
+    window = MainWindow(persistent=False)
+    qtbot.addWidget(window)
+    monkeypatch.setattr(window.feature(LiveFeature).window, "play", lambda path=None, *_: asked.append(path))
+    window.actions_["play_camera"].trigger()
     assert asked[2:] == [None]
     window.close()

@@ -88,7 +88,7 @@ def test_records_results_and_progress_come_as_they_are_made(bench: Bench, until:
     assert (results.running, bench.runs.queued, bench.runs.share_done) == ([1], {2}, 0.0)
     bench.script.allow(1)
     until(lambda: 1 in bench.document.valid_results())
-    assert (results.running, bench.runs.queued, bench.runs.share_done) == ([], {2}, 0.5)
+    assert (results.running, bench.runs.queued, bench.runs.share_done) == ([], {2}, 15 / 32)
     bench.script.allow(1)
     until(lambda: results.running == [2])
     assert bench.runs.queued == set()

@@ -176,7 +176,7 @@ class Hand:
     def start(self, name: str) -> None:
         """Give a command without waiting."""
         action = self.action(name)
-        assert action.isEnabled(), f"{name} is off: {action.property('why_not')}"
+        assert action.isEnabled(), f"{name} is off: {action.toolTip()}"
         action.trigger()
 
     def tool(self, name: str) -> None:

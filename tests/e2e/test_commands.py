@@ -1,0 +1,79 @@
+"""Commands state what they need: they are off without it, and whoever looks is told what to do first."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+from gui.base.commands import Command, action_entries, why_not
+from gui.base.needs import Need
+
+_CTRL_ALT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier
+
+
+def test_a_new_command_is_one_record(window: MainWindow, opened: MainWindow, qtbot: QtBot) -> None:
+    done: list[int] = []
+    opened.actions_.add(
+        (
+            Command(
+                "count_blocks",
+                "&Count the blocks",
+                "Count the selected blocks",
+                keys="Ctrl+Alt+J",
+                handler=lambda: done.append(len(opened.workspace.current.selected)),
+                needs=Need.UNLOCKED | Need.IDLE,
+            ),
+        )
+    )
+    opened.actions_.refresh()
+    opened.activateWindow()
+    qtbot.waitUntil(opened.isActiveWindow)
+    opened.workspace.select([])
+    view, blocks = opened.views.cells["colour"].view, opened.workspace.blocks
+    entry = next(entry for entry in action_entries(opened) if entry.key == "count_blocks")
+    assert (entry.text, entry.keys, entry.hint) == ("Count the blocks", "Ctrl+Alt+J", "Count the selected blocks")
+
+    def pressed() -> str:
+        """Press its key at once after a change; what the window says."""
+        opened.toasts.clear()
+        QTest.keyClick(view, Qt.Key.Key_J, _CTRL_ALT)
+        return " ".join(toast.message for toast in opened.toasts.shown)
+
+    assert pressed() == "Count the blocks: Select a block first."
+    blocks.select([1])
+    assert (pressed(), done) == ("", [1])
+    blocks.set_lock(1, True)
+    assert pressed() == "Count the blocks: The selected blocks are locked: unlock them first."
+    action = opened.actions_["count_blocks"]
+    action.hover()
+    assert action.toolTip() == (
+        "<b>Count the blocks</b> Ctrl+Alt+J<br>Count the selected blocks<br>"
+        "The selected blocks are locked: unlock them first."
+    )
+    opened.documents.close_frame()
+    assert pressed() == "Count the blocks: Open a frame first."
+    assert done == [1]
+
+
+def test_the_first_thing_that_is_missing_is_told(opened: MainWindow) -> None:
+    def told(*names: str) -> list[str]:
+        opened.refresh.now()
+        return [why_not(opened.actions_[name]) for name in names]
+
+    opened.workspace.select([])
+    assert told("run_all", "run_selected", "pause", "clear_results", "next_frame", "undo") == [
+        "",
+        "Select a block first.",
+        "Nothing is running.",
+        "There are no results yet: run the blocks first.",
+        "The list has no other frame: open more frames, or a folder of frames.",
+        "Nothing to undo.",
+    ]
+    opened.workspace.select([1])
+    opened.actions_["delete_blocks"].trigger()
+    opened.workspace.select([2])
+    opened.refresh.now()
+    opened.actions_["delete_blocks"].trigger()
+    assert told("run_all", "run_selected") == ["There are no blocks: extract or draw some first."] * 2

@@ -1,0 +1,42 @@
+"""The status bar names what is being done and the share of it that is done; views do not ask for what is under way."""
+
+from __future__ import annotations
+
+from pytestqt.qtbot import QtBot
+
+import ilf
+from gui.app.main_window import MainWindow
+from gui.features.status import StatusFeature
+
+from .conftest import WAIT_MS
+
+
+def _messages(window: MainWindow) -> set[str]:
+    return {cell.view._message for cell in window.views.cells.values() if cell.view.isVisible()}
+
+
+def test_stages_of_a_run_are_named(opened: MainWindow, qtbot: QtBot) -> None:
+    progress, seen = opened.feature(StatusFeature).bar.progress, list[str]()
+    assert any(message.startswith("No result yet") for message in _messages(opened))
+    opened.actions_["run"].trigger()
+
+    def ended() -> bool:
+        """Note what is shown; whether the expected error is there."""
+        if progress.isVisible():
+            seen.append(progress.format())
+            assert not any(message.startswith("No result yet") for message in _messages(opened))
+        return opened.workspace.current.expected_error() is not None
+
+    qtbot.waitUntil(ended, timeout=WAIT_MS)
+    assert seen[0] == "Filtering 0 of 2 0 %"
+    assert {text.partition(" ")[0] for text in seen} <= {"Filtering", "Correcting", "Estimating"}
+    qtbot.waitUntil(lambda: not progress.isVisible())
+
+
+def test_a_pause_is_told_with_what_is_done(opened: MainWindow, qtbot: QtBot) -> None:
+    progress = opened.feature(StatusFeature).bar.progress
+    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
+    opened.actions_["step"].trigger()
+    qtbot.waitUntil(lambda: progress.format().startswith("Paused"), timeout=WAIT_MS)
+    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+        opened.actions_["cancel"].trigger()
