@@ -18,6 +18,7 @@ from ..features.colour_range import ColourRangeFeature
 from ..features.compare import CompareFeature
 from ..features.context import Context, Feature
 from ..features.curves import CurvesFeature
+from ..features.depth_colours import DepthColoursFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
 from ..features.extraction.feature import ExtractionFeature
@@ -55,7 +56,9 @@ from ..views.centre import Centre
 from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks, PanelGroup
-from ..widgets.notices import LogPanel, Notes, Toasts
+from ..widgets.log_panel import LogPanel
+from ..widgets.notices import Notes
+from ..widgets.toasts import Toasts
 from ..work.jobs import Worker
 from ..work.loading import FrameLoader
 from ..work.refresh import Refresh
@@ -93,6 +96,7 @@ _FURTHER: tuple[type[Feature], ...] = (
     InspectPanel,
     CompareFeature,
     ColourRangeFeature,
+    DepthColoursFeature,
     RecentFeature,
     StartPageFeature,
     PlayFeature,
@@ -128,6 +132,7 @@ class MainWindow(QMainWindow):
         for feature in self.features:
             feature.begin()
         self.refresh.draw_all()
+        self.panels.place()
         self.panels.size_window()
 
     def _make_state(self, persistent: bool) -> None:
@@ -145,8 +150,7 @@ class MainWindow(QMainWindow):
         self.views, self.cloud = LinkedViews(), CloudView()
         self.centre = Centre(self.views, self.cloud)
         self.setCentralWidget(self.centre)
-        self.log, self.toasts = LogPanel(), Toasts(self, (self.views, self.cloud))
-        self.views.pressed.connect(self.toasts.give_way)
+        self.log, self.toasts = LogPanel(), Toasts(self)
         self.notes = Notes(self, self.toasts, self.log)
         self.drops = FileDrops(self)
         self.editor = Editor(self.workspace, self.views, self)
@@ -182,7 +186,6 @@ class MainWindow(QMainWindow):
         HistoryFeature(self.context)
         add("Log", self.log, PanelGroup.WORK, "ph.list-dashes")
         add("Parameters", parameters, PanelGroup.SETTINGS, "ph.sliders-horizontal", is_open=True)
-        add("Convergence", feature(CurvesFeature).panel, PanelGroup.INSPECTION, "ph.chart-line")
 
     def _add_menus(self) -> None:
         self.tool_bar = ToolBar(self.actions_, self.feature(ToolsFeature).options, self)

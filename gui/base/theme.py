@@ -15,20 +15,36 @@ _LIGHT = {
     "window": "#f3f4f6",
     "base": "#ffffff",
     "text": "#1c1f24",
-    "muted": "#68707c",
-    "border": "#d3d7de",
-    "accent": "#0f6fc6",
+    "muted": "#5c636e",
+    "border": "#c3c8d0",
+    "accent": "#0b5fac",
+    "on_accent": "#ffffff",
     "button": "#fbfbfc",
+    "warning": "#8f5a00",
+    "error": "#c02a1e",
+    "good": "#00796b",
 }
 _DARK = {
     "window": "#23262b",
     "base": "#1a1c20",
     "text": "#e6e8eb",
-    "muted": "#98a0ab",
-    "border": "#3b4048",
+    "muted": "#a0a8b3",
+    "border": "#444a53",
     "accent": "#4aa3f0",
+    "on_accent": "#0e1116",
     "button": "#2e3238",
+    "warning": "#e0a030",
+    "error": "#ff8a75",
+    "good": "#3ecfc0",
 }
+"""Texts have a contrast of 4.5 at least on window, base and button; what is good differs from warnings and errors for
+colour-blind people, too."""
+
+_LINE = "#7f8792"
+"""Axes, ticks and frames of check boxes: a contrast of 3 at least in both themes."""
+
+_SERIES = {False: ("#1060e8", "#a04000", "#0a6058", "#700a80"), True: ("#4a90f2", "#fb7a35", "#1fb888", "#f3b8f4")}
+"""Whether dark -> the colours of lines in one plot."""
 
 
 _STYLE_SHEET = """
@@ -39,10 +55,10 @@ _STYLE_SHEET = """
     QStatusBar::item { border: none; }
     QCheckBox::indicator:unchecked, QGroupBox::indicator:unchecked,
     QListView::indicator:unchecked, QTableView::indicator:unchecked, QTreeView::indicator:unchecked {
-        border: 1px solid #7f8792; border-radius: 2px; background: transparent;
+        border: 1px solid LINE; border-radius: 2px; background: transparent;
     }
     QHeaderView::section { background: transparent; border: none; padding: 3px 5px; }
-"""
+""".replace("LINE", _LINE)
 """For both themes, without their colours: another style sheet makes Qt polish every widget again, which takes long."""
 
 
@@ -54,6 +70,7 @@ class Colours:
     panel: QColor
     text: QColor
     muted: QColor
+    border: QColor
     grid: QColor
     accent: QColor
     warning: QColor
@@ -99,31 +116,51 @@ def is_dark(palette: QPalette) -> bool:
 def colours(palette: QPalette) -> Colours:
     """Return the colours for a palette."""
     dark = is_dark(palette)
-    text = palette.windowText().color()
-    series = ("#4aa3f0", "#f0a04a", "#5ac88c", "#d86ad0") if dark else ("#0f6fc6", "#c8641b", "#1d8a52", "#a23a9a")
+    tones = _DARK if dark else _LIGHT
     return Colours(
         background=palette.base().color(),
         panel=palette.window().color(),
-        text=text,
-        muted=QColor(_DARK["muted"] if dark else _LIGHT["muted"]),
-        grid=QColor(_DARK["border"] if dark else _LIGHT["border"]),
+        text=palette.windowText().color(),
+        muted=QColor(tones["muted"]),
+        border=QColor(tones["border"]),
+        grid=QColor(_LINE),
         accent=palette.highlight().color(),
-        warning=QColor("#e0a030" if dark else "#a86a00"),
-        error=QColor("#f06a5f" if dark else "#c02a1e"),
-        good=QColor("#5ac88c" if dark else "#1d8a52"),
-        series=tuple(QColor(name) for name in series),
+        warning=QColor(tones["warning"]),
+        error=QColor(tones["error"]),
+        good=QColor(tones["good"]),
+        series=tuple(QColor(name) for name in _SERIES[dark]),
     )
 
 
-def icon(name: str, palette: QPalette) -> QIcon:
-    """Return an icon of the Phosphor set ("ph.play") in the palette's colours."""
+def contrast(one: QColor, other: QColor) -> float:
+    """Return the contrast ratio of two colours, 1 to 21, as WCAG 2 defines it.
+
+    Examples
+    --------
+    >>> contrast(QColor("black"), QColor("white"))
+    21.0
+    """
+    darker, brighter = sorted((_luminance(one), _luminance(other)))
+    return (brighter + 0.05) / (darker + 0.05)
+
+
+def _luminance(colour: QColor) -> float:
+    linear = [
+        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
+        for part in (colour.redF(), colour.greenF(), colour.blueF())
+    ]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def icon(name: str, palette: QPalette, tone: str = "text") -> QIcon:
+    """Return an icon of the Phosphor set ("ph.play") in a colour of `Colours`, by its name."""
     import qtawesome
 
     muted = QColor((_DARK if is_dark(palette) else _LIGHT)["muted"])
     muted.setAlpha(110)
     return qtawesome.icon(
         name,
-        color=palette.windowText().color(),
+        color=getattr(colours(palette), tone),
         color_active=palette.highlight().color(),
         color_disabled=muted,
     )
@@ -147,12 +184,17 @@ def _palette(tones: dict[str, str]) -> QPalette:
         QPalette.ColorRole.ToolTipText: "text",
         QPalette.ColorRole.PlaceholderText: "muted",
         QPalette.ColorRole.Highlight: "accent",
+        QPalette.ColorRole.HighlightedText: "on_accent",
         QPalette.ColorRole.Link: "accent",
+        QPalette.ColorRole.LinkVisited: "accent",
+        QPalette.ColorRole.Light: "button",
+        QPalette.ColorRole.Midlight: "button",
         QPalette.ColorRole.Mid: "border",
+        QPalette.ColorRole.Dark: "border",
+        QPalette.ColorRole.Accent: "accent",
     }
     for role, tone in roles.items():
         palette.setColor(role, QColor(tones[tone]))
-    palette.setColor(QPalette.ColorRole.HighlightedText, QColor("#ffffff"))
     faint = QColor(tones["muted"])
     faint.setAlpha(140)
     for role in (

@@ -1,4 +1,4 @@
-"""Shows the records of blocks and of compared runs as curves, during and after runs."""
+"""The panel *Convergence*: records of blocks and of compared runs as curves, and a slider over earlier iterations."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject
 
 from ilf._runtime.formatting import length_text
 from ilf.data.frame import RGBDFrame
@@ -17,45 +16,118 @@ from ilf.data.results import BlockResult, IterationRecord, Status
 from ilf.run.key_frames import KeyFrame, Track, depth_at_key_frames
 
 from ..state.document import Document
+from ..state.parts import Part
 from ..state.shown_depth import ViewedIteration
-from ..state.workspace import Workspace
 from ..views.curves.curve import Curve
 from ..views.curves.panel import EMPTY_TEXT, CurvesPanel
+from ..widgets.docks import PanelGroup
 from ..work.frame_runs import RunState
-from ..work.latest_request import LatestRequest
-from ..work.runs import RunController
-from .context import Context, Feature
+from .context import Context
+from .panel import Panel
 
 MAX_CURVES = 8
 
+_ACTIVE_STATES = (RunState.RUNNING, RunState.RESOLVING)
 
-class CurvesPresenter(QObject):
-    """Presenter of the curves of the selected blocks, and of the same blocks in compared runs.
+
+@dataclass(frozen=True, eq=False)
+class _EarlierIteration:
+    """The current depth and the blocks that continued after an iteration, to compose the depth after it."""
+
+    document: Document
+    iteration: int
+    present: NDArray[np.float32]
+    blocks: list[tuple[Track, KeyFrame]]
+
+
+class CurvesFeature(Panel):
+    """The curves of the selected blocks, and of the same blocks in compared runs, with a slider over iterations.
 
     While they have no curves, it shows the running block; without a selection, the block with the most iterations.
+
+    Iteration i of the slider shows every block after its own iteration i, or its final depth if it ended sooner; blocks
+    without key frames show their current depth. Starting or resuming a run, an edit and another frame reset the slider
+    to its end.
     """
 
-    def __init__(self, workspace: Workspace, panel: CurvesPanel) -> None:
-        super().__init__(panel)
-        self._workspace = workspace
-        self._panel = panel
+    title = "Convergence"
+    icon = "ph.chart-line"
+    group = PanelGroup.INSPECTION
+    parts = Part.FRAME | Part.LABELS | Part.INFOS | Part.SELECTION | Part.PARAMETERS | Part.RESULTS | Part.COMPARED
+    deferred = Part.SOME_RESULTS | Part.RECORDS  # drawing at each batch would slow the run down
+    what = "earlier iteration"
+    widget: CurvesPanel
 
-    def show(self) -> None:
-        """Draw the curves; those already shown are extended.
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self._state = context.runs.state
+        self._bar = bar = self.widget.scrub_bar
+        bar.moved.connect(lambda _: self._show_iteration())
+        workspace.about_to_change.connect(bar.go_to_end)
+        context.runs.state_changed.connect(self._follow_run)
+        edits = Part.LABELS | Part.STROKE | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
+        context.refresh.add("current iteration", bar.go_to_end, edits)
+        context.refresh.add("earlier iteration", self._show_again, Part.RESULTS | Part.PARAMETERS, self.deferred)
 
-        A hidden panel draws nothing.
-        """
-        if not self._panel.isVisible():
+    def make(self) -> CurvesPanel:
+        return CurvesPanel(self.context.panels.persistent)
+
+    def refresh(self, parts: Part) -> None:
+        """Draw the curves; those already shown are extended. Update the range and tool tip of the slider."""
+        document = self._document
+        draw_curves(self.widget, document)
+        last = 0 if document is None else max((len(records) for records, _ in _tracks(document)), default=0)
+        self._bar.set_range(last)
+        self._bar.set_hint("" if document is None else _scrub_hint(document))
+
+    @property
+    def _document(self) -> Document | None:
+        return self._workspace.current if self._workspace.has_current else None
+
+    def _follow_run(self) -> None:
+        before, self._state = self._state, self.context.runs.state
+        if self._state in _ACTIVE_STATES and before not in _ACTIVE_STATES:
+            self._bar.go_to_end()
+
+    def _show_again(self) -> None:
+        if not self._bar.at_end or self._workspace.viewed_iteration is not None:
+            self._show_iteration()
+
+    def _show_iteration(self) -> None:
+        """Show the depth at the slider's iteration."""
+        document, iteration = self._document, self._bar.position
+        if self._bar.at_end or document is None:
+            self.forget()
+            self.widget.look_at(None)
+            self._workspace.view_iteration(None)
             return
-        document = self._workspace.current if self._workspace.has_current else None
-        labels = [] if document is None else _shown_labels(document)
-        if document is None or not labels:
-            self._panel.set_hint()
-            self._panel.show_curves([])
-            return
-        self._panel.set_hint(_hint(document, labels[0]))
-        curves = [_block_curve(document, label) for label in labels]
-        self._panel.show_curves([*curves, *_compared_curves(document, labels)][:MAX_CURVES])
+        self.widget.look_at(iteration)
+        present = document.current_depth()
+        base = (document.frame.depth if present is None else present).copy()
+        blocks = [(track, track.at(iteration)) for records, track in _tracks(document) if iteration < len(records)]
+        self.ask(_EarlierIteration(document, iteration, base, blocks))
+
+    def compute(self, request: _EarlierIteration) -> NDArray[np.float32]:
+        """Compose the depth."""
+        return depth_at_key_frames(request.present, request.blocks)
+
+    def take(self, request: _EarlierIteration, answer: NDArray[np.float32]) -> None:
+        """Show the depth in the views."""
+        if request.document is self._document and not self._bar.at_end:
+            self._workspace.view_iteration(ViewedIteration(answer, request.iteration))
+
+
+def draw_curves(panel: CurvesPanel, document: Document | None) -> None:
+    """Draw the curves of a frame, or say why there are none."""
+    labels = [] if document is None else _shown_labels(document)
+    if document is None or not labels:
+        panel.set_hint()
+        panel.show_curves([])
+        return
+    panel.set_hint(_hint(document, labels[0]))
+    curves = [_block_curve(document, label) for label in labels]
+    panel.show_curves([*curves, *_compared_curves(document, labels)][:MAX_CURVES])
 
 
 def _shown_labels(document: Document) -> list[int]:
@@ -136,84 +208,6 @@ def _criterion(parameters: Parameters) -> float | None:
     return parameters.s_criteria if used else None
 
 
-# Viewing the iterations of the last run: the views show the depth after the iteration being viewed.
-
-_ACTIVE_STATES = (RunState.RUNNING, RunState.RESOLVING)
-
-
-@dataclass(frozen=True, eq=False)
-class _ViewedIteration:
-    """The current depth and the blocks that continued after an iteration, to compose the depth after it."""
-
-    document: Document
-    iteration: int
-    present: NDArray[np.float32]
-    blocks: list[tuple[Track, KeyFrame]]
-
-
-class ScrubPresenter(QObject):
-    """The slider under the curves.
-
-    Iteration i shows every block after its own iteration i, or its final depth if it ended sooner; blocks without key
-    frames show their current depth.
-
-    Starting or resuming a run, an edit and another frame reset the slider to its end.
-    """
-
-    def __init__(self, workspace: Workspace, runs: RunController, panel: CurvesPanel) -> None:
-        super().__init__(panel)
-        self._workspace = workspace
-        self._runs = runs
-        self._panel = panel
-        self._bar = panel.scrub_bar
-        self._state = RunState.IDLE
-        self._questions = LatestRequest[_ViewedIteration, NDArray[np.float32]](_compose_depth, self)
-        self._questions.answered.connect(self._take)
-        self._bar.moved.connect(lambda _: self._show_iteration())
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.blocks.invalid_mask_changed
-        inputs = workspace.frames.session_changed, workspace.blocks.guide_changed, workspace.blocks.neighbours_changed
-        for changed in (*inputs, *edits):
-            changed.connect(lambda *_: self._bar.go_to_end())
-        runs.state_changed.connect(self._follow_run)
-
-    def show(self) -> None:
-        """Update the range and tooltip of the slider."""
-        document = self._workspace.current if self._workspace.has_current else None
-        last = 0 if document is None else max((len(records) for records, _ in _tracks(document)), default=0)
-        self._bar.set_range(last)
-        self._bar.set_hint("" if document is None else _scrub_hint(document))
-        if not self._bar.at_end or self._workspace.viewed_iteration is not None:
-            self._show_iteration()
-
-    def _follow_run(self) -> None:
-        before, self._state = self._state, self._runs.state
-        if self._state in _ACTIVE_STATES and before not in _ACTIVE_STATES:
-            self._bar.go_to_end()
-
-    def _show_iteration(self) -> None:
-        """Show the depth at the slider's iteration."""
-        if self._bar.at_end or not self._workspace.has_current:
-            self._questions.forget()
-            self._panel.look_at(None)
-            self._workspace.view_iteration(None)
-            return
-        document, iteration = self._workspace.current, self._bar.position
-        self._panel.look_at(iteration)
-        present = document.current_depth()
-        base = (document.frame.depth if present is None else present).copy()
-        blocks = [(track, track.at(iteration)) for records, track in _tracks(document) if iteration < len(records)]
-        self._questions.ask(_ViewedIteration(document, iteration, base, blocks))
-
-    def _take(self, moment: _ViewedIteration, depth: NDArray[np.float32]) -> None:
-        if self._workspace.has_current and moment.document is self._workspace.current and not self._bar.at_end:
-            self._workspace.view_iteration(ViewedIteration(depth, moment.iteration))
-
-
-def _compose_depth(moment: _ViewedIteration) -> NDArray[np.float32]:
-    """Compose the depth; runs in a worker thread."""
-    return depth_at_key_frames(moment.present, moment.blocks)
-
-
 def _tracks(document: Document) -> list[tuple[Sequence[IterationRecord], Track]]:
     """Records and key frames of all blocks that have key frames."""
     found = []
@@ -233,26 +227,3 @@ def _scrub_hint(document: Document) -> str:
         "View earlier iterations: the views show the depth after iteration i of every block.\n"
         f"Key frames of this frame: {frames.nbytes / 2**20:.1f} of {frames.budget / 2**20:.0f} MiB.{every}"
     )
-
-
-class CurvesFeature(Feature):
-    """The panel *Convergence*: the curves of the blocks, and the slider that views earlier iterations."""
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        workspace = context.workspace
-        self.panel = CurvesPanel(context.panels.persistent)
-        self.presenter = CurvesPresenter(workspace, self.panel)
-        self.scrubbing = ScrubPresenter(workspace, context.runs, self.panel)
-        turned, blocks, values = (
-            workspace.frames.session_changed,
-            workspace.labels_changed,
-            workspace.parameters.changed,
-        )
-        results, going_on = workspace.runs.results_changed, (workspace.runs.results_added, workspace.runs.records_added)
-        chosen = workspace.blocks.infos_changed, workspace.blocks.selection_changed
-        shown_also = workspace.runs.compared_changed, self.panel.shown
-        # later during a run: drawing at each batch would slow it down
-        add = context.refresh.add
-        add("curves", self.presenter.show, (turned, blocks, *chosen, values, results, *shown_also), going_on)
-        add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), going_on)

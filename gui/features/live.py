@@ -43,7 +43,7 @@ from ilf.sources.source import Source
 from ilf.stream.recording import StreamRecorder
 from ilf.stream.stream import Stream, StreamStatistics
 
-from ..views.colours import depth_table
+from ..views.colours import DEPTH_MAP, depth_table
 from ..views.pixel_items import rgb_image
 from ..widgets.basics import Message, PlainLabel
 from ..widgets.file_choice import choose_file, choose_folder, last_folder
@@ -346,7 +346,7 @@ class LiveWindow(QDialog):
         if self._levels is None or self._levels[0] != found.scenes:  # the same colours while the scene stays the same
             self._levels = found.scenes, robust_depth_levels(completion.depth)
         levels = self._levels[1]
-        table = depth_table("turbo")[..., :3]
+        table = depth_table(DEPTH_MAP)[..., :3]
         colour, measured, completed = self.pictures.values()
         colour.show_rgb(completion.frame.rgb)
         measured.show_rgb(table[to_indices(completion.frame.depth, *levels)])

@@ -13,7 +13,7 @@ from ilf.drawing.blocks import STAGES
 from ..base import theme
 from ..base.commands import Actions
 from ..tools.options_row import OptionsRow
-from ..views.colours import DEPTH_MAPS
+from ..views.colours import DEPTH_MAP, DEPTH_MAPS
 from ..views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
 from ..views.linked_views import LinkedViews
 from ..views.view_menus import SidesMenu
@@ -166,7 +166,7 @@ def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
 def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     menu = QMenu("Depth &colours", parent)
     texts = {name: name.capitalize() for name in DEPTH_MAPS}
-    actions = _choices(menu, texts, next(iter(DEPTH_MAPS)))
+    actions = _choices(menu, texts, DEPTH_MAP)
     for name, action in actions.items():
         action.triggered.connect(lambda _=False, name=name: views.ranges.set_depth_map(name))
     views.rangeChanged.connect(lambda: actions[views.ranges.depth_map].setChecked(True))

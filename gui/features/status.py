@@ -7,8 +7,7 @@ import html
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
+from PySide6.QtWidgets import QLabel, QProgressBar, QSizePolicy, QStatusBar, QWidget
 
 from ..state.document import Document
 from ..state.parts import Part
@@ -16,7 +15,7 @@ from ..state.workspace import Workspace
 from ..views.cloud.canvas import HINT, MOVES
 from ..views.contents import FLICKERS
 from ..views.material import Material
-from ..widgets.basics import PlainLabel, literal_text
+from ..widgets.basics import ElidedLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
 from .context import Context, Feature
@@ -27,18 +26,8 @@ from .views import ErrorFeature
 
 _PROGRESS = 200
 _MARGIN = 6
-
-
-class _Hint(PlainLabel):
-    """A label that ends with "…" where its text is too long."""
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        text = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, self.width())
-        place = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        role = self.foregroundRole()
-        self.style().drawItemText(
-            QPainter(self), self.rect(), place.value, self.palette(), self.isEnabled(), text, role
-        )
+_ROOM = 8
+"""Height beside that of a line: buttons of messages fit, so that the bar never moves the pictures."""
 
 
 class StatusBar(QStatusBar):
@@ -46,17 +35,18 @@ class StatusBar(QStatusBar):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.hint = _Hint()
+        self.hint = ElidedLabel()
+        self.hint.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.readout = QLabel()
         self.progress = QProgressBar()
-        # their texts must not limit the width of the window
-        for label in (self.hint, self.readout):
-            label.setMinimumWidth(1)
+        # its text must not limit the width of the window
+        self.readout.setMinimumWidth(1)
         self.progress.setFixedWidth(_PROGRESS)
         self.progress.setAccessibleName("Progress")
         self.progress.setTextVisible(True)
         self.progress.hide()
         self.progress.setMaximumHeight(self.fontMetrics().height())
+        self.setFixedHeight(self.fontMetrics().height() + _ROOM)
         self.setSizeGripEnabled(False)
         self.setContentsMargins(_MARGIN, 0, _MARGIN, 0)
         self.addWidget(self.hint, 1)

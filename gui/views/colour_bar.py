@@ -1,29 +1,41 @@
-"""Slim vertical colour bar over a picture."""
+"""Slim colour bar in the strip over a picture, which it leaves free."""
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRect, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPixmap
+from PySide6.QtCore import QRect, QSize, Qt, Signal
+from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QWidget
 
 from ..base.theme import Colours
 
-_BAR = 8
-_PAD = 5
-_TICK = 3
-_PLATE_ALPHA = 190
-"""Opacity (0-255) of the plate between the picture and the ticks."""
+_BAR = 4
+"""Height of the gradient, below the labels of its ticks [px]."""
+_TICK = 2
+_GAP = 7
+"""Minimum distance between labels [px]."""
+_LEAST = 3
+"""Minimum number of ticks, and the number of labels that the minimum width has room for."""
+_MAX_TICKS = 9
+_MAX_WIDTH = 280
 
 
 class ColourBar(QWidget):
-    """Gradient of a lookup table with labelled ticks at round numbers and the unit on top.
+    """Gradient of a lookup table with labelled ticks above it, and the unit at the right; hidden without values.
 
-    It has a translucent plate, so that the ticks are readable on any picture, and ignores the mouse.
+    Ticks are at round numbers; where fewer than three of them have room, at both ends and in the middle.
+
+    Signals
+    -------
+    resized()
+        It needs another width, or was hidden or shown.
     """
+
+    resized = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -32,15 +44,11 @@ class ColourBar(QWidget):
         self._logarithmic = False
         self._gradient = QImage()
         self._colours: Colours | None = None
-        self._faded = False
         self._value: float | None = None
         self._drawn: QPixmap | None = None
         """The bar without the marked value."""
-        font = self.font()
-        font.setPointSizeF(font.pointSizeF() * 0.85)
-        self.setFont(font)
-        self._fit_width()
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.hide()
 
     def set_colours(self, colours: Colours) -> None:
         """Apply the theme's colours."""
@@ -48,37 +56,36 @@ class ColourBar(QWidget):
         self._redraw()
 
     def set_unit(self, unit: str) -> None:
-        """Set the unit of the values, shown above the bar."""
+        """Set the unit of the values."""
         self._unit = unit
         self._redraw()
 
     def set_table(self, table: NDArray[np.uint8]) -> None:
         """Set the lookup table (256, 4); entries 1-255 run from the low to the high end."""
-        column = np.ascontiguousarray(table[:0:-1])
-        self._gradient = QImage(column.data, 1, len(column), 4, QImage.Format.Format_RGBA8888).copy()
+        row = np.ascontiguousarray(table[1:])
+        self._gradient = QImage(row.data, len(row), 1, QImage.Format.Format_RGBA8888).copy()
         self._redraw()
 
     def set_levels(self, levels: tuple[float, float] | None, logarithmic: bool = False) -> None:
-        """Set the values at the lower and upper end, in the bar's unit; None draws nothing.
+        """Set the values at the left and right end, in the bar's unit; None hides the bar.
 
         A logarithmic bar needs positive values.
         """
         if (levels, logarithmic) != (self._levels, self._logarithmic):
             self._levels, self._logarithmic = levels, logarithmic
-            self._fit_width()
             self._redraw()
+            self.resized.emit()
 
     def set_value(self, value: float | None) -> None:
         """Mark a value, in the bar's unit; None marks none."""
         if value != self._value:
-            before, self._value = self._marked(), value
+            self._value = value
             if self._levels is not None:
-                self.update(before)
-                self.update(self._marked())
+                self.update()
 
     @property
     def levels(self) -> tuple[float, float] | None:
-        """Values at the lower and upper end; None if nothing is drawn."""
+        """Values at the left and right end; None if the bar is hidden."""
         return self._levels
 
     @property
@@ -86,116 +93,117 @@ class ColourBar(QWidget):
         """The marked value."""
         return self._value
 
-    def set_faded(self, faded: bool) -> None:
-        """Hide the bar, so that the picture below is visible, or show it again."""
-        if faded != self._faded:
-            self._faded = faded
-            self.update()
+    def sizeHint(self) -> QSize:
+        """Width for as many ticks as are useful."""
+        return QSize(_MAX_WIDTH, self.minimumSizeHint().height())
+
+    def minimumSizeHint(self) -> QSize:
+        """Width for three ticks and the unit."""
+        metrics = self.fontMetrics()
+        widest = max(metrics.horizontalAdvance(text) for text, _ in self._ends())
+        return QSize(_LEAST * (widest + _GAP) + self._unit_width(), metrics.ascent() + _TICK + _BAR)
+
+    @property
+    def ticks(self) -> list[tuple[str, float]]:
+        """Texts of the ticks, and their positions on the bar, 0-1 from the left."""
+        if self._levels is None:
+            return []
+        for count in range(_MAX_TICKS, _LEAST - 1, -1):
+            ticks = (log_ticks if self._logarithmic else linear_ticks)(*self._levels, count)
+            if len(ticks) >= _LEAST and self._have_room(ticks):
+                return ticks
+        return self._ends()
+
+    def _ends(self) -> list[tuple[str, float]]:
+        """Ticks at both ends and in the middle."""
+        low, high = self._levels or (-1000.0, 1000.0)
+        middle = math.sqrt(low * high) if self._logarithmic else (low + high) / 2
+        return [(self._text(value), share) for value, share in ((low, 0.0), (middle, 0.5), (high, 1.0))]
+
+    def _have_room(self, ticks: list[tuple[str, float]]) -> bool:
+        places = [self._label(text, share) for text, share in ticks]
+        return all(left.right() + _GAP <= right.left() for left, right in pairwise(places))
+
+    def _text(self, value: float) -> str:
+        """Text of a value with as many decimals as the bar resolves."""
+        if self._logarithmic:
+            return tick_text(value, min(10.0 ** (math.floor(math.log10(max(value, 1e-2))) - 1), 1.0))
+        low, high = self._levels or (-1000.0, 1000.0)
+        return tick_text(value, max((high - low) / 100, 1e-3))
+
+    def _unit_width(self) -> int:
+        return self.fontMetrics().horizontalAdvance(f" {self._unit}")
+
+    def _bar(self) -> QRect:
+        """Rectangle of the gradient."""
+        return QRect(0, self.height() - _BAR, self.width() - self._unit_width(), _BAR)
+
+    def _at(self, share: float) -> int:
+        """Horizontal position of a share of the gradient."""
+        bar = self._bar()
+        return bar.left() + round(share * (bar.width() - 1))
+
+    def _label(self, text: str, share: float) -> QRect:
+        """Rectangle of a text centred over its place, and within the gradient's ends."""
+        bar, width = self._bar(), self.fontMetrics().horizontalAdvance(text)
+        left = min(max(self._at(share) - width // 2, bar.left()), bar.right() + 1 - width)
+        return QRect(left, 0, width + 1, bar.top() - _TICK)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        if self._colours is None or self._levels is None or self._faded:
+        if self._colours is None or self._levels is None:
             return
         size, ratio = self.size(), self.devicePixelRatioF()
         if self._drawn is None or self._drawn.size() != size * ratio:
             self._drawn = QPixmap(size * ratio)
             self._drawn.setDevicePixelRatio(ratio)
             self._drawn.fill(Qt.GlobalColor.transparent)
-            self._paint_scale(QPainter(self._drawn), self._colours, self._levels)
+            self._paint_scale(QPainter(self._drawn), self._colours)
         painter = QPainter(self)
         painter.drawPixmap(0, 0, self._drawn)
         if self._value is not None:
-            painter.setFont(self.font())
             self._paint_value(painter, self._colours, self._value, self._levels)
-
-    def _fit_width(self) -> None:
-        """Be as narrow as the texts at the ends and between them allow; the right side stays in its place."""
-        texts = ["\u22120000"] if self._levels is None else [_number(level, self._levels) for level in self._levels]
-        if self._logarithmic and self._levels is not None:
-            texts = [_significant(level) for level in self._levels]
-        text = max(self.fontMetrics().horizontalAdvance(text) for text in texts)
-        width, right = _PAD + _BAR + _TICK + 3 + text + 3, self.x() + self.width()
-        if width != self.width():
-            self.setFixedWidth(width)
-            self.move(right - width, self.y())
 
     def _redraw(self) -> None:
         """Redraw the scale."""
         self._drawn = None
         self.update()
 
-    def _paint_scale(self, painter: QPainter, colours: Colours, levels: tuple[float, float]) -> None:
+    def _paint_scale(self, painter: QPainter, colours: Colours) -> None:
         painter.setFont(self.font())
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        plate = QColor(colours.background)
-        plate.setAlpha(_PLATE_ALPHA)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(plate)
-        painter.drawRoundedRect(self.rect(), 4, 4)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        line, bar = self.fontMetrics().height(), self._bar()
-        if bar.height() < 2 * line:
-            return
-        painter.setPen(colours.text)
-        painter.drawText(_PAD, _PAD + self.fontMetrics().ascent(), self._unit)
+        bar = self._bar()
         painter.drawImage(bar, self._gradient)
-        painter.drawRect(bar.adjusted(0, 0, -1, -1))
-        max_ticks = max(bar.height() // (2 * line), 2)
-        for text, share in (log_ticks if self._logarithmic else linear_ticks)(*levels, max_ticks):
-            y = _height_at(bar, share)
-            painter.setPen(colours.muted)
-            painter.drawLine(bar.right() + 1, y, bar.right() + _TICK, y)
+        for text, share in self.ticks:
+            x = self._at(share)
+            painter.setPen(colours.grid)
+            painter.drawLine(x, bar.top() - _TICK, x, bar.top() - 1)
             painter.setPen(colours.text)
-            where = QRect(bar.right() + _TICK + 3, y - line, self.width(), 2 * line)
-            painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, text)
+            self._write(painter, self._label(text, share), text)
+        painter.setPen(colours.muted)
+        self._write(painter, QRect(bar.right() + 1, 0, self._unit_width(), bar.top() - _TICK), f" {self._unit}")
 
-    def _bar(self) -> QRect:
-        """Rectangle of the gradient."""
-        line = self.fontMetrics().height()
-        top = _PAD + line + line // 2
-        return QRect(_PAD, top, _BAR, self.height() - top - _PAD - line // 2)
-
-    def _marked(self) -> QRect:
-        """Rectangle of the marked value; empty if there is none."""
-        if self._value is None or self._levels is None:
-            return QRect()
-        line, y = self.fontMetrics().height(), _height_at(self._bar(), self._share(self._value, self._levels))
-        return QRect(0, y - line // 2 - 1, self.width(), line + 2)
+    def _write(self, painter: QPainter, place: QRect, text: str) -> None:
+        """Write digits at the bottom of a place, which has no room for descenders."""
+        painter.drawText(place.left(), place.bottom(), text)
 
     def _share(self, value: float, levels: tuple[float, float]) -> float:
-        """Position of a value on the bar, 0-1 from below."""
+        """Position of a value on the bar, 0-1 from the left."""
         low, high = levels
         if self._logarithmic:
             value, low, high = math.log(max(value, low)), math.log(low), math.log(high)
         return min(max((value - low) / (high - low), 0.0), 1.0)
 
     def _paint_value(self, painter: QPainter, colours: Colours, value: float, levels: tuple[float, float]) -> None:
-        place, bar = self._marked(), self._bar()
-        y = place.center().y()
-        painter.fillRect(place.adjusted(bar.right() + 1, 1, -1, -1), colours.background)
-        painter.setPen(colours.text)
-        painter.drawRect(bar.left() - 2, y - 2, _BAR + 3, 4)
+        share, text, bar = self._share(value, levels), self._text(value), self._bar()
+        place = self._label(text, share)
+        painter.fillRect(place.adjusted(-_GAP // 2, 0, _GAP // 2, 0), colours.panel)
         painter.setPen(colours.accent)
-        text = _significant(value) if self._logarithmic else _number(value, levels)
-        painter.drawText(place.adjusted(bar.right() + _TICK + 3, 0, 0, 0), Qt.AlignmentFlag.AlignVCenter, text)
-
-
-def _height_at(bar: QRect, share: float) -> int:
-    return bar.bottom() - round(share * (bar.height() - 1))
-
-
-def _number(value: float, levels: tuple[float, float]) -> str:
-    """Text of a value with as many decimals as the bar resolves."""
-    return tick_text(value, max((levels[1] - levels[0]) / 100, 1e-3))
-
-
-def _significant(value: float) -> str:
-    """Text of a value with about two digits."""
-    return tick_text(value, min(10.0 ** (math.floor(math.log10(max(value, 1e-2))) - 1), 1.0))
+        self._write(painter, place, text)
+        painter.setPen(colours.text)
+        painter.drawRect(self._at(share) - 2, bar.top() - 1, 4, _BAR)
 
 
 def linear_ticks(low: float, high: float, max_ticks: int) -> list[tuple[str, float]]:
-    """Texts of ticks at round numbers, and their positions on the bar, 0-1 from below."""
+    """Texts of ticks at round numbers, and their positions on the bar, 0-1 from the left."""
     ticks, step = round_ticks(low, high, max_ticks)
     return [(tick_text(tick, step), (tick - low) / (high - low)) for tick in ticks]
 

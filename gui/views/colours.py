@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QColor
 
 DEPTH_MAPS = {
-    "turbo": "turbo",
     "viridis": "viridis",
     "cividis": "cividis",
     "magma": "magma",
     "grey": "CET-L1",
+    "turbo": "turbo",
 }
-"""Colour maps offered for depth: our name -> pyqtgraph's."""
+"""Colour maps offered for depth: our name -> pyqtgraph's. All but turbo are perceptually uniform, and can be read by
+colour-blind people."""
+DEPTH_MAP = "viridis"
+"""The one of a first start."""
 
 _ERROR_MAP = "inferno"
 _STRENGTH_MAP = "magma"

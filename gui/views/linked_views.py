@@ -592,7 +592,7 @@ class LinkedViews(Themed, QWidget):
         if self._old_pictures:
             self._draw_timer.start()
         # a style sheet, because the application's replaces palettes of single widgets
-        self._sheet.setStyleSheet(f"#sheet {{ background: {colours.grid.name()}; }}")
+        self._sheet.setStyleSheet(f"#sheet {{ background: {colours.border.name()}; }}")
 
     def _draw_next(self) -> None:
         """Draw the picture of one cell with the theme's colours, the next one at the next turn of the event loop."""

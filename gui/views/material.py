@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
-from .colours import KINDS, Range, depth_table
+from .colours import DEPTH_MAP, KINDS, Range, depth_table
 from .contents import (
     BEFORE_IN,
     BEFORE_OUT,
@@ -124,7 +124,7 @@ class Material:
     def __init__(self, stage: StageModel) -> None:
         self.stage = stage
         self.ranges = {kind: Range() for kind in KINDS}
-        self.depth_map = "turbo"
+        self.depth_map = DEPTH_MAP
         self.depth_table = depth_table(self.depth_map)
         self.chosen_sides = ("", "")
         self.swipe_column: int | None = None

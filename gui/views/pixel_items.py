@@ -125,11 +125,16 @@ class PixelItem(ViewItem):
         self.set_extent(QRectF(0, 0, self._drawn.width(), self._drawn.height()))
 
 
+_BRIGHT_RIM, _DARK_RIM = QColor(255, 255, 255, 150), QColor(0, 0, 0, 160)
+
+
 class PointsItem(ViewItem):
     """Dots over the single pixels of a sparse picture, which would vanish in a view that is smaller than it."""
 
     SIZE = 4
     """Side of a dot in screen pixels; larger pixels need none."""
+    RIM = 1
+    """Width of its rim, which is bright around dark dots and dark around bright ones: on any ground it can be seen."""
 
     SPARSE, MOST = 0.05, 50_000
     """Largest share of the pixels, and largest number, that are drawn as dots."""
@@ -156,16 +161,18 @@ class PointsItem(ViewItem):
             for k in np.unique(colours)
         ]
         extent = QRectF(0, 0, indices.shape[1], indices.shape[0])
-        self.set_extent(extent if self.dots else None, self.SIZE / 2)
+        self.set_extent(extent if self.dots else None, self.SIZE / 2 + self.RIM)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         if self._pixel_size * self.SIZE <= 1:
             return
-        for colour, middles in self.dots:
-            pen = QPen(colour, self.SIZE)
-            pen.setCosmetic(True)
-            painter.setPen(pen)
-            painter.drawPoints(middles)
+        rims = [(_BRIGHT_RIM if colour.lightness() < 128 else _DARK_RIM, middles) for colour, middles in self.dots]
+        for dots, size in ((rims, self.SIZE + 2 * self.RIM), (self.dots, self.SIZE)):
+            for colour, middles in dots:
+                pen = QPen(colour, size)
+                pen.setCosmetic(True)
+                painter.setPen(pen)
+                painter.drawPoints(middles)
 
 
 def packed(table: NDArray[np.uint8]) -> Pixels:

@@ -1,4 +1,4 @@
-"""One cell of the linked views: a thin title strip with its legend, the picture, and the colour bar over it."""
+"""One cell of the linked views: a thin title strip with legend and colour bar, and the picture."""
 
 from __future__ import annotations
 
@@ -12,21 +12,26 @@ from ..base.theme import Colours
 from .colour_bar import ColourBar
 from .image_view import ImageView
 
-# The strip over a picture: title with content menu, legend, and a text about the picture.
+# The strip over a picture: title with content menu, legend, a text about the picture, and its colour bar.
 
 _PAD = 6
 _SWATCH = 10
 _ARROW = 7
 _MIN_TITLE_WIDTH = 40
 """Minimum width of the title [px], however long the text at the right is."""
+_BAR_SHARE = 0.38
+"""Width of the colour bar, as a share of the strip's."""
 _MIN_TEXT_WIDTH = 110
 """Width [px] that a guest widget leaves for the text at the right."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
+_TITLE_HINT = "Click the title to select what is shown; double-click to enlarge the view or show it alone"
+
+
 class TitleStrip(QWidget):
-    """Small muted title with a menu arrow, and a legend at the right.
+    """Small muted title with a menu arrow; legend and colour bar at the right, outside the picture.
 
     Signals
     -------
@@ -53,13 +58,17 @@ class TitleStrip(QWidget):
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.88)
         self.setFont(font)
+        self.bar = ColourBar(self)
+        self.bar.setFont(font)
+        self.bar.resized.connect(self._place_bar)
         self.setFixedHeight(self.fontMetrics().height() + 3)
         self.setMouseTracking(True)
-        self.setToolTip("Click the title to select what is shown; double-click to enlarge the view or show it alone")
+        self.setToolTip(_TITLE_HINT)
 
     def set_colours(self, colours: Colours) -> None:
         """Apply the theme's colours."""
         self._colours = colours
+        self.bar.set_colours(colours)
         self.update()
 
     def set_title(self, title: str, swatch: tuple[int, int, int] | None = None) -> None:
@@ -78,7 +87,22 @@ class TitleStrip(QWidget):
         swatch = _SWATCH + _PAD if self._swatch is not None else 0
         wanted = 2 * _PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + _PAD
         text = self.fontMetrics().horizontalAdvance(self._text) + 2 * _PAD if self._text else 0
-        return min(wanted, max(self.width() - text, _MIN_TITLE_WIDTH + swatch))
+        return min(wanted, max(self._right - text, _MIN_TITLE_WIDTH + swatch))
+
+    @property
+    def _right(self) -> int:
+        """Right end of text and legend [px from the left]: the colour bar, if it is shown, or the strip's."""
+        return self.width() if self.bar.isHidden() else self.bar.x() - _PAD
+
+    def _place_bar(self) -> None:
+        """Show the colour bar where it has values and room."""
+        bar = self.bar
+        least = bar.minimumSizeHint().width()
+        width = max(least, min(round(_BAR_SHARE * self.width()), bar.sizeHint().width()))
+        bar.setVisible(bar.levels is not None and self.width() - least >= 2 * _MIN_TITLE_WIDTH)
+        bar.setGeometry(self.width() - width - _PAD, 0, width, self.height())
+        self._place_title_widget()
+        self.update()
 
     def set_text(self, text: str) -> None:
         """Set the text about the picture, at the right."""
@@ -87,8 +111,11 @@ class TitleStrip(QWidget):
             self.update()
 
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
-        """Set swatches with their meaning, from left to right; those without room are omitted."""
+        """Set swatches with their meaning, from left to right, which is in the tool tip, too: without room for all
+        meanings, only swatches are drawn."""
         self._legend = legend
+        meanings = f"\nSigns: {', '.join(text for _, text in legend)}" if legend else ""
+        self.setToolTip(_TITLE_HINT + meanings)
         self.update()
 
     def set_title_widget(self, guest: QWidget | None) -> None:
@@ -105,7 +132,7 @@ class TitleStrip(QWidget):
 
     def _place_title_widget(self) -> None:
         if self._title_widget is not None:
-            self._title_widget.set_available_width(self.width() - self.title_end - _MIN_TEXT_WIDTH)  # type: ignore[attr-defined]
+            self._title_widget.set_available_width(self._right - self.title_end - _MIN_TEXT_WIDTH)  # type: ignore[attr-defined]
             self._title_widget.setGeometry(self.title_end, 1, self._title_widget.sizeHint().width(), self.height() - 2)
 
     def menu_position(self) -> QPoint:
@@ -118,20 +145,24 @@ class TitleStrip(QWidget):
         painter = QPainter(self)
         painter.fillRect(self.rect(), self._colours.panel)
         self._paint_title(painter)
-        right = self.width() - _PAD
+        right = self._right - _PAD
         metrics = self.fontMetrics()
         painter.setPen(self._colours.muted)
-        painter.drawText(self.rect().adjusted(0, 0, -_PAD, 0), _RIGHT, self._text)
+        painter.drawText(QRect(0, 0, right, self.height()), _RIGHT, self._text)
         if self._text:
             right -= metrics.horizontalAdvance(self._text) + _PAD + 2
-        # other items in the strip are right of the title
-        taken = max(self.title_end, self.childrenRect().right() + _PAD)
+        taken = self.title_end
+        if self._title_widget is not None:
+            taken = max(taken, self._title_widget.geometry().right() + _PAD)
+        room = right - taken
+        named = sum(metrics.horizontalAdvance(text) + _SWATCH + _PAD + 7 for _, text in self._legend) <= room
         for brush, text in reversed(self._legend):
-            left = right - metrics.horizontalAdvance(text)
+            left = right - metrics.horizontalAdvance(text) if named else right + 5
             swatch = QRect(left - 5 - _SWATCH, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
             if swatch.left() < taken:
                 return
-            painter.drawText(QRect(left, 0, right - left + 1, self.height()), Qt.AlignmentFlag.AlignVCenter, text)
+            if named:
+                painter.drawText(QRect(left, 0, right - left + 1, self.height()), Qt.AlignmentFlag.AlignVCenter, text)
             painter.setBrush(brush)
             painter.drawRect(swatch.adjusted(0, 0, -1, -1))
             right = swatch.left() - _PAD - 2
@@ -177,7 +208,7 @@ class TitleStrip(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._place_title_widget()
+        self._place_bar()
 
 
 EventHandler = Callable[[ImageView, QEvent], bool]
@@ -191,34 +222,22 @@ _STRIPES = {
     "unsupported": (QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern),
 }
 """What is striped, in the order of the legend -> its brush there."""
-_BAR_MARGIN = 6
-_BAR_SHARE = 0.45
-"""Maximum height of the colour bar, as a share of the picture's."""
-_BAR_HEIGHTS = (84, 240)
-"""Minimum and maximum height of the colour bar; a smaller view has none."""
-
-_MIN_WIDTH_FOR_BAR = 260
-"""Width of a view [px] below which a bar would cover too much of the picture."""
 
 
 class ViewCell(QWidget):
-    """Title strip over an image view with a colour bar over its right side.
-
-    The bar is hidden while the cursor, in any view, is at pixels that it covers, and on small pictures.
-    """
+    """Title strip over an image view."""
 
     def __init__(self, on_event: EventHandler) -> None:
         super().__init__()
         self.strip = TitleStrip()
         self.view = ImageView(on_event)
         self.strip.titled.connect(self.view.setAccessibleName)
-        self.bar = ColourBar(self)
+        self.bar = self.strip.bar
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self.strip)
         layout.addWidget(self.view, 1)
-        self.bar.raise_()
         self._legend: list[tuple[QBrush, str]] = []
         self._stripe_legend: list[tuple[QBrush, str]] = []
 
@@ -226,7 +245,6 @@ class ViewCell(QWidget):
         """Apply the theme's colours."""
         self.strip.set_colours(colours)
         self.view.set_colours(colours, hatch)
-        self.bar.set_colours(colours)
 
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
         """Set the meaning of the picture's own colours."""
@@ -241,10 +259,6 @@ class ViewCell(QWidget):
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y); None hides it."""
         self.view.show_cursor(pixel)
-        place = self.bar.geometry().translated(-self.view.pos()).adjusted(-_PAD, -_PAD, _PAD, _PAD)
-        self.bar.set_faded(
-            pixel is not None and place.contains(self.view.viewportTransform().map(QPointF(*pixel)).toPoint())
-        )
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -252,9 +266,3 @@ class ViewCell(QWidget):
         strip = self.strip.height()
         self.strip.setGeometry(0, 0, self.width(), strip)
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
-        min_height, max_height = _BAR_HEIGHTS
-        room = self.view.height() - 2 * _BAR_MARGIN
-        height = min(max(round(_BAR_SHARE * room), min_height), max_height)
-        self.bar.setVisible(height <= room and self.width() >= _MIN_WIDTH_FOR_BAR)
-        self.bar.move(self.width() - self.bar.width() - _BAR_MARGIN, strip + _BAR_MARGIN)
-        self.bar.setFixedHeight(height)

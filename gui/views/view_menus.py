@@ -6,9 +6,10 @@ from collections.abc import Iterable
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QSlider, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QSlider, QToolButton, QWidget, QWidgetAction
 
 from ..base.commands import TEMPORARY
+from ..widgets.basics import PlainLabel
 from .centre import Centre
 from .contents import capital, short_title
 from .layouts import LAYOUT_TEXTS, LAYOUTS
@@ -31,13 +32,10 @@ class ViewBar(QWidget):
 
     def __init__(self, views: LinkedViews, centre: Centre, actions: Iterable[QAction]) -> None:
         super().__init__()
-        self.opacity = QSlider(Qt.Orientation.Horizontal)
-        self.opacity.setRange(0, 100)
-        self.opacity.setAccessibleName("Opacity of the blocks")
-        self.opacity.setFixedWidth(70)
-        self.opacity.setToolTip("Opacity of the blocks over the colour image")
+        self.opacity = _opacity_slider()
         self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
         self.opacity.setValue(_OPACITY)
+        self._opacity_action = self._make_opacity_action()
         self.layouts = QComboBox()
         self.layouts.setAccessibleName("View set")
         for name, text in LAYOUT_TEXTS.items():
@@ -70,17 +68,45 @@ class ViewBar(QWidget):
         button.setDefaultAction(action)
         self._row.addWidget(button)
 
+    @property
+    def hidden(self) -> list[QAction]:
+        """The actions of what has no room."""
+        buttons = [button.defaultAction() for button in self._buttons.findChildren(QToolButton)]
+        return [self._opacity_action] * self.opacity.isHidden() + buttons * self._buttons.isHidden()
+
+    def _make_opacity_action(self) -> QAction:
+        """Make an action that is the opacity's slider in a menu."""
+        row, slider = QWidget(), _opacity_slider()
+        layout = QHBoxLayout(row)
+        layout.addWidget(PlainLabel("Opacity of the blocks"))
+        layout.addWidget(slider)
+        slider.setValue(self.opacity.value())
+        slider.valueChanged.connect(self.opacity.setValue)
+        self.opacity.valueChanged.connect(slider.setValue)
+        action = QWidgetAction(self)
+        action.setDefaultWidget(row)
+        return action
+
     def sizeHint(self) -> QSize:
         shown = [part.sizeHint() for part in self._parts if not part.isHidden()]
         return QSize(sum(size.width() + _SPACE for size in shown), max(size.height() for size in shown))
 
     def fit(self, room: int) -> None:
-        """Leave out the opacity, then the buttons, in a narrow window; menus and keys have the same."""
+        """Leave out the opacity, then the buttons, in a narrow window: see `hidden`."""
         for part in self._spare:
             part.show()
         for part in self._spare:
             part.setVisible(self.sizeHint().width() <= room)
         self.updateGeometry()
+
+
+def _opacity_slider() -> QSlider:
+    slider = QSlider(Qt.Orientation.Horizontal)
+    slider.setRange(0, 100)
+    slider.setAccessibleName("Opacity of the blocks")
+    slider.setFixedWidth(70)
+    slider.setToolTip("Opacity of the blocks over the colour image")
+    return slider
 
 
 # The menus that select the two depths to compare.

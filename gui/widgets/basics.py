@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QPainter, QPalette
+from PySide6.QtGui import QHelpEvent, QPainter, QPaintEvent, QPalette, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QGroupBox,
@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLayout,
     QLineEdit,
+    QToolTip,
     QTreeWidget,
     QVBoxLayout,
     QWidget,
@@ -27,7 +28,12 @@ from ..base import theme
 
 
 class Themed:
-    """Mixin, before the class of Qt, of a widget whose own colours and icons are made by `_take_theme`."""
+    """Mixin, before the class of Qt, of a widget whose own colours and icons are made by `_take_theme`.
+
+    A hidden widget takes another theme when it is shown.
+    """
+
+    _theme_is_old = False
 
     def _take_theme(self) -> None:
         """Apply the theme's colours."""
@@ -36,6 +42,16 @@ class Themed:
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)  # type: ignore[misc]  # the class of Qt has it
         if event.type() == QEvent.Type.PaletteChange:
+            self._theme_is_old = True
+            self._renew_theme()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        self._renew_theme()
+        super().showEvent(event)  # type: ignore[misc]
+
+    def _renew_theme(self) -> None:
+        if self._theme_is_old and self.isVisible():  # type: ignore[attr-defined]
+            self._theme_is_old = False
             self._take_theme()
 
 
@@ -45,6 +61,30 @@ class PlainLabel(QLabel):
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self.setTextFormat(Qt.TextFormat.PlainText)
+
+
+class ElidedLabel(PlainLabel):
+    """A label of one line that takes no more than the room left: a longer text has "…", and is its tool tip."""
+
+    def __init__(self, mode: Qt.TextElideMode = Qt.TextElideMode.ElideRight, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._mode = mode
+        self.setMinimumWidth(1)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        text = self.fontMetrics().elidedText(self.text(), self._mode, self.width())
+        place = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        role = self.foregroundRole()
+        self.style().drawItemText(
+            QPainter(self), self.rect(), place.value, self.palette(), self.isEnabled(), text, role
+        )
+
+    def event(self, event: QEvent) -> bool:
+        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip and not self.toolTip():
+            is_cut = self.fontMetrics().horizontalAdvance(self.text()) > self.width()
+            QToolTip.showText(event.globalPos(), literal_text(self.text()) if is_cut else "", self)
+            return True
+        return super().event(event)
 
 
 def literal_text(text: str) -> str:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QByteArray, QObject, QRect, QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QPalette
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabWidget, QToolBar, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar, QTabWidget, QToolBar, QWidget
 
 from ..base import theme
 
@@ -55,7 +55,7 @@ class Docks(QObject):
         super().__init__(window)
         self._window = window
         self.persistent = persistent
-        self._arranged = self._in_use = False
+        self._placed = self._arranged = self._in_use = False
         self._panels: dict[str, _Panel] = {}
         self._open_by_default: list[str] = []
         self._last_open: list[str] = []
@@ -100,11 +100,9 @@ class Docks(QObject):
         dock.setObjectName(title)
         widget.setMinimumHeight(_MIN_HEIGHT)
         dock.setWidget(widget)
-        others = self._members(group)
-        self._window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
-        if others:
-            self._window.tabifyDockWidget(others[-1], dock)
-        self._panels[title] = _Panel(dock, icon, group)
+        self._panels[title] = panel = _Panel(dock, icon, group)
+        if self._placed:
+            self._place(panel)
         if is_open:
             self._open_by_default.append(title)
         dock.setVisible(is_open)
@@ -116,6 +114,14 @@ class Docks(QObject):
             changed.connect(self._show_titles_soon)
         action.setIcon(theme.icon(icon, self._window.palette()))
         self.rail.insertAction(self._ends[group], action)
+
+    def _place(self, panel: _Panel) -> None:
+        """Put a panel below those of other groups, as the last tab of its own group."""
+        others = self._members(panel.group)
+        before = others[: others.index(panel.dock)]
+        self._window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, panel.dock)
+        if before:
+            self._window.tabifyDockWidget(before[-1], panel.dock)
 
     def toggles(self) -> list[QAction]:
         """Return the actions that show and hide the panels, in the order in which they were added."""
@@ -173,9 +179,16 @@ class Docks(QObject):
         self._sized = {self._panels[title].group for title in wanted if title in self._panels}
         self._show(wanted)
 
+    def place(self) -> None:
+        """Place all panels, group by group, in whatever order they were added."""
+        for panel in sorted(self._panels.values(), key=lambda panel: list(PanelGroup).index(panel.group)):
+            self._place(panel)
+        self._placed = True
+
     def size_window(self) -> None:
-        """Restore the window's last size and place, or use the default ones, limited to the screen."""
-        geometry = QSettings().value("window/geometry") if self.persistent else None
+        """Restore the window's last size and place on a screen of this size, or use the default ones, limited to the
+        screen."""
+        geometry = QSettings().value(self._place_key()) if self.persistent else None
         if not isinstance(geometry, QByteArray) or not self._window.restoreGeometry(geometry):
             self._window.resize(DEFAULT_SIZE)
         if not self._window.isFullScreen() and not self._window.isMaximized():
@@ -199,7 +212,11 @@ class Docks(QObject):
         self._in_use = False
         self._titles_timer.stop()
         if self.persistent:
-            QSettings().setValue("window/geometry", self._window.saveGeometry())
+            QSettings().setValue(self._place_key(), self._window.saveGeometry())
+
+    def _place_key(self) -> str:
+        room = available_geometry(self._window)
+        return f"window/geometry-{room.width()}x{room.height()}"
 
     def _members(self, group: PanelGroup) -> list[QDockWidget]:
         return [panel.dock for panel in self._panels.values() if panel.group is group]
@@ -217,6 +234,15 @@ class Docks(QObject):
                 dock.setTitleBarWidget(QWidget() if tabbed else None)  # type: ignore[arg-type]
                 if empty is not None:
                     empty.deleteLater()
+        self._park_stray_tabs()
+
+    def _park_stray_tabs(self) -> None:
+        """Move tabs that Qt has left over the centre out of sight, as it does with others that it does not use."""
+        centre = self._window.centralWidget()
+        if centre is not None:
+            for tabs in self._window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+                if tabs.geometry().intersects(centre.geometry()):
+                    tabs.move(-tabs.width(), -tabs.height())
 
     def _show(self, titles: Iterable[str]) -> None:
         wanted = set(titles)

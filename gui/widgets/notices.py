@@ -1,284 +1,21 @@
-"""Messages of the window: temporary notes, the log, and message boxes."""
+"""What the window says: messages for a short time and in the log, and message boxes."""
 
 from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Iterable, Sequence
-from datetime import datetime
 
-from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal
-from PySide6.QtGui import QAccessible, QAccessibleEvent, QAction, QEnterEvent, QGuiApplication, QHideEvent
-from PySide6.QtWidgets import (
-    QFrame,
-    QGridLayout,
-    QHBoxLayout,
-    QMessageBox,
-    QPlainTextEdit,
-    QPushButton,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QAction, QGuiApplication
+from PySide6.QtWidgets import QMessageBox, QPushButton, QWidget
 
 from ilf._runtime.termination import log_error
 from ilf.errors import IlfError, to_text, without_credentials
 
 from ..base import theme
 from ..base.versions import versions_text
-from .basics import PlainLabel, Themed
-
-# The log: messages with the time of day.
-
-MAXIMUM_LINES = 2000
-
-
-class LogPanel(QWidget):
-    """The log: messages in order of time, which can be selected, copied and cleared."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.text = QPlainTextEdit()
-        self.text.setReadOnly(True)
-        self.text.setMaximumBlockCount(MAXIMUM_LINES)
-        self.text.setFrameShape(QPlainTextEdit.Shape.NoFrame)
-        self.text.setPlaceholderText("Messages appear here.")
-        self.text.setAccessibleName("Log")
-        self.copy_button = _button("Copy", "Copy the log, or the selected part of it")
-        self.copy_button.clicked.connect(self.copy)
-        self.clear_button = _button("Clear", "Clear the log")
-        self.clear_button.clicked.connect(self.text.clear)
-        buttons = QVBoxLayout()
-        buttons.setContentsMargins(4, 4, 4, 4)
-        buttons.setSpacing(2)
-        for button in (self.copy_button, self.clear_button):
-            buttons.addWidget(button)
-        buttons.addStretch(1)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(self.text, 1)
-        row.addLayout(buttons)
-        self.setFocusProxy(self.text)
-
-    def add(self, message: str) -> None:
-        """Append a message."""
-        self.text.appendPlainText(f"{datetime.now():%H:%M:%S}  {message}")
-
-    def copy(self) -> None:
-        """Copy the selected text, or all, to the clipboard."""
-        cursor = self.text.textCursor()
-        chosen = cursor.selection().toPlainText() if cursor.hasSelection() else self.text.toPlainText()
-        QGuiApplication.clipboard().setText(chosen)
-
-
-def _button(text: str, hint: str) -> QToolButton:
-    button = QToolButton()
-    button.setText(text)
-    button.setToolTip(hint)
-    button.setAutoRaise(True)
-    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-    return button
-
-
-# Temporary notes over the lower right corner of the images.
-
-MAX_NOTES = 3
-"""Maximum number of notes at a time; a new one replaces the oldest."""
-
-_MARGIN = 10
-_GAP = 6
-_WIDTH = 400
-_MIN_STAY_MS = 2000
-"""Minimum time [ms] that a note stays after the pointer has left it."""
-
-
-class Toast(Themed, QFrame):
-    """A note with buttons for its commands, if any, and a close button. It never takes the focus.
-
-    Signals
-    -------
-    gone()
-        Its time is over, or it was closed.
-    """
-
-    gone = Signal()
-
-    def __init__(self, message: str, actions: Sequence[QAction], parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setObjectName("toast")
-        self.offered = tuple(actions)
-        self.commands = [self._button(action) for action in actions]
-        self.label = PlainLabel()
-        self.label.setTextFormat(Qt.TextFormat.PlainText)
-        self.label.setWordWrap(True)
-        self.close_button = QToolButton()
-        self.close_button.setAccessibleName("Close this message")
-        self.close_button.setToolTip("Close this message")
-        self.close_button.clicked.connect(self._go)
-        self._grid = QGridLayout(self)
-        self._grid.setContentsMargins(10, 6, 5, 6)
-        self._grid.setHorizontalSpacing(6)
-        self._grid.setColumnStretch(0, 1)
-        self._grid.addWidget(self.label, 0, 0)
-        self._grid.addWidget(self.close_button, 0, 1, Qt.AlignmentFlag.AlignTop)
-        if self.commands:
-            row = QHBoxLayout()
-            row.addStretch(1)
-            for command in self.commands:
-                row.addWidget(command)
-            self._grid.addLayout(row, 1, 0, 1, 2)
-        for button in (self.close_button, *self.commands):
-            button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-            button.setAutoRaise(button is self.close_button)
-        self._over = QTimer(self, singleShot=True)
-        self._over.timeout.connect(self._go)
-        self.show_message(message)
-        self._take_theme()
-
-    def _button(self, action: QAction) -> QToolButton:
-        button = QToolButton()
-        button.setText(action.iconText().rstrip("…"))
-        button.setToolTip(action.toolTip())
-        button.clicked.connect(action.trigger)
-        action.triggered.connect(self._go)  # also if it is triggered elsewhere
-        return button
-
-    def show_message(self, message: str) -> None:
-        """Show a text."""
-        self.message = message
-        self.label.setText(message.replace("/", "/\u200b"))  # long paths have no spaces to wrap at
-        self.setAccessibleName(message)
-        QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.Alert))
-
-    def stay(self, milliseconds: int) -> None:
-        """Stay for a time; longer while the pointer is over it."""
-        self._over.start(milliseconds)
-
-    def fit(self, width: int) -> None:
-        """Resize to the text, with at most this width."""
-        self.ensurePolished()
-        margins = self._grid.contentsMargins()
-        taken = margins.left() + margins.right() + self._grid.horizontalSpacing() + self.close_button.sizeHint().width()
-        line = self.label.fontMetrics().horizontalAdvance(self.label.text()) + 4
-        self.label.setFixedWidth(max(min(line, width - taken), 1))
-        self.setFixedWidth(self.label.width() + taken)
-        self.resize(self.width(), self._grid.totalHeightForWidth(self.width()))
-
-    def enterEvent(self, event: QEnterEvent) -> None:
-        """Stay while the pointer is over it."""
-        super().enterEvent(event)
-        self._over.setInterval(max(self._over.remainingTime(), _MIN_STAY_MS))
-        self._over.stop()
-
-    def leaveEvent(self, event: QEvent) -> None:
-        """Restart the timer."""
-        super().leaveEvent(event)
-        if self.isVisible():
-            self._over.start()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Stop the timer."""
-        super().hideEvent(event)
-        self._over.stop()
-
-    def _take_theme(self) -> None:
-        colours = theme.colours(self.palette())
-        self.close_button.setIcon(theme.icon("ph.x", self.palette()))
-        sheet = (
-            f"#toast {{ background: {colours.background.name()}; border: 1px solid {colours.accent.name()}; "
-            "border-radius: 5px; }"
-        )
-        if sheet != self.styleSheet():
-            self.setStyleSheet(sheet)
-
-    def _go(self) -> None:
-        self._over.stop()
-        self.gone.emit()
-
-
-class Toasts(QObject):
-    """The visible notes, the newest at the bottom.
-
-    Parameters
-    ----------
-    window : QWidget
-        Their parent.
-    places : sequence of QWidget
-        They are over the lower right corner of the first visible one, or of the window if none is.
-    """
-
-    def __init__(self, window: QWidget, places: Sequence[QWidget] = ()) -> None:
-        super().__init__(window)
-        self._window = window
-        self._places = places
-        self.shown: list[Toast] = []
-        for widget in (window, *places):
-            widget.installEventFilter(self)
-
-    @property
-    def message(self) -> str:
-        """Text of the newest visible note; "" for none."""
-        return self.shown[-1].message if self.shown else ""
-
-    def show_message(self, message: str, milliseconds: int, *actions: QAction) -> None:
-        """Show a note for a time, optionally with commands; it replaces notes with the same text or commands."""
-        for former in list(self.shown):
-            if former.message == message or (actions and former.offered == actions):
-                self._drop(former)
-        toast = Toast(message, actions, self._window)
-        toast.gone.connect(lambda: self._drop(toast))
-        self.shown.append(toast)
-        for old in self.shown[:-MAX_NOTES]:
-            self._drop(old)
-        toast.stay(milliseconds)
-        self._place()
-
-    def change(self, message: str, milliseconds: int) -> None:
-        """Change the text of the newest note, or show a note if there is none."""
-        if not self.shown:
-            self.show_message(message, milliseconds)
-            return
-        self.shown[-1].show_message(message)
-        self.shown[-1].stay(milliseconds)
-        self._place()
-
-    def give_way(self) -> None:
-        """Remove the notes without a command, which would cover what is worked on."""
-        for toast in list(self.shown):
-            if not toast.commands:
-                self._drop(toast)
-
-    def clear(self) -> None:
-        """Remove all notes."""
-        for toast in list(self.shown):
-            self._drop(toast)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Keep the notes in the corner."""
-        if event.type() in (QEvent.Type.Resize, QEvent.Type.Show, QEvent.Type.Hide, QEvent.Type.Move) and self.shown:
-            QTimer.singleShot(0, self, self._place)  # after the layout is updated
-        return False
-
-    def _drop(self, toast: Toast) -> None:
-        if toast in self.shown:
-            self.shown.remove(toast)
-            toast.hide()
-            toast.deleteLater()
-            self._place()
-
-    def _place(self) -> None:
-        place = next((widget for widget in self._places if widget.isVisible()), self._window)
-        corner = place.mapTo(self._window, QPoint(place.width(), place.height())) - QPoint(_MARGIN, _MARGIN)
-        bottom = corner.y()
-        for toast in reversed(self.shown):
-            toast.fit(min(_WIDTH, max(place.width() - 2 * _MARGIN, 1)))
-            toast.move(corner.x() - toast.width(), bottom - toast.height())
-            toast.show()
-            toast.raise_()
-            bottom -= toast.height() + _GAP
-
-
-# Message box for errors and warnings, with collapsed technical details and a copy button.
+from .log_panel import LogPanel
+from .toasts import Toasts
 
 
 class ProblemBox(QMessageBox):
@@ -294,7 +31,8 @@ class ProblemBox(QMessageBox):
     """
 
     def __init__(self, title: str, text: str, details: str, parent: QWidget | None) -> None:
-        super().__init__(QMessageBox.Icon.Warning, title, text, QMessageBox.StandardButton.Ok, parent)
+        super().__init__(QMessageBox.Icon.NoIcon, title, text, QMessageBox.StandardButton.Ok, parent)
+        show_icon(self, QMessageBox.Icon.Warning)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setTextInteractionFlags(
@@ -315,13 +53,27 @@ class ProblemBox(QMessageBox):
         QGuiApplication.clipboard().setText("\n\n".join(filter(None, parts)))
 
 
+_ICONS = {
+    QMessageBox.Icon.Warning: ("ph.warning", "warning"),
+    QMessageBox.Icon.Question: ("ph.question", "accent"),
+    QMessageBox.Icon.Information: ("ph.info", "accent"),
+}
+_ICON_SIZE = 40
+
+
+def show_icon(box: QMessageBox, icon: QMessageBox.Icon) -> None:
+    """Give a message box its icon, of the same family as all others."""
+    name, tone = _ICONS[icon]
+    box.setIconPixmap(theme.icon(name, box.palette(), tone).pixmap(_ICON_SIZE))
+
+
 def question(
     parent: QWidget, title: str, text: str, more: str = "", icon: QMessageBox.Icon = QMessageBox.Icon.Warning
 ) -> QMessageBox:
     """Make a question in plain text, which is deleted when it is closed; the caller adds the buttons and opens it."""
     box = QMessageBox(parent)
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    box.setIcon(icon)
+    show_icon(box, icon)
     box.setTextFormat(Qt.TextFormat.PlainText)
     box.setWindowTitle(title)
     box.setText(text)
@@ -437,11 +189,12 @@ class Notes(QObject):
         self._log.add(message)
 
     def offer(self, message: str, *actions: QAction) -> None:
-        """Show a message with commands, for a longer time."""
+        """Show a message with commands for a longer time, and add it to the log."""
         self._toasts.show_message(message, _COMMAND_MS, *actions)
+        self._log.add(message)
 
     def show_briefly(self, message: str) -> None:
-        """Show a short-lived message that is not logged, as at every move of a slider; not over other messages."""
+        """Show a short-lived message that is not logged, as at every move of a slider; not in place of others."""
         if self._toasts.message in ("", self._brief):
             self._brief = message
             self._toasts.change(message, _BRIEF_MS)

@@ -99,7 +99,7 @@ def test_commands_in_any_order(
         lambda: views.set_layout(chance.choice(list(LAYOUTS))),
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
-        lambda: window.feature(CurvesFeature).panel.scrub_bar._slider.setValue(chance.randrange(1, 9)),
+        lambda: window.feature(CurvesFeature).widget.scrub_bar._slider.setValue(chance.randrange(1, 9)),
         *(edit, edit, mark_invalid, state_depth, evaluate, inspect),
     ]
     for _ in range(STEPS):

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
@@ -73,7 +72,7 @@ def test_a_run_opens_no_panel(opened: MainWindow, qtbot: QtBot, run_all: Callabl
     run_all(opened)
     assert (opened.panels.open, opened.views.width()) == (panels, share)
     opened.panels.reveal("Convergence")
-    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).panel.records))
+    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).widget.records))
     assert opened.views.width() == share, "the curves take no room from the pictures"
 
 
@@ -102,12 +101,3 @@ def test_outlines_belong_to_the_layout(opened: MainWindow) -> None:
     for name in ("standard", "correct"):
         opened.actions_[f"layout_{name}"].trigger()
     assert not contours.isChecked(), "as it was left"
-
-
-def test_messages_give_way_to_work(opened: MainWindow, qtbot: QtBot) -> None:
-    opened.toasts.clear()
-    opened.notes.show_message("Saved.")
-    opened.notes.offer("Blocks merged.", opened.actions_["undo"])
-    qtbot.mousePress(opened.views.cells["colour"].view.viewport(), Qt.MouseButton.LeftButton)
-    qtbot.mouseRelease(opened.views.cells["colour"].view.viewport(), Qt.MouseButton.LeftButton)
-    assert [toast.message for toast in opened.toasts.shown] == ["Blocks merged."]

@@ -70,7 +70,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     assert np.array_equal(after[chosen].depth, alone.results[chosen].depth)
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
     opened.refresh.now()
-    assert len(opened.feature(CurvesFeature).panel.records) == after[chosen].outcome.iterations
+    assert len(opened.feature(CurvesFeature).widget.records) == after[chosen].outcome.iterations
     assert _states(opened)[chosen] == "completed"
     assert (_states(opened)[other] == "values changed") is not own
     assert workspace.undo_group.activeStack().count() == steps + 1

@@ -29,7 +29,7 @@ def test_the_views_look_back_and_return(
 ) -> None:
     run_all(opened)
     opened.panels._show([*opened.panels.open, "Convergence"])
-    document, bar = opened.workspace.current, opened.feature(CurvesFeature).panel.scrub_bar
+    document, bar = opened.workspace.current, opened.feature(CurvesFeature).widget.scrub_bar
     opened.refresh.draw_all()
     present = document.current_depth().copy()
     lengths = {label: len(result.history) for label, result in document.valid_results().items()}
@@ -48,15 +48,15 @@ def test_the_views_look_back_and_return(
         expected[missing] = surface[missing].astype(np.float32)
     np.testing.assert_array_equal(_shown(opened), expected)
     assert opened.views.cells["depth-out"].strip._text == "as of iteration 3"
-    assert "i 3 " in opened.feature(CurvesFeature).panel.readout.text
+    assert "i 3 " in opened.feature(CurvesFeature).widget.readout.text
 
     bar._slider.setFocus()
     QTest.keyClick(bar._slider, Qt.Key.Key_Escape)
     np.testing.assert_array_equal(_shown(opened), present)
     assert opened.views.cells["depth-out"].strip._text == ""
     assert (
-        f"i {lengths[1]} " in opened.feature(CurvesFeature).panel.readout.text
-        or f"i {lengths[2]} " in opened.feature(CurvesFeature).panel.readout.text
+        f"i {lengths[1]} " in opened.feature(CurvesFeature).widget.readout.text
+        or f"i {lengths[2]} " in opened.feature(CurvesFeature).widget.readout.text
     )
 
 
@@ -64,7 +64,8 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
     opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
 ) -> None:
     run_all(opened)
-    workspace, bar = opened.workspace, opened.feature(CurvesFeature).panel.scrub_bar
+    opened.panels.reveal("Convergence")
+    workspace, bar = opened.workspace, opened.feature(CurvesFeature).widget.scrub_bar
     opened.actions_["live"].setChecked(False)
 
     def view_iteration() -> None:
@@ -94,9 +95,9 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
 def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None:
     opened.panels._show([*opened.panels.open, "Convergence"])
     opened.actions_["step"].trigger()
-    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).panel.records), timeout=WAIT_MS)
-    plot = opened.feature(CurvesFeature).panel.sigma_plot
-    assert len(opened.feature(CurvesFeature).panel.records) == 1
+    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).widget.records), timeout=WAIT_MS)
+    plot = opened.feature(CurvesFeature).widget.sigma_plot
+    assert len(opened.feature(CurvesFeature).widget.records) == 1
     assert plot._points.isVisible()
     assert list(plot._points.getData()[0]) == [1]
     opened.actions_["cancel"].trigger()

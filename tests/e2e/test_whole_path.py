@@ -64,7 +64,7 @@ def test_curves_of_the_chosen_block_are_its_records(opened: MainWindow, run_all:
     document = opened.workspace.current
     for label, result in document.valid_results().items():
         opened.workspace.select([label])
-        assert [record.i for record in opened.feature(CurvesFeature).panel.records] == [
+        assert [record.i for record in opened.feature(CurvesFeature).widget.records] == [
             record.i for record in result.history
         ]
 
@@ -235,13 +235,14 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
 
     def note(label: int) -> None:
         opened.refresh.draw_all()
-        shown.append((label, len(opened.feature(CurvesFeature).panel.records)))
+        shown.append((label, len(opened.feature(CurvesFeature).widget.records)))
 
     opened.runs.records.connect(lambda label, _: note(label))
     run_all(opened)
     assert all(count > 0 for _, count in shown)
     assert (
-        len(opened.feature(CurvesFeature).panel.records) == workspace.current.valid_results()[second].outcome.iterations
+        len(opened.feature(CurvesFeature).widget.records)
+        == workspace.current.valid_results()[second].outcome.iterations
     )
     assert first in {label for label, _ in shown}
 

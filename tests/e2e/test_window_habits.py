@@ -10,16 +10,18 @@ import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QWidget
+from PySide6.QtWidgets import QApplication, QDialog, QSlider, QToolBar, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
+from gui.features.layouts.feature import LayoutsFeature
 from gui.features.palette.palette import PaletteFeature
 from gui.features.project.recent import RecentFeature
 from gui.features.shortcuts import ShortcutsDialog, ShortcutsFeature
 from gui.features.status import StatusFeature
+from gui.features.views import ViewsFeature
 from gui.views.view_menus import SidesMenu
 from tests.gui.naming import unnamed
 
@@ -89,15 +91,56 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     assert opened.workspace.current.key == str(frame_folder)
 
 
-def test_messages_leave_the_hint_alone(window: MainWindow, qtbot: QtBot) -> None:
+def test_messages_neither_cover_nor_move_the_pictures_nor_hide_the_hint(opened: MainWindow, qtbot: QtBot) -> None:
+    bar, views = opened.feature(StatusFeature).bar, opened.views
     for width, height in ((1100, 700), (800, 560)):
-        window.resize(width, height)
-        window.notes.show_message("Exported 9 files to a folder with quite a long name, " * 3)
+        opened.resize(width, height)
+        opened.toasts.clear()
         qtbot.wait(1)
-        (toast,) = window.toasts.shown
-        assert window.rect().contains(toast.geometry())
-        assert toast.geometry().bottom() < window.feature(StatusFeature).bar.geometry().top()
-    window.toasts.clear()
+        before = views.mapTo(opened, views.rect().topLeft()), views.size()
+        opened.notes.show_message("Exported 9 files to a folder with quite a long name, " * 3)
+        qtbot.wait(1)
+        (toast,) = opened.toasts.shown
+        assert bar.rect().contains(toast.geometry())
+        assert bar.hint.width() > 0.3 * bar.width()
+        assert (views.mapTo(opened, views.rect().topLeft()), views.size()) == before
+    opened.toasts.clear()
+
+
+@pytest.mark.parametrize("size", [(1100, 700), (800, 560)])
+def test_what_has_no_room_in_a_narrow_window_is_behind_a_button(
+    opened: MainWindow, qtbot: QtBot, size: tuple[int, int]
+) -> None:
+    opened.resize(*size)
+    qtbot.waitUntil(lambda: opened.width() == size[0])
+    header = opened.feature(LayoutsFeature).header
+    header.fit()
+    assert header.more.isVisible()
+    menu = header.more.menu()
+    menu.aboutToShow.emit()
+    buttons = header.findChildren(QToolButton)
+    hidden = [button.defaultAction() for button in buttons if button.defaultAction() and not button.isVisible()]
+    assert hidden
+    assert set(hidden) <= set(menu.actions())
+    shown = [button for button in buttons if button.isVisible()]
+    assert all(opened.menuBar().rect().right() >= _right(button, opened) for button in shown)
+    views = opened.feature(ViewsFeature).bar
+    (slider,) = menu.findChildren(QSlider)
+    slider.setValue(20)
+    assert views.opacity.value() == 20
+    for bar in opened.findChildren(QToolBar):
+        cut = [
+            action
+            for action in bar.actions()
+            if action.isVisible() and bar.widgetForAction(action) is not None
+            if not bar.widgetForAction(action).isVisible()
+        ]
+        more = bar.findChild(QToolButton, "qt_toolbar_ext_button")
+        assert not cut or not bar.isVisible() or more.isVisible()
+
+
+def _right(widget: QWidget, window: MainWindow) -> int:
+    return widget.mapTo(window, widget.rect().topRight()).x()
 
 
 @pytest.mark.parametrize("focus", ["view", "table"])

@@ -109,7 +109,6 @@ class AccuracyPanel(Panel):
                 "Remove the ground truth of the frame",
                 icon="ph.x-circle",
                 handler=self._remove_ground_truth,
-                needs=Need.FRAME,
                 needs=Need.GROUND_TRUTH,
             ),
             Command(

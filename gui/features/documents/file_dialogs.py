@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 from ilf.drawing.colours import robust_depth_levels, to_indices
 from ilf.errors import InputError
 
-from ...views.colours import depth_table
+from ...views.colours import DEPTH_MAP, depth_table
 from ...views.pixel_items import rgb_image
 from ...widgets.basics import Message, PlainLabel
 from ...widgets.notices import error_text
@@ -73,7 +73,7 @@ class Preview(QFrame):
             return
         values = depth.astype(np.float32)
         values[~(values > 0)] = np.nan
-        self.show_rgb(depth_table("turbo")[to_indices(values, *robust_depth_levels(values))][..., :3])
+        self.show_rgb(depth_table(DEPTH_MAP)[to_indices(values, *robust_depth_levels(values))][..., :3])
 
 
 _DELAY_MS = 200

@@ -153,10 +153,6 @@ class Thumbnails(QObject):
             self._start()
         return picture
 
-    def forget(self, id: str) -> None:
-        """Discard a frame's thumbnail, so that it is made again."""
-        self._made.pop(id, None)
-
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
         self._pending.clear()

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QMenuBar, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QMenuBar, QToolButton, QWidget
 
 from ...base import theme
 from ...views.view_menus import ViewBar
@@ -49,6 +49,11 @@ class LayoutBar(Themed, QWidget):
             button.setVisible(room >= 0 or action.isChecked())
         self.updateGeometry()
 
+    @property
+    def hidden(self) -> list[QAction]:
+        """The layouts whose buttons have no room."""
+        return [action for action, button in self._buttons.items() if button.isHidden()]
+
     def sizeHint(self) -> QSize:
         shown = [button for button in self._buttons.values() if not button.isHidden()]
         return QSize(sum(map(_width, shown)), max((button.sizeHint().height() for button in shown), default=0))
@@ -83,7 +88,7 @@ def _width(button: QToolButton) -> int:
 
 
 class Header(QWidget):
-    """View controls and layouts in the corner of the menu bar, as far as there is room."""
+    """View controls and layouts in the corner of the menu bar; what has no room is in the menu of a button."""
 
     def __init__(self, menu_bar: QMenuBar, views: ViewBar, layouts: LayoutBar) -> None:
         super().__init__()
@@ -95,16 +100,42 @@ class Header(QWidget):
         row.setSpacing(_GAP)
         row.addWidget(views)
         row.addWidget(layouts)
+        row.addWidget(self._make_more())
         menu_bar.setCornerWidget(self)
         menu_bar.installEventFilter(self)
 
     def fit(self) -> None:
         """Show what there is room for beside the menus; at least half of the layouts' buttons before the views'."""
         bar = self._menu_bar
-        room = bar.width() - (bar.sizeHint().width() - self.sizeHint().width()) - _GAP
+        room = (
+            bar.width() - (bar.sizeHint().width() - self.sizeHint().width()) - 2 * _GAP - self.more.sizeHint().width()
+        )
         self._layouts.fit(room // 2)
         self._views.fit(room - self._layouts.sizeHint().width() - _GAP)
+        self.more.setVisible(bool(self._hidden))
         bar.setCornerWidget(self)  # updates its place
+
+    @property
+    def _hidden(self) -> list[QAction]:
+        return [*self._views.hidden, *self._layouts.hidden]
+
+    def _make_more(self) -> QToolButton:
+        """Make the button for what has no room."""
+        self.more = QToolButton(autoRaise=True)
+        self.more.setText("»")
+        self.more.setAccessibleName("What has no room here")
+        self.more.setToolTip("What has no room here")
+        self.more.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.more.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+        self.more.setMenu(QMenu(self.more))
+        self.more.menu().aboutToShow.connect(self._fill_more)
+        return self.more
+
+    def _fill_more(self) -> None:
+        menu = self.more.menu()
+        menu.clear()
+        menu.addActions(self._hidden)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Fit the parts to the width of the menu bar."""

@@ -134,7 +134,6 @@ class Saving(QObject):
         """Store everything to save in its current state, and return the snapshot."""
         workspace, store = self._context.workspace, self._context.recorder.store
         workspace.end_stroke()
-        self._view.remember()
         wanted = [entry for entry in workspace.entries if request.only is None or entry.id in request.only]
         stamps = {entry.document: entry.document.stamp for entry in wanted if entry.document is not None}
         for document in stamps:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,29 +15,28 @@ from ...views.layouts import LAYOUTS
 from ...views.linked_views import LinkedViews
 from ...work.refresh import Refresh
 
-_PLACE = "place"
 _LAYOUT, _CONTENTS, _SIDES = "layout", "contents", "sides"
 
 
 class ViewState(QObject):
-    """Restores the zoom position of a frame when it is shown, and returns the view state of the window."""
+    """Restores the zoom position of a frame when it is shown again, and returns the view state of the window.
+
+    Zoom positions last as long as the window: another one may have another size, so it begins with the whole frame.
+    """
 
     def __init__(self, workspace: Workspace, views: LinkedViews, refresh: Refresh) -> None:
         super().__init__(views)
         self._workspace = workspace
         self._views = views
         self._shown: Document | None = None
-        workspace.about_to_change.connect(self.remember)
+        self._places: dict[str, tuple[float, float, float] | None] = {}
+        """Key of a frame -> its last zoom position."""
+        workspace.about_to_change.connect(self._remember)
         refresh.add("place", self._show, Part.FRAME)
 
-    def remember(self) -> None:
-        """Store the zoom position in the current frame's session."""
+    def _remember(self) -> None:
         if self._workspace.has_current and self._workspace.current is self._shown:
-            place = self._views.place
-            view = {key: value for key, value in self._shown.state.view.items() if key != _PLACE}
-            if place is not None:
-                view[_PLACE] = [round(number, 4) for number in place]
-            self._shown.change(view=view)
+            self._places[self._shown.key] = self._views.place
 
     def window_state(self) -> dict[str, Any]:
         """Return layout and contents of the views as values for JSON."""
@@ -62,10 +60,6 @@ class ViewState(QObject):
         if document is self._shown:
             return
         self._shown = document
-        place = None if document is None else document.state.view.get(_PLACE)
-        if isinstance(place, list) and len(place) == 3 and all(_is_number(number) for number in place):
+        place = None if document is None else self._places.get(document.key)
+        if place is not None:
             self._views.set_place(*place)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Generic, TypeVar
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QAction,
     QActionGroup,
@@ -18,13 +18,11 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
-    QResizeEvent,
 )
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSizePolicy, QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from ...base import theme
 from ...widgets.basics import PlainLabel, Themed
-from ..colour_bar import ColourBar
 from ..view_cell import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
 from .colouring import ColourBy
@@ -242,9 +240,6 @@ class DepthClip(QWidget):
         self.slider.set_values((low - start) / (end - start), (high - start) / (end - start))
 
 
-_BAR_MARGIN = 6
-_BAR_SHARE = 0.55
-_BAR_HEIGHTS = 110, 260
 _LOOKS = {
     "home": ("ph.house", "Show the whole cloud (R, Home, double-click beside it)"),
     "front": ("ph.camera", "View along the axis of the depth camera"),
@@ -275,7 +270,7 @@ class CloudView(Themed, QWidget):
         self.clip = DepthClip()
         self.clip.hide()
         self.clip.changed.connect(self.canvas.set_depths)
-        self.bar = ColourBar(self.canvas)
+        self.bar = self.strip.bar
         self._icons: list[tuple[QAction | QToolButton, str]] = []
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -283,7 +278,6 @@ class CloudView(Themed, QWidget):
         for widget in (self._make_bar(), self.strip, self.clip):
             layout.addWidget(widget)
         layout.addWidget(self.canvas, 1)
-        self.canvas.installEventFilter(self)
         self.set_message()
         self._apply_theme()
 
@@ -340,16 +334,6 @@ class CloudView(Themed, QWidget):
         """Stop permanently before the window closes. True if the thread has ended."""
         return self.canvas.shutdown()
 
-    def eventFilter(self, watched: object, event: QEvent) -> bool:
-        """Keep the colour bar at the side of the canvas."""
-        if isinstance(event, QResizeEvent):
-            min_height, max_height = _BAR_HEIGHTS
-            room = self.canvas.height() - 2 * _BAR_MARGIN
-            self.bar.setVisible(room >= min_height)
-            self.bar.setFixedHeight(min(max(round(_BAR_SHARE * room), min_height), max_height))
-            self.bar.move(self.canvas.width() - self.bar.width() - _BAR_MARGIN, _BAR_MARGIN)
-        return False
-
     def _take_theme(self) -> None:
         self._apply_theme()
         self.colours_changed.emit()
@@ -359,7 +343,6 @@ class CloudView(Themed, QWidget):
         for item, name in self._icons:
             item.setIcon(theme.icon(name, self.palette()))
         self.strip.set_colours(colours)
-        self.bar.set_colours(colours)
 
     def _make_bar(self) -> QToolBar:
         """Create the tool bar; without room, the last items move to its extension."""

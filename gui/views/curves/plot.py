@@ -11,10 +11,8 @@ import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QFont
 
-from ilf._runtime.formatting import length_text
-
 from ...base import theme
-from .curve import FLOOR, Values
+from .curve import Values
 
 NAMED_AXIS, AXIS, _BARE = 34, 20, 6
 """Heights of the horizontal axis [px]: with name, with numbers only, and bare."""
@@ -154,7 +152,14 @@ class ConvergencePlot(pg.PlotWidget):
         """Bring values into view, with room for a line of text above and below."""
         missing = max(self._least_span - (high - low), 0.0) / 2
         room = 0.12 * (high - low) + missing or 0.5
-        self._show_range(1, *_widened(low - room, high + room))
+        below = max(room, self._text_share * (high + room - low)) if low in self.marked else room
+        self._show_range(1, *_widened(low - below, high + room))
+
+    @property
+    def _text_share(self) -> float:
+        """Height of a line of text, as a share of that of the values above it; at most as much again."""
+        line, height = 1.5 * self.fontMetrics().height(), self.getViewBox().height()
+        return min(line / max(height - line, line), 1.0)
 
     def _show_range(self, axis: int, low: float, high: float) -> None:
         if self._ranges.get(axis) != (low, high):
@@ -332,108 +337,3 @@ def text_background(colours: theme.Colours) -> QBrush:
     ground = QColor(colours.background)
     ground.setAlpha(170)
     return QBrush(ground)
-
-
-# The vertical axes of the curves: lengths on a logarithmic scale, and sums.
-
-_AXIS_WIDTH = 64
-_MIN_TICK_DISTANCE = 17  # minimum distance between the labels of a vertical axis [px]
-
-
-class LengthAxis(pg.AxisItem):
-    """Vertical axis whose values are log10 of metres and whose labels are lengths."""
-
-    def __init__(self) -> None:
-        super().__init__("left")
-        self.enableAutoSIPrefix(False)
-        self.setWidth(_AXIS_WIDTH)
-
-    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
-        """Whole decades, thinned to fit the labels; 1, 2, 5 where few decades are in view."""
-        first, last = math.ceil(minVal - 1e-9), math.floor(maxVal + 1e-9)
-        labels = max(size / _MIN_TICK_DISTANCE, 1.0)
-        decades = maxVal - minVal
-        step = max(1, math.ceil(decades / labels))
-        major = [float(power) for power in range(first, last + 1) if power % step == 0]
-        minor: list[float] = []
-        if decades * 3 <= labels and decades < 3:
-            steps = (math.log10(2), math.log10(5))
-            minor = [p + s for p in range(first - 1, last + 1) for s in steps if minVal <= p + s <= maxVal]
-        return [(float(step), major), (0.3, minor)]
-
-    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
-        return [length_text(10.0**value) for value in values]
-
-
-class SumAxis(pg.AxisItem):
-    """Vertical axis for sums of metres: plain numbers with thousands separated, no unit prefix."""
-
-    def __init__(self) -> None:
-        super().__init__("left")
-        self.enableAutoSIPrefix(False)
-        self.setWidth(_AXIS_WIDTH)
-        self.setStyle(maxTickLevel=0)
-
-    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
-        """Round values, thinned to fit the labels."""
-        labels = max(size / _MIN_TICK_DISTANCE, 1.0)
-        spacing, values = super().tickValues(minVal, maxVal, size)[0]
-        return [(spacing, values[:: math.ceil(len(values) / labels)])]
-
-    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
-        digits = max(0, -math.floor(math.log10(spacing) + 1e-9))
-        return [f"{value:.2e}" if abs(value) >= 1e7 else f"{value:,.{digits}f}" for value in values]
-
-
-# The stop criterion of Eq. (1), as lines across a plot of deviations.
-
-_LABEL = {"position": 0.02, "anchors": [(0, 1), (0, 1)], "movable": False}
-
-
-class CriterionLines:
-    """Labelled lines for the stop criteria of the shown blocks."""
-
-    def __init__(self, plot: ConvergencePlot) -> None:
-        self._plot = plot
-        self._lines: list[pg.InfiniteLine] = []
-        self._shown: list[tuple[float, str]] = []
-        self._colours: theme.Colours | None = None
-        self._font = QFont()
-
-    @property
-    def texts(self) -> list[str]:
-        """Labels of the lines."""
-        return [line.label.toPlainText() for line in self._lines if line.isVisible()]
-
-    def show(self, criteria: Sequence[tuple[float, str]]) -> None:
-        """Draw these criteria [m], each with a remark; equal ones only once."""
-        different = list(dict.fromkeys(criteria))
-        if different == self._shown:
-            return
-        self._shown = different
-        self._plot.marked = [math.log10(max(metres, FLOOR)) for metres, _ in different]
-        while len(self._lines) < len(different):
-            line = pg.InfiniteLine(angle=0, label="", labelOpts=_LABEL)
-            line.setZValue(5)  # its label stays readable over the curves
-            self._lines.append(line)
-            self._plot.addItem(line, ignoreBounds=True)
-            self._paint(line)
-        for line, place, (metres, remark) in zip(self._lines, self._plot.marked, different, strict=False):
-            line.setValue(place)
-            line.label.setFormat(f"S_criteria {length_text(metres)}{f' ({remark})' if remark else ''}")
-            line.setVisible(True)
-        for line in self._lines[len(different) :]:
-            line.setVisible(False)
-
-    def set_colours(self, colours: theme.Colours, font: QFont) -> None:
-        """Apply the theme's colours."""
-        self._colours, self._font = colours, font
-        for line in self._lines:
-            self._paint(line)
-
-    def _paint(self, line: pg.InfiniteLine) -> None:
-        if self._colours is not None:
-            line.setPen(pg.mkPen(self._colours.warning, width=1.5, style=Qt.PenStyle.DashLine))
-            line.label.setColor(self._colours.warning)
-            line.label.setFont(self._font)
-            line.label.fill = text_background(self._colours)

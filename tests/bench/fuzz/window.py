@@ -38,8 +38,9 @@ def settings(folder: Path) -> list[bytes]:
     layouts.changed["standard"] = arrangement
     layouts.put("own_1", "Mine", arrangement)
     chosen = QSettings()
+    room = window.screen().availableGeometry()
     values: dict[str, object] = {
-        "window/geometry": window.saveGeometry(),
+        f"window/geometry-{room.width()}x{room.height()}": window.saveGeometry(),
         "frames/most_open": 5,
         "export/options": json.dumps({"cloud": "ply"}),
         "export/folder": str(folder),

@@ -19,11 +19,16 @@ from gui.features.frame_list.model import FrameFilter, FrameListModel, counts, l
 from gui.features.frame_list.painter import close_box
 from gui.features.frame_list.panel import FramesPanel
 from gui.features.frame_list.thumbnails import Thumbnails
+from gui.state.document import Document
 from gui.state.entries import Entries, Entry
 from gui.state.workspace import Workspace
+from ilf.data.blocks import Blocks
+from ilf.data.frame import RGBDFrame
+from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Stage
 from ilf.project.recovery import Copied
-from ilf.project.thumbnail import thumbnail_part
+from ilf.project.thumbnail import thumbnail, thumbnail_part
+from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from tests.gui.naming import unnamed
 
@@ -279,6 +284,27 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path: Pa
     thumbnails.of(other)
     qtbot.waitUntil(lambda: not thumbnails.busy)
     assert len(thumbnails._made) == 2
+    assert thumbnails.shutdown()
+
+
+def test_a_thumbnail_looks_the_same_before_and_after_the_frame_was_opened(tmp_path: Path, qtbot: QtBot) -> None:
+    rgb = np.zeros((480, 640, 3), np.uint8)
+    rgb[:240] = 200, 60, 20
+    rgb[:, 320:, 2] = 180
+    cv2.imwrite(str(tmp_path / "rgb.png"), rgb[..., ::-1])
+    frame, labels = RGBDFrame(rgb, np.ones((480, 640), np.float32)), np.ones((480, 640), np.int32)
+    stored = thumbnail(FrameState("a1", frame, Blocks(labels)))
+    document = Document.of(Run(frame, Blocks(labels)), "origin", "key")
+    entries = [Entry.of(FrameRef(str(tmp_path / "rgb.png"), f"{name}.png")) for name in ("file", "open", "stored")]
+    entries[1].document = document
+    thumbnails = Thumbnails()
+    thumbnails.stored = lambda id: stored if id == entries[2].id else None
+    qtbot.waitUntil(lambda: None not in [thumbnails.of(entry) for entry in entries])
+    places = [(30, 30), (120, 30), (30, 90), (120, 90)]
+    of_file, *others = ([thumbnails.of(entry).toImage().pixelColor(*at) for at in places] for entry in entries)
+    for other in others:
+        for one, same in zip(of_file, other, strict=True):
+            assert max(abs(a - b) for a, b in zip(one.getRgb(), same.getRgb(), strict=True)) < 12
     assert thumbnails.shutdown()
 
 

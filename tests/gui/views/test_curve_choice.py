@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.features.curves import CurvesPresenter
+from gui.features.curves import draw_curves
 from gui.features.filter.panel import FilterPanel
 from gui.state.document import Document
 from gui.state.workspace import Workspace
@@ -29,35 +31,35 @@ def panel(qtbot: QtBot) -> CurvesPanel:
 
 
 @pytest.fixture
-def presenter(workspace: Workspace, panel: CurvesPanel) -> CurvesPresenter:
-    return CurvesPresenter(workspace, panel)
+def show(workspace: Workspace, panel: CurvesPanel) -> Callable[[], None]:
+    return lambda: draw_curves(panel, workspace.current if workspace.has_current else None)
 
 
 def test_the_chosen_blocks_are_shown_else_the_one_that_runs_else_the_longest(
-    workspace: Workspace, panel: CurvesPanel, presenter: CurvesPresenter, results: list[BlockResult]
+    workspace: Workspace, panel: CurvesPanel, show: Callable[[], None], results: list[BlockResult]
 ) -> None:
-    presenter.show()
+    show()
     assert panel.names == []
     workspace.current.store_results(results)
-    presenter.show()
+    show()
     assert panel.names == ["Block 1"]
     workspace.current.add_records(2, [IterationRecord(1, 1, 0.1, 1.0, 0.0, np.nan, 0.0)])
-    presenter.show()
+    show()
     assert panel.names == ["Block 2"]
     assert len(panel.records) == 1
     workspace.select([2, 1])
-    presenter.show()
+    show()
     assert panel.names == ["Block 2", "Block 1"]
     workspace.select([1])
-    presenter.show()
+    show()
     assert panel.names == ["Block 1"]
     workspace.show(None)
-    presenter.show()
+    show()
     assert panel.names == []
 
 
 def test_compared_runs_are_shown_beside_the_present_result(
-    workspace: Workspace, document: Document, panel: CurvesPanel, presenter: CurvesPresenter, results: list[BlockResult]
+    workspace: Workspace, document: Document, panel: CurvesPanel, show: Callable[[], None], results: list[BlockResult]
 ) -> None:
     document.store_results(results)
     workspace.select([1])
@@ -65,17 +67,17 @@ def test_compared_runs_are_shown_beside_the_present_result(
     kept = StoredRun(1, "Run 1", document.run(document.state.common), other, 1.0, (200, 0, 0))
     document.keep_run(kept)
     workspace.current.compare_runs([kept])
-    presenter.show()
+    show()
     assert panel.names == ["Block 1", "Run 1"]
     assert [curve.dashed for curve in panel._curves] == [False, True]
     assert panel.sigma_plot.lines[1].getData()[0][-1] == len(other[1].history)
     workspace.select([1, 2])
-    presenter.show()
+    show()
     assert panel.names == ["Block 1", "Block 2", "Run 1: Block 1", "Run 1: Block 2"]
 
 
 def test_the_criterion_is_that_of_the_filter_panel_for_the_block(
-    qtbot: QtBot, workspace: Workspace, document: Document, panel: CurvesPanel, presenter: CurvesPresenter
+    qtbot: QtBot, workspace: Workspace, document: Document, panel: CurvesPanel, show: Callable[[], None]
 ) -> None:
     form = FilterPanel([], [])
     qtbot.addWidget(form)
@@ -84,7 +86,7 @@ def test_the_criterion_is_that_of_the_filter_panel_for_the_block(
     workspace.parameters.set_own({"s_criteria": 0.002}, [2])
     for label, line in ((1, "S_criteria 0.5 mm"), (2, "S_criteria 2 mm (own, run used 0.5 mm)")):
         workspace.select([label])
-        presenter.show()
+        show()
         assert panel._criteria.texts == [line]
         own = document.parameters_of(label)
         form.show_parameters(own, document.state.common, [document.info(label).name])
@@ -92,8 +94,8 @@ def test_the_criterion_is_that_of_the_filter_panel_for_the_block(
     document.store_results(
         list(complete(document.frame, document.labels, QUICK.replace(s_criteria=0.002)).results.values())
     )
-    presenter.show()
+    show()
     assert panel._criteria.texts == ["S_criteria 2 mm (own)"]
     workspace.select([1, 2])
-    presenter.show()
+    show()
     assert panel._criteria.texts == ["S_criteria 0.5 mm", "S_criteria 2 mm (own)"]

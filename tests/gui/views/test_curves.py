@@ -10,12 +10,12 @@ from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from gui.features.curves import CurvesPresenter
+from gui.features.curves import draw_curves
 from gui.state.document import Document
 from gui.state.workspace import Workspace
+from gui.views.curves.axes import LengthAxis, SumAxis
 from gui.views.curves.curve import FLOOR, Curve
 from gui.views.curves.panel import EMPTY_TEXT, CurvesPanel
-from gui.views.curves.plot import LengthAxis, SumAxis
 from ilf._runtime.formatting import length_text
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
@@ -168,10 +168,13 @@ def test_a_corrected_block_has_the_error_of_its_depth(panel: CurvesPanel) -> Non
     workspace.open_document(Document.of(Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
     document = workspace.current
     (result,) = complete(frame, document.labels).results.values()
-    presenter = CurvesPresenter(workspace, panel)
+
+    def show() -> None:
+        draw_curves(panel, workspace.current if workspace.has_current else None)
+
     for correction, expected in ((("a" * 64,), "err 20 mm"), ((), "err 10 mm")):
         document.store_results([replace(result, depth=result.depth - 0.01, correction=correction)])
-        presenter.show()
+        show()
         assert expected in panel.readout.text
 
 
@@ -198,6 +201,20 @@ def test_the_criteria_are_in_view_and_say_their_values(panel):
     assert panel._criteria.texts == ["S_criteria 5 mm (own)", "S_criteria 1 mm (own)"]
     panel.show_curves([curve(linear(10))])
     assert panel._criteria.texts == []
+
+
+@pytest.mark.parametrize("height", [260, 500, 900])
+def test_the_label_of_a_criterion_is_below_its_line_and_above_no_curve(panel: CurvesPanel, height: int) -> None:
+    panel.resize(360, height)
+    panel.show_curves([curve(staged(20), s_criteria=0.0005)])
+    QApplication.processEvents()
+    (line,) = panel._criteria._lines
+    label, view = line.label.mapRectToScene(line.label.boundingRect()), panel.sigma_plot.getViewBox()
+    assert view.sceneBoundingRect().contains(label)
+    at_line = view.mapViewToScene(QPointF(1, line.value())).y()
+    assert label.center().y() > at_line
+    lowest = min(value for shown in panel.sigma_plot.lines for value in shown.getData()[1])
+    assert view.mapViewToScene(QPointF(1, lowest)).y() <= at_line, "the curve is on the other side"
 
 
 def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
@@ -332,15 +349,18 @@ def test_a_block_without_curves_says_why(panel: CurvesPanel) -> None:
     workspace = Workspace()
     workspace.open_document(Document.of(Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
     workspace.select([1])
-    presenter = CurvesPresenter(workspace, panel)
+
+    def show() -> None:
+        draw_curves(panel, workspace.current if workspace.has_current else None)
+
     panel.show()
-    presenter.show()
+    show()
     assert panel.hint == EMPTY_TEXT
     workspace.current.store_results(list(complete(frame, workspace.current.labels).results.values()))
-    presenter.show()
+    show()
     assert panel.hint == "All depth is known."
     workspace.show(None)
-    presenter.show()
+    show()
     assert panel.hint == EMPTY_TEXT
 
 

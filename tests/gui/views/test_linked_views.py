@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -616,18 +617,48 @@ def test_the_small_views_stand_where_the_pictures_become_largest(room, at_the_ri
     assert large.picture_area(4 / 3, 18) > 4 * max(place.picture_area(4 / 3, 18) for place in small)
 
 
-def test_a_colour_bar_gives_way_to_the_cursor(views):
-    view, cell = view_of(views), views.cells["depth-in"]
-    at = cell.bar.geometry().center()
-    beside = cell.bar.geometry().topLeft() - QPoint(30, 0)
+@pytest.mark.parametrize("width", [640, 1100, 2000])
+@pytest.mark.parametrize(("metres", "unit"), [((0.42, 5.3), "m"), ((1.5, 1.52), "m"), ((3.0, 280.0), "m")])
+def test_a_colour_bar_is_outside_the_picture_and_has_three_ticks_at_least(views, width, metres, unit):
+    depth = np.linspace(*metres, WIDTH * HEIGHT, dtype=np.float32).reshape(HEIGHT, WIDTH)
+    views.set_frame(np.zeros((HEIGHT, WIDTH, 3), np.uint8), depth)
+    views.resize(width, 500)
+    cell = views.cells["depth-in"]
+    assert cell.bar.isVisible()
+    assert cell.strip.rect().contains(cell.bar.geometry())
+    assert cell.strip.geometry().bottom() < cell.view.geometry().top()
+    texts = [text for text, _ in cell.bar.ticks]
+    assert len(texts) >= 3
+    assert len(set(texts)) == len(texts)
+    places = [cell.bar._label(*tick) for tick in cell.bar.ticks]
+    assert all(left.right() < right.left() for left, right in pairwise(places))
 
-    def look(point):
-        QTest.mouseMove(view.viewport(), point - cell.view.pos())
-        return cell.grab().toImage().pixelColor(at).getRgb()
 
-    over, through = look(beside), look(at)
-    assert over != through
-    assert look(beside) == over
+def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):
+    views.set_frame(np.zeros((HEIGHT, WIDTH, 3), np.uint8), np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    turns = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    corners = [(32 + 3 * math.cos(turn), 24 + 3 * math.sin(turn)) for turn in turns]
+    views.set_preview(Preview(QPainterPath(), corners))
+
+    def sizes():
+        """Side of a handle, and the distance to the next one, on the screen."""
+        view = view_of(views)
+        image = view.viewport().grab().toImage()
+        centre = view.viewportTransform().map(QPointF(*corners[3]))
+        row = [image.pixelColor(x, round(centre.y())) for x in range(image.width())]
+        yellow = [x for x, colour in enumerate(row) if colour.red() > 180 > colour.blue()]
+        near = [x for x in yellow if abs(x - centre.x()) < 8]
+        return len(near), math.dist(corners[3], corners[4]) * view.transform().m11()
+
+    found = []
+    for box in ((slice(0, 48), slice(0, 64)), (slice(17, 31), slice(23, 41)), (slice(20, 28), slice(28, 36))):
+        views.zoom_to(*box)
+        found.append(sizes())
+    sides, distances = zip(*found, strict=True)
+    assert all(2 <= side <= 9 for side in sides)
+    assert all(2 * side < distance for side, distance in found)
+    assert sides[0] < sides[1] == sides[2]
+    assert distances[0] < distances[1] < distances[2]
 
 
 def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):

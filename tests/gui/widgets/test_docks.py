@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import QRect, QSettings, QSize, Qt
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget
 from pytestqt.qtbot import QtBot
@@ -36,7 +36,9 @@ def test_a_window_is_moved_into_the_room_and_made_no_larger(window: QRect, room:
 
 
 def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot: QtBot) -> None:
-    for key in ("window/geometry", "frames/most_open", "layouts/own", "theme"):
+    screen = QGuiApplication.primaryScreen().availableGeometry()
+    place = f"window/geometry-{screen.width()}x{screen.height()}"
+    for key in (place, "frames/most_open", "layouts/own", "theme"):
         QSettings().setValue(key, "damaged" if key != "layouts/own" else "[" * 10**5)
     window = MainWindow()
     qtbot.addWidget(window)
@@ -54,20 +56,30 @@ def test_the_first_window_fits_the_screen(qtbot: QtBot, monkeypatch: pytest.Monk
     assert window.geometry().bottom() < room.height()
 
 
-def test_a_restored_window_fits_a_smaller_screen(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    room = [QRect(0, 0, 1920, 1080)]
+def test_each_screen_keeps_its_own_size_of_the_window(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+    large, small = QRect(0, 0, 800, 800), QRect(0, 0, 800, 610)
+    room = [large]
     monkeypatch.setattr(docks, "available_geometry", lambda _: room[0])
-    first = MainWindow()
-    first.setGeometry(50, 60, 1300, 850)
-    qtbot.addWidget(first)
-    first.show()
-    qtbot.waitExposed(first)
+
+    def opened() -> MainWindow:
+        window = MainWindow()
+        qtbot.addWidget(window)
+        window.show()
+        qtbot.waitExposed(window)
+        return window
+
+    first = opened()
+    first.setGeometry(5, 45, 790, 720)
     first.close()
-    assert QSettings().value("window/geometry") is not None
-    room[0] = QRect(0, 0, 1066, 666)
-    second = MainWindow()
-    qtbot.addWidget(second)
-    assert QRect(0, 0, 1066, 666).contains(second.geometry())
+    room[0] = small
+    second = opened()
+    assert small.contains(second.geometry())
+    second.setGeometry(0, 45, 780, 560)
+    second.close()
+    for room[0], size in ((large, QSize(790, 720)), (small, QSize(780, 560))):
+        again = opened()
+        assert again.size() == size
+        again.close()
 
 
 def test_the_panels_let_the_window_become_small(qtbot: QtBot) -> None:
@@ -90,6 +102,16 @@ def shown(qtbot: QtBot) -> MainWindow:
     window.show()
     qtbot.waitExposed(window)
     return window
+
+
+def test_panels_stand_by_group_in_whatever_order_they_were_added(shown: MainWindow, qtbot: QtBot) -> None:
+    for title in ("Convergence", "Blocks", "Parameters"):
+        shown.panels.reveal(title)
+    qtbot.wait(20)
+    docks_ = {dock.windowTitle(): dock for dock in shown.findChildren(QDockWidget) if dock.isVisible()}
+    tops = [docks_[title].geometry().top() for title in ("Blocks", "Parameters", "Convergence")]
+    assert tops == sorted(tops)
+    assert len(set(tops)) == 3
 
 
 def _click(window: MainWindow, title: str) -> None:

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from PySide6.QtCore import QEvent, QPointF, QRect, Qt
-from PySide6.QtGui import QAction, QEnterEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QAction, QEnterEvent, QHelpEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gui.widgets.notices import MAX_NOTES, LogPanel, Notes, Toast, Toasts
+from gui.widgets.log_panel import LogPanel
+from gui.widgets.notices import Notes
+from gui.widgets.toasts import MAX_TOASTS, Toast, Toasts
 
 
 @pytest.fixture
@@ -28,7 +30,8 @@ def window(qtbot: QtBot) -> QMainWindow:
 
 @pytest.fixture
 def toasts(window: QMainWindow) -> Iterator[Toasts]:
-    toasts = Toasts(window, (window.centralWidget(),))
+    toasts = Toasts(window)
+    window.statusBar().setFixedHeight(28)
     yield toasts
     toasts.clear()
 
@@ -50,29 +53,37 @@ def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(
     assert toasts.message == "3 blocks in 22 ms"
 
 
-def test_they_stack_in_the_corner_and_take_no_focus(window: QMainWindow, toasts: Toasts) -> None:
-    field = window.centralWidget()
+def test_the_newest_is_in_the_status_bar_beside_the_work(window: QMainWindow, toasts: Toasts) -> None:
+    field, bar = window.centralWidget(), window.statusBar()
     field.setFocus()
+    before = field.geometry()
     for message in ("one", "two", "three of them " * 20, "one", "four"):
         toasts.show_message(message, 10_000)
     assert [toast.message[:5] for toast in toasts.shown] == ["three", "one", "four"]
-    assert len(toasts.shown) == MAX_NOTES
-    room = QRect(field.mapTo(window, field.rect().topLeft()), field.size())
-    boxes = [toast.geometry() for toast in toasts.shown]
-    assert all(room.contains(box) for box in boxes)
-    assert boxes[0].bottom() < boxes[1].top() < boxes[1].bottom() < boxes[2].top()
-    assert boxes[0].height() > 2 * boxes[1].height(), "what is long is wrapped"
-    QTest.mouseClick(toasts.shown[1].close_button, Qt.MouseButton.LeftButton)
-    assert toasts.message == "four"
-    assert len(toasts.shown) == 2
+    assert len(toasts.shown) == MAX_TOASTS
+    assert [toast.isVisible() for toast in toasts.shown] == [False, False, True]
+    for left in ("one", "three"):
+        QTest.mouseClick(toasts.shown[-1].close_button, Qt.MouseButton.LeftButton)
+        assert toasts.message.startswith(left)
+        QApplication.processEvents()
+        (toast,) = (toast for toast in toasts.shown if toast.isVisible())
+        assert bar.rect().contains(toast.geometry())
+        assert toast.width() < 0.7 * bar.width(), "the hint keeps its place"
+    assert field.geometry() == before, "pictures do not move"
     assert QApplication.focusWidget() is field
 
 
-def test_what_fits_on_a_line_takes_one(toasts: Toasts) -> None:
-    for message in ("Saved", "Saved to the folder of the frame", "Exported 12 files to /home/me/room"):
-        toasts.show_message(message, 10_000)
-    word, sentence, path = (toast.height() for toast in toasts.shown)
-    assert word == sentence == path
+@pytest.mark.parametrize(("text", "shown"), [("Saved", False), ("Exported 9 files to /home/me/room " * 9, True)])
+def test_what_is_cut_is_a_tool_tip(
+    window: QMainWindow, toasts: Toasts, monkeypatch: pytest.MonkeyPatch, text: str, shown: bool
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr("gui.widgets.basics.QToolTip.showText", lambda at, text, widget: said.append(text))
+    toasts.show_message(text, 10_000)
+    QApplication.processEvents()
+    label = toasts.shown[-1].label
+    QApplication.sendEvent(label, QHelpEvent(QEvent.Type.ToolTip, QPoint(3, 3), label.mapToGlobal(QPoint(3, 3))))
+    assert said == [text if shown else ""]
 
 
 def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
@@ -81,7 +92,7 @@ def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
 
 
 def test_one_stays_while_the_pointer_is_on_it(toasts: Toasts, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gui.widgets.notices._MIN_STAY_MS", 50)
+    monkeypatch.setattr("gui.widgets.toasts._MIN_STAY_MS", 50)
     toasts.show_message("read me", 30)
     (toast,) = toasts.shown
     QApplication.sendEvent(toast, _over(toast, QEnterEvent))

@@ -1,0 +1,58 @@
+"""The vertical axes of the curves: lengths on a logarithmic scale, and sums."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import pyqtgraph as pg
+
+from ilf._runtime.formatting import length_text
+
+_AXIS_WIDTH = 64
+_MIN_TICK_DISTANCE = 17  # minimum distance between the labels of a vertical axis [px]
+
+
+class LengthAxis(pg.AxisItem):
+    """Vertical axis whose values are log10 of metres and whose labels are lengths."""
+
+    def __init__(self) -> None:
+        super().__init__("left")
+        self.enableAutoSIPrefix(False)
+        self.setWidth(_AXIS_WIDTH)
+
+    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
+        """Whole decades, thinned to fit the labels; 1, 2, 5 where few decades are in view."""
+        first, last = math.ceil(minVal - 1e-9), math.floor(maxVal + 1e-9)
+        labels = max(size / _MIN_TICK_DISTANCE, 1.0)
+        decades = maxVal - minVal
+        step = max(1, math.ceil(decades / labels))
+        major = [float(power) for power in range(first, last + 1) if power % step == 0]
+        minor: list[float] = []
+        if decades * 3 <= labels and decades < 3:
+            steps = (math.log10(2), math.log10(5))
+            minor = [p + s for p in range(first - 1, last + 1) for s in steps if minVal <= p + s <= maxVal]
+        return [(float(step), major), (0.3, minor)]
+
+    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
+        return [length_text(10.0**value) for value in values]
+
+
+class SumAxis(pg.AxisItem):
+    """Vertical axis for sums of metres: plain numbers with thousands separated, no unit prefix."""
+
+    def __init__(self) -> None:
+        super().__init__("left")
+        self.enableAutoSIPrefix(False)
+        self.setWidth(_AXIS_WIDTH)
+        self.setStyle(maxTickLevel=0)
+
+    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
+        """Round values, thinned to fit the labels."""
+        labels = max(size / _MIN_TICK_DISTANCE, 1.0)
+        spacing, values = super().tickValues(minVal, maxVal, size)[0]
+        return [(spacing, values[:: math.ceil(len(values) / labels)])]
+
+    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
+        digits = max(0, -math.floor(math.log10(spacing) + 1e-9))
+        return [f"{value:.2e}" if abs(value) >= 1e7 else f"{value:,.{digits}f}" for value in values]

@@ -1,0 +1,116 @@
+"""A slider over the iterations of the last run: the views show the depth at the slider's iteration."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QFont, QKeyEvent
+from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton, QWidget
+
+from ...base import theme
+from ...widgets.basics import PlainLabel, Themed
+
+
+class ScrubBar(Themed, QWidget):
+    """Slider over iterations, its position as text, and a button to its right end, the current depth.
+
+    Signals
+    -------
+    moved(int)
+        The user moved to an iteration; the last one is the current depth.
+    """
+
+    moved = Signal(int)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._slider = _Slider(Qt.Orientation.Horizontal)
+        self._slider.setAccessibleName("Iteration shown")
+        self._slider.valueChanged.connect(self._report_position)
+        self._text = PlainLabel()
+        font = QFont(self.font())
+        font.setFeature(QFont.Tag("tnum"), 1)
+        self._text.setFont(font)
+        self._end = QToolButton(autoRaise=True)
+        self._end.setAccessibleName("Go to the last iteration")
+        self._end.setToolTip("Go to the last iteration, the current depth (Esc or End)")
+        self._end.clicked.connect(self.go_to_end)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(8, 0, 0, 2)
+        layout.setSpacing(4)
+        layout.addWidget(self._slider, 1)
+        layout.addWidget(self._text)
+        layout.addWidget(self._end)
+        self.set_range(0)
+        self._take_theme()
+
+    @property
+    def position(self) -> int:
+        """Iteration at the slider."""
+        return self._slider.value()
+
+    @property
+    def last(self) -> int:
+        """The last iteration; 0 if there are none."""
+        return self._slider.maximum() if self._slider.isEnabled() else 0
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the slider is at its end, the current depth."""
+        return self._slider.value() == self._slider.maximum()
+
+    def set_range(self, last: int) -> None:
+        """Set the range to iterations 1 to `last`, without a signal. A slider at its end stays there."""
+        was_at_end = self.at_end
+        with QSignalBlocker(self._slider):
+            self._slider.setRange(1, max(last, 1))
+            if was_at_end or last <= 1:
+                self._slider.setValue(self._slider.maximum())
+        self._slider.setPageStep(max(last // 10, 1))
+        self._slider.setEnabled(last > 1)
+        widest = f"i {last or 1} of {last or 1}"
+        self._text.setMinimumWidth(self._text.fontMetrics().horizontalAdvance(widest))
+        self._show()
+
+    def set_hint(self, text: str) -> None:
+        """Set the slider's tooltip."""
+        self._slider.setToolTip(text)
+
+    def go_to_end(self) -> None:
+        """Go to the end, the current depth."""
+        self._slider.setValue(self._slider.maximum())
+
+    def _report_position(self, position: int) -> None:
+        self._show()
+        self.moved.emit(position)
+
+    def _show(self) -> None:
+        self._text.setText("current" if self.at_end else f"i {self.position} of {self._slider.maximum()}")
+        self._text.setEnabled(self._slider.isEnabled())
+        self._end.setEnabled(not self.at_end)
+
+    def _take_theme(self) -> None:
+        self._end.setIcon(theme.icon("ph.skip-forward", self.palette()))
+
+
+class _Slider(QSlider):
+    """Slider that also goes to its end on Escape."""
+
+    def __init__(self, orientation: Qt.Orientation) -> None:
+        super().__init__(orientation)
+        self.setMinimumWidth(60)
+
+    def event(self, event: QEvent) -> bool:
+        """Reserve Escape for the slider while it is not at its end."""
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and self._escapes(event):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if self._escapes(event):
+            self.setValue(self.maximum())
+        else:
+            super().keyPressEvent(event)
+
+    def _escapes(self, event: QKeyEvent) -> bool:
+        return event.key() == Qt.Key.Key_Escape and self.value() < self.maximum()

@@ -1,0 +1,59 @@
+"""The log: messages with the time of day."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QToolButton, QVBoxLayout, QWidget
+
+MAXIMUM_LINES = 2000
+
+
+class LogPanel(QWidget):
+    """The log: messages in order of time, which can be selected, copied and cleared."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.text = QPlainTextEdit()
+        self.text.setReadOnly(True)
+        self.text.setMaximumBlockCount(MAXIMUM_LINES)
+        self.text.setFrameShape(QPlainTextEdit.Shape.NoFrame)
+        self.text.setPlaceholderText("Messages appear here.")
+        self.text.setAccessibleName("Log")
+        self.copy_button = _button("Copy", "Copy the log, or the selected part of it")
+        self.copy_button.clicked.connect(self.copy)
+        self.clear_button = _button("Clear", "Clear the log")
+        self.clear_button.clicked.connect(self.text.clear)
+        buttons = QVBoxLayout()
+        buttons.setContentsMargins(4, 4, 4, 4)
+        buttons.setSpacing(2)
+        for button in (self.copy_button, self.clear_button):
+            buttons.addWidget(button)
+        buttons.addStretch(1)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.text, 1)
+        row.addLayout(buttons)
+        self.setFocusProxy(self.text)
+
+    def add(self, message: str) -> None:
+        """Append a message."""
+        self.text.appendPlainText(f"{datetime.now():%H:%M:%S}  {message}")
+
+    def copy(self) -> None:
+        """Copy the selected text, or all, to the clipboard."""
+        cursor = self.text.textCursor()
+        chosen = cursor.selection().toPlainText() if cursor.hasSelection() else self.text.toPlainText()
+        QGuiApplication.clipboard().setText(chosen)
+
+
+def _button(text: str, hint: str) -> QToolButton:
+    button = QToolButton()
+    button.setText(text)
+    button.setToolTip(hint)
+    button.setAutoRaise(True)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button

@@ -1,0 +1,220 @@
+"""Both themes can be read by everybody: contrasts as WCAG 2 asks, and colours that colour-blind people tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import combinations
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QColor, QImage, QPalette
+from PySide6.QtWidgets import (
+    QApplication,
+    QCheckBox,
+    QComboBox,
+    QDoubleSpinBox,
+    QGroupBox,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QMenu,
+    QProgressBar,
+    QPushButton,
+    QTabWidget,
+    QToolButton,
+    QTreeWidget,
+    QWidget,
+)
+from pytestqt.qtbot import QtBot
+
+from gui.base import theme
+from gui.widgets.basics import Message, Themed
+
+TEXT, LINE = 4.5, 3.0
+APART = 20.0
+"""Distance in CIELAB of colours that are told apart without a legend beside them."""
+
+# severe protanopia and deuteranopia, on linear RGB (Machado, Oliveira and Fernandes 2009)
+SEEN_BY = {
+    "everybody": np.eye(3),
+    "protanopia": np.array(
+        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
+    ),
+    "deuteranopia": np.array(
+        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+    ),
+}
+XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def lab(colour: QColor, eye: str) -> np.ndarray:
+    sent = np.array([colour.redF(), colour.greenF(), colour.blueF()])
+    linear = np.where(sent <= 0.04045, sent / 12.92, ((sent + 0.055) / 1.055) ** 2.4)
+    xyz = XYZ @ np.clip(SEEN_BY[eye] @ linear, 0, 1) / (0.9505, 1.0, 1.089)
+    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def _apart(one: QColor, other: QColor, eye: str) -> float:
+    return float(np.linalg.norm(lab(one, eye) - lab(other, eye)))
+
+
+@pytest.fixture(autouse=True)
+def _as_before(qapp: QApplication) -> Iterator[None]:
+    before = qapp.palette(), qapp.styleSheet()
+    yield
+    qapp.setPalette(before[0])
+    qapp.setStyleSheet(before[1])
+
+
+@pytest.fixture(params=["light", "dark"])
+def palette(request: pytest.FixtureRequest, qapp: QApplication) -> QPalette:
+    theme.apply_theme(qapp, request.param)
+    return qapp.palette()
+
+
+def test_texts_and_lines_stand_out_on_every_ground(palette: QPalette) -> None:
+    colours = theme.colours(palette)
+    grounds = [palette.color(role) for role in (palette.ColorRole.Window, palette.ColorRole.Base)]
+    grounds.append(palette.color(palette.ColorRole.Button))
+    texts = (colours.text, colours.muted, colours.accent, colours.warning, colours.error, colours.good)
+    for ground in grounds:
+        assert min(theme.contrast(text, ground) for text in texts) >= TEXT
+        assert theme.contrast(colours.grid, ground) >= LINE
+    for line in colours.series:  # they also name the curves in their colours
+        assert theme.contrast(line, colours.background) >= TEXT
+    chosen = palette.highlightedText().color(), palette.highlight().color()
+    assert theme.contrast(*chosen) >= TEXT
+
+
+@pytest.mark.parametrize("eye", SEEN_BY)
+def test_good_and_worse_and_the_lines_of_a_plot_are_told_apart(palette: QPalette, eye: str) -> None:
+    colours = theme.colours(palette)
+    for worse in (colours.warning, colours.error):
+        assert _apart(colours.good, worse, eye) >= APART
+    for one, other in combinations(colours.series, 2):
+        assert _apart(one, other, eye) >= APART
+
+
+def _tree() -> QTreeWidget:
+    tree = QTreeWidget()
+    tree.setHeaderLabels(["Missing"])
+    tree.setFixedHeight(tree.header().sizeHint().height())
+    return tree
+
+
+def _chosen_row() -> QListWidget:
+    rows = QListWidget()
+    rows.addItem("room")
+    rows.setCurrentRow(0)
+    rows.setFixedSize(80, rows.sizeHintForRow(0) + 2)
+    return rows
+
+
+def _placeholder() -> QLineEdit:
+    line = QLineEdit()
+    line.setPlaceholderText("Name")
+    return line
+
+
+def _message(tone: str) -> Callable[[], Message]:
+    def make() -> Message:
+        message = Message()
+        message.show_message("14 blocks", tone)
+        return message
+
+    return make
+
+
+def _bar() -> QProgressBar:
+    bar = QProgressBar()
+    bar.setValue(100)
+    return bar
+
+
+def _tool_button() -> QToolButton:
+    button = QToolButton()
+    button.setText("Run")
+    return button
+
+
+def _combo() -> QComboBox:
+    combo = QComboBox()
+    combo.addItem("fill")
+    return combo
+
+
+def _menu() -> QMenu:
+    menu = QMenu()
+    menu.addAction("Open")
+    return menu
+
+
+WIDGETS: dict[str, Callable[[], QWidget]] = {
+    "label": lambda: QLabel("Smoothness"),
+    "check box": lambda: QCheckBox("Learned correction"),
+    "button": lambda: QPushButton("Export"),
+    "tool button": _tool_button,
+    "list of choices": _combo,
+    "number": QDoubleSpinBox,
+    "group": lambda: QGroupBox("Depth"),
+    "placeholder": _placeholder,
+    "header": _tree,
+    "chosen row": _chosen_row,
+    "progress": _bar,
+    "menu": _menu,
+    **{f"message, {tone}": _message(tone) for tone in ("muted", "warning", "error", "good")},
+}
+
+
+def _drawn(widget: QWidget, qtbot: QtBot) -> QImage:
+    qtbot.addWidget(widget)
+    widget.adjustSize()
+    widget.show()
+    return widget.grab().toImage()
+
+
+@pytest.mark.parametrize("make", WIDGETS.values(), ids=WIDGETS.keys())
+def test_drawn_texts_stand_out(palette: QPalette, qtbot: QtBot, make: Callable[[], QWidget]) -> None:
+    image = _drawn(make(), qtbot)
+    colours = [image.pixelColor(x, y) for x in range(2, image.width() - 2) for y in range(2, image.height() - 2)]
+    names = [colour.name() for colour in colours]
+    ground = QColor(max(set(names), key=names.count))
+    assert max(theme.contrast(QColor(name), ground) for name in set(names)) >= TEXT
+
+
+def test_the_line_under_tabs_is_a_line_of_the_theme(palette: QPalette, qtbot: QtBot) -> None:
+    tabs = QTabWidget()
+    tabs.setDocumentMode(True)
+    for title in ("Filter", "Extraction"):
+        tabs.addTab(QLabel(title), title)
+    tabs.setFixedWidth(400)
+    image, window = _drawn(tabs, qtbot), palette.window().color()
+    right = [image.pixelColor(390, y) for y in range(image.height())]
+    assert max(theme.contrast(colour, window) for colour in right) < LINE, "no white line in the dark"
+
+
+def test_what_is_hidden_takes_the_theme_when_it_is_shown(qapp: QApplication, qtbot: QtBot) -> None:
+    class Probe(Themed, QWidget):
+        taken = 0
+
+        def _take_theme(self) -> None:
+            self.taken += 1
+
+    theme.apply_theme(qapp, "light")
+    probe = Probe()
+    qtbot.addWidget(probe)
+    probe.show()
+    theme.apply_theme(qapp, "dark")
+    qapp.processEvents()
+    taken = probe.taken
+    assert taken > 0
+    probe.hide()
+    theme.apply_theme(qapp, "light")
+    qapp.processEvents()
+    assert probe.taken == taken
+    probe.show()
+    assert probe.taken == taken + 1
+    probe.hide()
+    probe.show()
+    assert probe.taken == taken + 1

@@ -1,0 +1,61 @@
+"""Colour tables that everybody can read: equal steps of depth look equal, with all kinds of colour vision."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QApplication
+
+from gui.base import theme
+from gui.views.colours import DEPTH_MAP, DEPTH_MAPS, depth_table, difference_table, error_table, strength_table
+from gui.views.scene_items import blend
+
+from ..base.test_theme import APART, SEEN_BY, lab
+
+SEQUENTIAL = {name: depth_table(name) for name in DEPTH_MAPS if name != "turbo"} | {
+    "error": error_table(),
+    "strength": strength_table(),
+}
+
+
+def _seen(table: np.ndarray, eye: str, step: int = 16) -> np.ndarray:
+    return np.array([lab(QColor(*map(int, entry[:3])), eye) for entry in table[1::step]])
+
+
+@pytest.mark.parametrize("eye", SEEN_BY)
+@pytest.mark.parametrize("name", SEQUENTIAL)
+def test_what_is_farther_or_larger_is_brighter_for_everybody(name: str, eye: str) -> None:
+    lightness = _seen(SEQUENTIAL[name], eye)[:, 0]
+    assert (np.diff(lightness) > 0).all()
+    assert lightness[-1] - lightness[0] > 50
+
+
+def test_the_default_has_equal_steps_and_turbo_stays_a_choice() -> None:
+    steps = {
+        name: np.linalg.norm(np.diff(_seen(depth_table(name), "everybody"), axis=0), axis=1)
+        for name in (DEPTH_MAP, "turbo")
+    }
+    assert steps[DEPTH_MAP].max() < 2.5 * steps[DEPTH_MAP].min()
+    assert steps["turbo"].max() > 2.5 * steps["turbo"].min()
+
+
+@pytest.mark.parametrize("eye", SEEN_BY)
+@pytest.mark.parametrize("dark", [False, True])
+def test_both_signs_of_a_difference_are_told_apart(dark: bool, eye: str) -> None:
+    ends = _seen(difference_table(dark), eye, step=254)
+    assert np.linalg.norm(ends[0] - ends[1]) > 2 * APART
+
+
+@pytest.mark.parametrize("eye", SEEN_BY)
+@pytest.mark.parametrize("name", ["light", "dark"])
+def test_depth_in_only_one_of_two_is_told_apart(qapp: QApplication, name: str, eye: str) -> None:
+    before = qapp.palette(), qapp.styleSheet()
+    try:
+        theme.apply_theme(qapp, name)
+        colours = theme.colours(qapp.palette())
+    finally:
+        qapp.setPalette(before[0])
+        qapp.setStyleSheet(before[1])
+    first, second = (blend(colours.background, only, 0.55) for only in (colours.good, colours.warning))
+    assert np.linalg.norm(lab(first, eye) - lab(second, eye)) >= APART / 2
