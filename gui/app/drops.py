@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from ilf._runtime.formatting import counted
 
 from ..base import theme
+from ..widgets.basics import TAKES_FILES
 
 _COPY = Qt.DropAction.CopyAction
 _BORDER = 4
@@ -85,7 +86,7 @@ class FileDrops(QWidget):
             return False
         if not watched.isWidgetType():
             for widget in QApplication.allWidgets():
-                if widget.acceptDrops() and widget is not self._window:
+                if widget.acceptDrops() and widget is not self._window and not widget.property(TAKES_FILES):
                     widget.installEventFilter(self)
             return False
         if not event.mimeData().hasUrls():

@@ -12,6 +12,7 @@ from ..base.commands import Actions
 from ..features.about import WindowFeature
 from ..features.accuracy.block_errors import BlockErrorsFeature
 from ..features.accuracy.panel import AccuracyPanel
+from ..features.additional_depth import AdditionalDepthPanel
 from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
 from ..features.colour_range import ColourRangeFeature
@@ -24,12 +25,10 @@ from ..features.edit_summary import EditSummaryFeature
 from ..features.extraction.feature import ExtractionFeature
 from ..features.filter.feature import FilterFeature
 from ..features.frame_list.feature import FramesFeature
-from ..features.guide import GuideFeature
 from ..features.history import HistoryFeature
 from ..features.inspect.panel import InspectPanel
 from ..features.layouts.feature import LayoutsFeature
 from ..features.menus import ToolBar, fill_menu_bar
-from ..features.neighbours import NeighboursFeature
 from ..features.on_use import OnUseFeature
 from ..features.presets import PresetsFeature
 from ..features.project.autosave import AutosaveFeature
@@ -91,8 +90,7 @@ _FURTHER: tuple[type[Feature], ...] = (
     OnUseFeature,
     AccuracyPanel,
     BlockErrorsFeature,
-    GuideFeature,
-    NeighboursFeature,
+    AdditionalDepthPanel,
     InspectPanel,
     CompareFeature,
     ColourRangeFeature,

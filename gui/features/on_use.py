@@ -15,11 +15,9 @@ from .filter.feature import FilterFeature
 from .menus import insert_menu
 
 if TYPE_CHECKING:
-    from .batch.feature import BatchFeature
-    from .export_all import ExportAllFeature
+    from .export.feature import ExportFeature
     from .live import LiveFeature
     from .palette.palette import PaletteFeature
-    from .report.feature import ReportFeature
     from .sweep.feature import SweepFeature
 
 _PLAY = "play_recording", "play_folder", "play_camera"
@@ -44,12 +42,21 @@ class OnUseFeature(Feature):
                     needs=Need.FRAME,
                 ),
                 Command(
+                    "export",
+                    "&Export…",
+                    "Write completed depth, blocks, curves, point cloud and run.json",
+                    icon="ph.export",
+                    keys="Ctrl+E",
+                    handler=lambda: self._export().ask(),
+                    needs=Need.FRAME,
+                ),
+                Command(
                     "report",
                     "&Report…",
                     "Write a page on this frame or all frames, as HTML or PDF: "
                     "pictures, blocks, parameters, curves, errors",
                     icon="ph.file-text",
-                    handler=lambda: self._report().ask(),
+                    handler=lambda: self._export().ask(only_report=True),
                     needs=Need.FRAME,
                 ),
                 Command(
@@ -57,7 +64,7 @@ class OnUseFeature(Feature):
                     "&Batch…",
                     "Complete many frames of the list from their files, in the background, each into its own folder",
                     icon="ph.film-strip",
-                    handler=lambda: self._batch().ask(),
+                    handler=lambda: self._export().ask("all", from_files=True),
                     needs=Need.LISTED,
                 ),
                 Command(
@@ -66,7 +73,7 @@ class OnUseFeature(Feature):
                     "Write the results of all frames of the list, of those worked on, or of those marked as done",
                     icon="ph.export",
                     keys="Ctrl+Alt+E",
-                    handler=lambda: self._export_all().ask(),
+                    handler=lambda: self._export().ask("all"),
                     needs=Need.FRAME,
                 ),
                 Command(
@@ -115,20 +122,10 @@ class OnUseFeature(Feature):
 
         return self.context.feature(SweepFeature)
 
-    def _report(self) -> ReportFeature:
-        from .report.feature import ReportFeature
+    def _export(self) -> ExportFeature:
+        from .export.feature import ExportFeature
 
-        return self.context.feature(ReportFeature)
-
-    def _batch(self) -> BatchFeature:
-        from .batch.feature import BatchFeature
-
-        return self.context.feature(BatchFeature)
-
-    def _export_all(self) -> ExportAllFeature:
-        from .export_all import ExportAllFeature
-
-        return self.context.feature(ExportAllFeature)
+        return self.context.feature(ExportFeature)
 
     def _live(self) -> LiveFeature:
         from .live import LiveFeature

@@ -24,6 +24,9 @@ from PySide6.QtWidgets import (
 
 from ..base import theme
 
+TAKES_FILES = "takes_files"
+"""The property of a dialog on which files can be dropped; all others leave them to the window."""
+
 # Plain text from outside the program: Qt would treat text that looks like HTML as rich text.
 
 

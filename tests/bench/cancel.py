@@ -25,7 +25,7 @@ import numpy as np
 from PySide6.QtCore import QCoreApplication
 
 import ilf
-from gui.features.report.feature import write_steps
+from gui.features.export.jobs import report_file_steps
 from gui.work.jobs import Worker
 from ilf._runtime.cancellation import cancellable_items, set_cancel_events
 from ilf.completion.confidence.expected_error import expected_error
@@ -201,7 +201,7 @@ def _report(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion
 
     def work() -> None:
         with tempfile.TemporaryDirectory() as folder:
-            for _ in cancellable_items(write_steps(Path(folder, "report.html"), [subject], 1, ReportOptions())):
+            for _ in cancellable_items(report_file_steps(Path(folder, "report.html"), [subject], 1, ReportOptions())):
                 pass
 
     return work

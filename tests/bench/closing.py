@@ -29,7 +29,8 @@ from PySide6.QtWidgets import QApplication
 from gui.app.error_reporter import exit_soon
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.features.batch.feature import BatchFeature
+from gui.features.export.dialog import ALL, Export
+from gui.features.export.feature import ExportFeature
 from ilf.run.options import ExportOptions
 
 from .samples import size_of, write_sample
@@ -65,18 +66,16 @@ def _export(window: MainWindow, folder: Path) -> Over:
     wait(_run(window, folder))
     for options in (_OLDER, _NEWER):
         wait(lambda: not window.documents.exporting)
-        window.documents.export(folder / "out", options)
+        window.feature(ExportFeature).start(Export(folder / "out", options))
     return lambda: not window.documents.exporting
 
 
 def _batch(window: MainWindow, folder: Path) -> Over:
     open_frame(window, folder / "frame")
-    part = window.feature(BatchFeature)
+    part = window.feature(ExportFeature)
     # in the same folder no work would be left
-    part.dialog.folder.setText(str(folder / f"batch-{time.time_ns()}"))
-    part.dialog.jobs.setValue(2)
-    part.ask()
-    part.start()
+    place = folder / f"batch-{time.time_ns()}"
+    part.start(Export(place, ExportOptions(), ALL, from_files=True, jobs=2))
     return lambda: not part.worker.busy
 
 

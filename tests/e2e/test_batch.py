@@ -7,20 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QPushButton
+from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
-from gui.features.batch.feature import BatchFeature, batch_steps
+from gui.features.export.feature import ExportFeature
+from gui.features.export.jobs import batch_steps
 from gui.work.jobs import Pace
 from ilf._runtime.cancellation import cancelled_by
-from ilf.batch.batch import Batch, open_batch
-from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.batch.batch import open_batch
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.pictures import write_contact_sheet
 from ilf.batch.settings import BatchSettings
 from ilf.errors import Cancelled
+from ilf.project.exporting import ExportedFrame, ExportStatus
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
@@ -30,9 +31,11 @@ from tests.ilf.batch_frames import work_in_this_process, write_frames
 
 from .conftest import WAIT_MS
 
+_STATUS = "written", "unchanged", "failed"
+
 
 @pytest.fixture
-def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> BatchFeature:
+def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> ExportFeature:
     """The window with three frames in its list, of which the second is damaged."""
     source = write_frames(tmp_path / "in", 3)
     (source / "depth" / "0001.png").write_bytes(b"no image")
@@ -40,16 +43,22 @@ def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> BatchFeature:
         window.documents.open_source(FrameRef(str(source)))
     qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
     window.workspace.parameters.set(window.workspace.parameters.current.replace(correction=False, max_iterations=5))
-    return window.feature(BatchFeature)
+    return window.feature(ExportFeature)
 
 
-def _done(part: BatchFeature, qtbot: QtBot) -> str:
+def _done(part: ExportFeature, qtbot: QtBot) -> str:
     qtbot.waitUntil(lambda: not part.worker.busy, timeout=WAIT_MS)
-    return part.dialog.state.text().replace("\u200b", "")
+    return part.dialog.message.text().replace("\u200b", "")
 
 
-def _rows(part: BatchFeature) -> dict[str, str]:
-    return {row.frame: row.status.value for row in part.dialog.table.outcomes.rows}
+def _rows(part: ExportFeature) -> dict[str, str]:
+    rows = [part.dialog.results.topLevelItem(number) for number in range(part.dialog.results.topLevelItemCount())]
+    return {row.text(0): row.text(1) for row in rows}
+
+
+def _open_row(part: ExportFeature, frame: str) -> None:
+    (row,) = part.dialog.results.findItems(frame, Qt.MatchFlag.MatchExactly)
+    part.dialog.results.itemActivated.emit(row, 0)
 
 
 def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path, monkeypatch):
@@ -57,20 +66,20 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     window.actions_["batch"].trigger()
     dialog, out = part.dialog, tmp_path / "done"
     assert not list(unnamed(dialog))
-    assert dialog.scope.itemText(0).endswith(": 3")
-    assert not dialog.start_button.isEnabled()
-    dialog.folder.setText(str(out))
+    assert dialog.scope.currentText() == "All frames of the list: 3"
     dialog.sheet.setChecked(True)
-    assert not dialog.show_button.isEnabled()
     (tmp_path / "cancelled" / "frame").mkdir(parents=True)
     (tmp_path / "cancelled" / "frame" / "run.json").touch()
-    dialog.folder.setText(str(tmp_path / "cancelled"))
+    dialog.folder_path.setText(str(tmp_path / "cancelled"))
     assert dialog.show_button.isEnabled(), "what was completed before a batch was cancelled can be opened"
-    dialog.folder.setText(str(out))
-    dialog.start_button.click()
-    assert [way.what for way in part.pending_work()] == ["a batch of frames"]
-    assert _done(part, qtbot) == f"3 of 3 frames, 1 failed. Written to {out}"
-    assert _rows(part) == {"rgb/0000": "completed", "rgb/0001": "failed", "rgb/0002": "completed"}
+    dialog.folder_path.setText(str(out))
+    assert not dialog.show_button.isEnabled()
+    dialog.export_button.click()
+    assert [way.what for way in part.pending_work()] == ["an export of 3 frames"]
+    assert _done(part, qtbot).startswith(f"Exported to {out}: 2 written, 1 failed.\nrgb/0001: ")
+    assert _rows(part) == {"rgb/0000": "written", "rgb/0001": "failed", "rgb/0002": "written"}
+    (row,) = dialog.results.findItems("rgb/0000", Qt.MatchFlag.MatchExactly)
+    assert row.text(2).startswith("Missing ")
     assert {path.name for path in out.iterdir()} >= {"manifest.csv", "contact-sheet.png", "rgb__0002"}
 
     first, _, last = window.workspace.entries
@@ -80,15 +89,13 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     frame = read_frame(first.source)
     assert np.allclose(part.results[first.id].read()[frame.known], frame.depth[frame.known], atol=0.001)
 
-    dialog.start_button.click()  # again: there is nothing left to do
-    assert _done(part, qtbot).startswith("3 of 3 frames, 1 failed.")
+    dialog.export_button.click()  # again: there is nothing left to do
+    assert "2 unchanged, 1 failed." in _done(part, qtbot)
     assert begun == ["rgb/0000", "rgb/0001", "rgb/0002"]
 
-    failed = next(row for row in dialog.table.outcomes.rows if row.frame == "rgb/0001")
-    dialog.table.opened.emit(failed)
-    assert dialog.state.text().startswith("rgb/\u200b0001: ")
-    completed = next(row for row in dialog.table.outcomes.rows if row.frame == "rgb/0002")
-    dialog.table.opened.emit(completed)
+    _open_row(part, "rgb/0001")
+    assert dialog.message.text().startswith("rgb/\u200b0001: ")
+    _open_row(part, "rgb/0002")
     qtbot.waitUntil(lambda: str(out) in str(window.workspace.current.origin), timeout=WAIT_MS)
     assert window.workspace.current.frame.shape == (24, 32)
     with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS) as listed:
@@ -97,20 +104,19 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
 
 
-@pytest.mark.parametrize("before", [("completed",), ("failed",), ()])
+@pytest.mark.parametrize("before", ["unchanged", "failed", ""])
 def test_the_time_left_follows_from_frames_completed_since_the_start(part, window, tmp_path, monkeypatch, before):
     now = [100.0]
     monkeypatch.setattr("gui.widgets.work_row.Pace", lambda: Pace(lambda: now[0]))
     monkeypatch.setattr(part.worker, "start", lambda job: None)
     window.actions_["batch"].trigger()
-    part.dialog.folder.setText(str(tmp_path / "done"))
-    part.dialog.start_button.click()
-    completed, failed = (FrameOutcome("a", "a", None, FrameStatus(status)) for status in ("completed", "failed"))
-    known = {name: tuple(FrameOutcome("b", "b", None, FrameStatus(name)) for _ in before) for name in before}
-    batch = Batch(None, (), (), known.get("completed", ()), known.get("failed", ()))
-    part.worker.progressed.emit([batch])
+    part.dialog.folder_path.setText(str(tmp_path / "done"))
+    part.dialog.export_button.click()
+    written, unchanged, failed = (ExportedFrame("a", tmp_path, ExportStatus(one)) for one in _STATUS)
+    if before:
+        part.worker.progressed.emit([unchanged if before == "unchanged" else failed])
     now[0] += 10
-    part.worker.progressed.emit([completed] if before else [failed, completed])
+    part.worker.progressed.emit([written] if before else [failed, written])
     assert part.dialog.work.bar.format() == "67%, 10 s left"
 
 
@@ -122,7 +128,7 @@ def test_the_manifest_is_written_when_the_batch_is_cancelled_after_its_last_fram
     steps = batch_steps(lambda: open_batch(frames, tmp_path / "done", settings), pictures=[write_contact_sheet])
     cancel_event = threading.Event()
     with cancelled_by(cancel_event):
-        assert [next(steps), next(steps)]
+        assert next(steps)
         cancel_event.set()
         with pytest.raises(Cancelled):
             next(steps)
@@ -133,21 +139,20 @@ def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window,
     begun = work_in_this_process(monkeypatch)
     window.actions_["batch"].trigger()
     dialog = part.dialog
-    dialog.folder.setText(str(tmp_path / "done"))
-    dialog.start_button.click()
-    cancel = next(button for button in dialog.findChildren(QPushButton) if button.text() == "Cancel")
+    dialog.folder_path.setText(str(tmp_path / "done"))
+    dialog.export_button.click()
     qtbot.waitUntil(lambda: bool(_rows(part)), timeout=WAIT_MS)
-    cancel.click()
-    assert "Start again to resume" in _done(part, qtbot) or len(_rows(part)) == 3
+    dialog.work.cancel_button.click()
+    assert "export again to go on" in _done(part, qtbot) or len(_rows(part)) == 3
     qtbot.waitUntil(lambda: (tmp_path / "done" / "manifest.csv").exists(), timeout=WAIT_MS)
-    dialog.start_button.click()
-    assert _done(part, qtbot).startswith("3 of 3 frames, 1 failed.")
+    dialog.export_button.click()
+    assert "1 failed" in _done(part, qtbot)
     assert sorted(set(begun)) == ["rgb/0000", "rgb/0001", "rgb/0002"]
 
     window.workspace.parameters.set(window.workspace.parameters.current.replace(max_iterations=4))
-    dialog.start_button.click()
+    dialog.export_button.click()
     assert "max_iterations: 5, now 4" in _done(part, qtbot)
-    assert dialog.state.tone() == "error"
+    assert dialog.message.tone() == "error"
     dialog.anew.setChecked(True)
-    dialog.start_button.click()
-    assert _done(part, qtbot).startswith("3 of 3 frames, 1 failed.")
+    dialog.export_button.click()
+    assert "1 failed" in _done(part, qtbot)

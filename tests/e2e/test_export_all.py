@@ -6,18 +6,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
-from gui.features.documents.export import ExportDialog
-from gui.features.export_all import ALL_FRAMES, DONE, ExportAllFeature
+from gui.features.export.dialog import ALL, DONE, Export
+from gui.features.export.feature import ExportFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.project.saving import SaveRequest
 from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.patches import patch_between
+from tests.gui.naming import unnamed
 
 from .conftest import WAIT_MS, write_frame
 
@@ -39,11 +43,10 @@ def listed(window: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFr
 
 
 def _export(window: MainWindow, qtbot: QtBot, folder: Path, scope: str) -> str:
-    feature = window.feature(ExportAllFeature)
-    feature.export(folder, OPTIONS, scope)
-    assert feature.pending_work()
-    qtbot.waitUntil(lambda: not feature.worker.busy, timeout=WAIT_MS)
-    assert not feature.progress.isVisible()
+    feature = window.feature(ExportFeature)
+    with qtbot.waitSignal(feature.ended, timeout=WAIT_MS):
+        feature.start(Export(folder, OPTIONS, scope))
+        assert feature.pending_work()
     return window.toasts.message
 
 
@@ -67,9 +70,9 @@ def test_frames_that_are_done_are_exported_as_they_were_left(listed: MainWindow,
     assert np.array_equal(run.blocks.labels, labels)
     assert run.parameters.max_iterations == 20
 
-    assert "1 unchanged, 2 written" in _export(window, qtbot, out, ALL_FRAMES)
+    assert "2 written, 1 unchanged" in _export(window, qtbot, out, ALL)
     assert sorted(path.name for path in out.iterdir()) == NAMES
-    assert "3 unchanged" in _export(window, qtbot, out, ALL_FRAMES)
+    assert "3 unchanged" in _export(window, qtbot, out, ALL)
     window.actions_["mark_done"].trigger()
     window.actions_["mark_done"].trigger()
     qtbot.waitUntil(lambda: window.loader.present == "", timeout=WAIT_MS)
@@ -96,23 +99,55 @@ def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_written(
     warned: list[tuple[str, list[str]]] = []
     monkeypatch.setattr(listed.context.notes, "warn", lambda what, notes: warned.append((what, list(notes))))
     (tmp_path / "walk" / "frame-1" / "depth.png").unlink()
-    assert "2 written, 1 failed" in _export(listed, qtbot, tmp_path / "out", ALL_FRAMES)
+    assert "2 written, 1 failed" in _export(listed, qtbot, tmp_path / "out", ALL)
     ((what, (reason,)),) = warned
     assert what == "Not exported: 1 frame"
     assert reason.startswith("frame-1: ")
 
 
-def test_the_dialog_offers_frames_and_files(listed: MainWindow, qtbot: QtBot) -> None:
+def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_replaces(
+    listed: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    (tmp_path / "walk" / "frame-1" / "depth.png").unlink()
     listed.actions_["export_all"].trigger()
-    (dialog,) = listed.findChildren(ExportDialog)
+    dialog = listed.feature(ExportFeature).dialog
     texts = [dialog.scope.itemText(row) for row in range(dialog.scope.count())]
-    assert texts == ["Frames marked as done: 0", "Frames that have been worked on: 0", "All frames of the list: 3"]
-    assert dialog.scope.currentData() == ALL_FRAMES
+    assert texts == [
+        "This frame: frame-0", "Frames marked as done: 0", "Frames that have been worked on: 0",
+        "Selected rows of the list: 0", "All frames of the list: 3",
+    ]  # fmt: skip
+    assert not list(unnamed(dialog))
+    assert dialog.scope.currentData() == ALL
     assert "Writes 3 folders, one per frame" in dialog.message.text()
     assert dialog.export_button.isEnabled()
-    dialog.scope.setCurrentIndex(0)
+    dialog.scope.setCurrentIndex(1)
     assert not dialog.export_button.isEnabled()
-    dialog.reject()
+    dialog.scope.setCurrentIndex(4)
+    dialog.folder_path.setText(str(tmp_path / "out"))
+    with qtbot.waitSignal(listed.feature(ExportFeature).ended, timeout=WAIT_MS):
+        QTest.keyClick(dialog.folder_path, Qt.Key.Key_Return)
+    rows = [dialog.results.topLevelItem(number) for number in range(3)]
+    assert [(row.text(0), row.text(1)) for row in rows] == list(
+        zip(NAMES, ("written", "failed", "written"), strict=True)
+    )
+    assert "depth.png" in rows[1].text(2)
+    assert "frame-1: " in dialog.message.text()
+    assert dialog.isVisible()
+
+    def answer(button: str) -> None:
+        dialog.export_button.click()
+        (box,) = dialog.findChildren(QMessageBox)
+        assert "frame-0/depth.png" in box.informativeText()
+        next(one for one in box.buttons() if one.text() == button).click()
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+    answer("Cancel")
+    assert not listed.feature(ExportFeature).worker.busy
+    with qtbot.waitSignal(listed.feature(ExportFeature).ended, timeout=WAIT_MS) as ended:
+        answer("&Replace")
+    assert [str(frame.status) for frame in ended.args[0]] == ["unchanged", "failed", "unchanged"]
+    QTest.keyClick(dialog, Qt.Key.Key_Escape)
+    assert not dialog.isVisible()
 
 
 def test_marking_a_frame_is_saved_with_the_project(listed: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:

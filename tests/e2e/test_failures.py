@@ -17,7 +17,8 @@ from pytestqt.qtbot import QtBot
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import block_rows
-from gui.features.documents.export import ExportDialog
+from gui.features.export.dialog import Export
+from gui.features.export.feature import ExportFeature
 from gui.features.project.save_as import SaveAsDialog
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
@@ -148,36 +149,31 @@ def test_a_failing_export_says_why_and_leaves_what_was_there(
     run_all(opened)
     target = tmp_path / "taken"
     target.write_text("a file where the folder should be")
-    opened.documents.export(target, ExportOptions())
+    opened.feature(ExportFeature).start(Export(target, ExportOptions()))
     qtbot.waitUntil(lambda: bool(reported), timeout=WAIT_MS)
     assert "taken is a file, not a folder" in reported[0]
     assert target.read_text() == "a file where the folder should be"
     assert opened.workspace.current.unsaved
 
 
-def test_clipping_in_the_depth_png_is_a_warning(
-    opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
-) -> None:
-    run_all(opened)
-    with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
-        opened.documents.export(tmp_path / "out", ExportOptions(depth_units=50_000.0))
-    assert "clipped" in reported[0]
-
-
-def test_steps_that_a_png_loses_are_warned_of_once(
+def test_what_a_depth_png_loses_is_told_before_and_after(
     opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
 ) -> None:
     run_all(opened)
     opened.actions_["export"].trigger()
-    dialog = opened.findChild(ExportDialog)
-    assert dialog is not None
-    dialog.png_units.setEditText("500")
-    assert "steps of 2 mm, the input has 1 mm" in dialog.png_note.text()
-    dialog.folder_path.setText(str(tmp_path / "out"))
-    with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
-        dialog.accept()
-    assert reported == [], "the dialog has said so, and was accepted"
-    assert "steps of 2 mm" in opened.log.text.toPlainText()
+    dialog, feature = opened.feature(ExportFeature).dialog, opened.feature(ExportFeature)
+    for units, before, after in (
+        ("500", "steps of 2 mm, the input has 1 mm", "steps of 2 mm"),
+        ("50000", "clips", "clipped"),
+    ):
+        dialog.files.png_units.setEditText(units)
+        assert before in dialog.files.png_note.text()
+        dialog.folder_path.setText(str(tmp_path / units))
+        with qtbot.waitSignal(feature.ended, timeout=WAIT_MS):
+            dialog.export_button.click()
+        assert after in dialog.message.text()
+        assert after in opened.log.text.toPlainText()
+    assert reported == [], "the dialog has said so"
 
 
 def test_a_label_map_of_another_size_is_refused(opened: MainWindow, reported: list[str], tmp_path: Path) -> None:

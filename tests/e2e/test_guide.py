@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gui.features.guide import GuideDialog
+from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
 from gui.features.project.saving import SaveRequest
 from gui.work.frame_runs import RunState
 from ilf.project.file import open_project
@@ -11,7 +11,7 @@ from ilf.sources.frame_ref import FrameRef
 from .conftest import WAIT_MS, open_frame
 
 
-def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_folder, tmp_path, run_all):
+def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_folder, tmp_path, run_all, monkeypatch):
     actions, workspace = window.actions_, window.workspace
     assert not actions["load_guide"].isEnabled()
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
@@ -24,25 +24,39 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     ground_truth = np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
     np.save(tmp_path / "other.npy", ground_truth[:, :40])
     np.save(tmp_path / "inverse.npy", 1 / ground_truth)
-    actions["load_guide"].trigger()
-    dialog = window.findChild(GuideDialog)
-    dialog.path.setText(str(tmp_path / "other.npy"))
-    dialog.read()
-    qtbot.waitUntil(lambda: "another aspect" in dialog.message.text(), timeout=WAIT_MS)
-    assert not dialog.load_button.isEnabled()
-    dialog.path.setText(str(tmp_path / "inverse.npy"))
-    dialog.read()
-    qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
-    assert "100% of the pixels" in dialog.message.text()
-    dialog.accept()
+    panel = window.feature(AdditionalDepthPanel)
+    section, reported = panel._sections[GUIDE], []
+    monkeypatch.setattr(window.notes, "report", lambda what, error: reported.append(str(error)))
+
+    def load(path):
+        monkeypatch.setattr("gui.features.additional_depth.choose_file", lambda *_: str(path))
+        actions["load_guide"].trigger()
+        qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+
+    load(tmp_path / "other.npy")
+    assert "another aspect" in reported[0]
+    assert document.frame.guide is None
+    assert section.message.text() == "None in this frame."
+    assert not section.show.isEnabled()
+    load(tmp_path / "inverse.npy")
+    assert "100% of the pixels" in window.toasts.message
+    assert panel.visible
     assert document.changed_blocks() == sorted(document.counts())  # all results are stale, and Live solves them again
 
-    window.views.set_content("depth-in", "guide")
+    window.refresh.now()
+    assert "inverse.npy; it covers 100% of the missing pixels." in section.message.text()
+    section.show.click()
+    assert window.views.contents()["depth-in"] == "guide"
     qtbot.waitUntil(lambda: window.views.material.guide is not None, timeout=WAIT_MS)
     assert np.median(np.abs(window.views.material.guide - ground_truth)) < 0.01
     qtbot.waitUntil(lambda: not document.changed_blocks() and window.runs.state is RunState.IDLE, timeout=WAIT_MS)
     guided = document.completion().depth
     assert np.nanmax(np.abs(guided - ground_truth)) < 0.002
+    window.refresh.now()
+    section.compare.click()
+    qtbot.waitUntil(lambda: "without it, " in section.effect.text(), timeout=WAIT_MS)
+    assert np.nanmax(np.abs(guided - before)) < 1e-4
+    assert "It changes completed depth nowhere." in section.effect.text()
 
     # undo brings the former results back, without a run, and redo these
     workspace.undo_group.undo()
@@ -61,3 +75,6 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     actions["remove_guide"].trigger()
     assert document.frame.guide is None
     assert not actions["remove_guide"].isEnabled()
+    window.refresh.now()
+    assert section.message.text() == "None in this frame."
+    assert section.effect.text() == ""

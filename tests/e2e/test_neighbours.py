@@ -1,11 +1,11 @@
-"""Depth of neighbours in the window: found in the dialog, tested, used, seen, undone, kept in a project and removed."""
+"""Depth of neighbours in the window: found, used, compared, seen, undone, kept in a project and removed."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from gui.base.commands import why_not
-from gui.features.neighbours import NeighboursDialog
+from gui.features.additional_depth import NEIGHBOURS, AdditionalDepthPanel
 from gui.features.project.saving import SaveRequest
 from gui.work.frame_runs import RunState
 from ilf.project.file import open_project
@@ -29,12 +29,14 @@ def open_sequence(window, qtbot, folder, number=2, intrinsics=CAMERA):
     return window.workspace.current
 
 
-def asked(window, qtbot):
-    """The dialog, after its first search."""
+def use(window, qtbot, count=2):
+    """The section of the panel, after a search."""
+    panel = window.feature(AdditionalDepthPanel)
+    panel._count.setValue(count)
     window.actions_["use_neighbours"].trigger()
-    (dialog,) = window.findChildren(NeighboursDialog)
-    qtbot.waitUntil(lambda: not dialog.work.isVisible(), timeout=WAIT_MS)
-    return dialog
+    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    window.refresh.now()
+    return panel._sections[NEIGHBOURS]
 
 
 def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, tmp_path, run_all):
@@ -47,16 +49,12 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     hole = document.frame.missing.copy()
     _, exact = exact_view(pose_of(2))
 
-    dialog = asked(window, qtbot)
-    assert "Depth of 4 neighbours is used at" in dialog.message.text()
-    dialog.count.setValue(1)
-    assert not dialog.use_button.isEnabled()
-    qtbot.waitUntil(dialog.use_button.isEnabled, timeout=WAIT_MS)
-    assert "Depth of 2 neighbours is used at" in dialog.message.text()
-    dialog.test_button.click()
-    qtbot.waitUntil(lambda: "without neighbours" in dialog.errors.text(), timeout=WAIT_MS)
-    assert document.frame.neighbours is None
-    dialog.accept()
+    use(window, qtbot)
+    assert "Depth of 4 neighbours is used at" in window.toasts.message
+    workspace.undo_group.undo()
+    section = use(window, qtbot, count=1)
+    assert "Depth of 2 neighbours is used at" in window.toasts.message
+    assert section.message.text().startswith("From frame-000001.color, frame-000003.color, at ")
     added = document.frame.from_neighbours
     assert added[hole].mean() > 0.7
     assert not added[~hole].any()
@@ -70,7 +68,11 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     row, column = np.argwhere(added)[0]
     window.views.cursorMoved.emit((int(column), int(row)))
     assert "from neighbours " in window.statusBar().readout.text()
+    section.compare.click()
+    qtbot.waitUntil(lambda: "without it, " in section.effect.text(), timeout=WAIT_MS)
     together = document.completion().depth
+    changed = np.count_nonzero(np.abs(together - before) > 1e-4)
+    assert f"It changes completed depth at {changed:,} pixels, by " in section.effect.text()
     assert np.abs(together - exact)[hole].mean() < 0.5 * np.abs(before - exact)[hole].mean()
 
     # undo brings the former results back, without a run, and redo these
@@ -106,15 +108,14 @@ def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path,
     for number in range(2):
         (folder / f"frame-{number:06}.depth.png").unlink()
 
+    panel = window.feature(AdditionalDepthPanel)
     actions["use_neighbours"].trigger()
-    (dialog,) = window.findChildren(NeighboursDialog)
-    dialog.work.cancel_button.click()
-    assert "Cancelled" in dialog.message.text()
-    qtbot.waitUntil(lambda: not dialog._worker.busy, timeout=WAIT_MS)
-    assert not dialog.use_button.isEnabled()
-    dialog.search()
-    qtbot.waitUntil(lambda: "Left out" in dialog.message.text(), timeout=WAIT_MS)
-    assert "frame-000001.color, frame-000000.color" in dialog.message.text()
-    assert not dialog.use_button.isEnabled()
-    dialog.reject()
+    assert panel.work.isVisible()
+    panel.work.cancel_button.click()
+    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    assert not panel.work.isVisible()
+    assert document.frame.neighbours is None
+    use(window, qtbot)
+    assert "Left out" in window.toasts.message
+    assert "frame-000001.color, frame-000000.color" in window.toasts.message
     assert document.frame.neighbours is None

@@ -12,8 +12,8 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.base.commands import why_not
-from gui.features.batch.feature import BatchFeature
-from gui.features.batch.result import BatchResult
+from gui.features.export.feature import ExportFeature
+from gui.features.export.result import BatchResult
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.sequence import playing
 from gui.features.sequence.flicker import FlickerFeature
@@ -84,7 +84,7 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(
     by_batch = np.full(first.frame.shape, 2.5, np.float32)
     np.save(tmp_path / "depth.npy", by_batch)
     for entry in list(entries)[:2]:
-        window.feature(BatchFeature).results[entry.id] = BatchResult(tmp_path, 1000.0)
+        window.feature(ExportFeature).results[entry.id] = BatchResult(tmp_path, 1000.0)
     shown = _play(window, qtbot)  # after the last frame from the first one, which is stored now
     assert [played.row for played in shown] == [0, 1, 2, 3]
     assert np.array_equal(shown[0].moment.depth, completed, equal_nan=True)

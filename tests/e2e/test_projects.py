@@ -18,6 +18,8 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
+from gui.features.export.dialog import Export
+from gui.features.export.feature import ExportFeature
 from gui.features.project.closing import CloseDialog, Unsaved
 from gui.features.project.missing import MissingFilesDialog
 from gui.features.project.save_as import SaveAsDialog
@@ -519,8 +521,8 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
 ) -> None:
     assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
-    with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
-        opened.documents.export(tmp_path / "out", ExportOptions())
+    with qtbot.waitSignal(opened.feature(ExportFeature).ended, timeout=WAIT_MS):
+        opened.feature(ExportFeature).start(Export(tmp_path / "out", ExportOptions()))
     assert opened.project.present.unsaved
     opened.workspace.undo_group.undo()
     assert not opened.project.present.unsaved

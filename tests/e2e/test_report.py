@@ -9,10 +9,13 @@ from typing import cast
 
 import numpy as np
 import pytest
+from PySide6.QtCore import SignalInstance
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.report.feature import ALL_FRAMES, ReportFeature, subjects_of
+from gui.features.export.dialog import WORKED_ON
+from gui.features.export.feature import ExportFeature
+from gui.features.export.jobs import subjects_of
 from gui.project.store import WorkStore
 from gui.state.entries import Entry
 from ilf.data.blocks import Blocks
@@ -57,82 +60,76 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    part = opened.feature(ReportFeature)
+    part = opened.feature(ExportFeature)
     shown: list[str] = []
     monkeypatch.setattr(
-        "gui.features.report.feature.QDesktopServices.openUrl", lambda url: shown.append(url.toLocalFile())
+        "gui.features.export.feature.QDesktopServices.openUrl", lambda url: shown.append(url.toLocalFile())
     )
-    dialog = part.dialog
+    dialog, out = part.dialog, tmp_path / "out"
 
-    def choose(path: Path) -> None:
-        monkeypatch.setattr("gui.features.report.feature.ask_path", lambda *_: str(path))
+    def write(signal: SignalInstance) -> str:
+        with qtbot.waitSignal(signal, timeout=WAIT_MS):
+            dialog.requested.emit(dialog.request())  # what would be replaced is asked elsewhere
+            assert not dialog.export_button.isEnabled()
+        return dialog.message.text().replace("\u200b", "")
 
+    monkeypatch.setattr("gui.features.export.feature.ask", lambda *arguments: arguments[-1][0][2]())
     # extracted only: this frame can be reported on, and it is none that has been worked on
     opened.actions_["report"].trigger()
-    assert "two-planes" in dialog.scope.itemText(0)
-    assert dialog.scope.itemText(1).endswith(": 0")
+    assert dialog.scope.currentText() == "This frame: two-planes"
+    assert dialog.scope.itemText(dialog.scope.findData(WORKED_ON)).endswith(": 0")
+    assert "writes two-planes-report.html." in dialog.message.text()
     dialog.close()
     document = opened.workspace.current
     label = next(iter(document.counts()))
     opened.workspace.current.edit_info(label, "Rename", name="Wall <of> stone")
     run_all(opened)
     opened.actions_["report"].trigger()
-    dialog.scope.setCurrentIndex(dialog.scope.findData(ALL_FRAMES))
+    dialog.scope.setCurrentIndex(dialog.scope.findData(WORKED_ON))
+    dialog.folder_path.setText(str(out))
     dialog.opens.setChecked(False)
     dialog.hidden.setChecked(True)
     dialog.seeds.setValue(2)
 
-    page = tmp_path / "page.html"
-    choose(page)
-    with qtbot.waitSignal(part.worker.finished, timeout=WAIT_MS):
-        dialog.write_button.click()
-        assert not dialog.write_button.isEnabled()
+    page = out / "report.html"
+    assert write(part.worker.finished) == f"Exported to {out}: report.html."
     text = page.read_text(encoding="utf-8")
     assert "Wall &lt;of&gt; stone" in text
     assert "areas; seeds 0, 1" in text
     assert "Run 1" in text  # the kept run
-    assert not dialog.isVisible()
     assert not shown
 
     opened.actions_["report"].trigger()
-    assert dialog.scope.currentData() == ALL_FRAMES, "as it was chosen the last time"
+    assert dialog.seeds.value() == 2, "as it was chosen the last time"
     dialog.opens.setChecked(True)
-    pdf = tmp_path / "paper.pdf"
-    choose(pdf)
-    with qtbot.waitSignal(part.worker.finished, timeout=WAIT_MS):
-        dialog.write_button.click()
+    dialog.folder_path.setText(str(out))
+    dialog.format.setCurrentIndex(dialog.format.findData("pdf"))
+    pdf = out / "two-planes-report.pdf"
+    write(part.worker.finished)
     content = pdf.read_bytes()
     assert content.startswith(b"%PDF")
     assert content.count(b"/Type /Page\n") >= 2
     assert content.count(b"/Subtype /Image") >= 8
     assert shown == [str(pdf)]
 
-    # closed while it is written: what was there stays
-    opened.actions_["report"].trigger()
-    choose(page)
+    # cancelled while it is written: what was there stays
+    dialog.scope.setCurrentIndex(dialog.scope.findData(WORKED_ON))
+    dialog.format.setCurrentIndex(0)
     with qtbot.waitSignal(part.worker.cancelled, timeout=WAIT_MS):
-        dialog.write_button.click()
-        dialog.close()
+        dialog.export_button.click()
+        dialog.work.cancel_button.click()
     assert page.read_text(encoding="utf-8") == text
-    assert {path.name for path in tmp_path.iterdir() if path.suffix in (".html", ".pdf")} == {"page.html", "paper.pdf"}
+    assert {path.name for path in out.iterdir()} == {"report.html", "two-planes-report.pdf"}
 
     # what cannot be written is said, what was there stays, and so does the dialog for another try
-    opened.actions_["report"].trigger()
-    monkeypatch.setattr("gui.widgets.notices.warn", lambda *_: None)
-
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    for path, words in (
-        (tmp_path / "nowhere" / "page.html", "folder does not exist"),
-        (pdf, "disk is full"),
-        (page, "disk is full"),
-    ):
-        choose(path)
-        with qtbot.waitSignal(part.worker.failed, timeout=WAIT_MS):
-            dialog.write_button.click()
-        assert words in dialog.state.text().replace("\u200b", "")
-        assert dialog.write_button.isEnabled()
+    (tmp_path / "file").touch()
+    for folder, words in ((tmp_path / "file" / "below", "cannot be created"), (out, "disk is full")):
+        dialog.folder_path.setText(str(folder))
+        assert words in write(part.worker.failed)
+        assert dialog.export_button.isEnabled()
     assert pdf.read_bytes() == content
     assert page.read_text(encoding="utf-8") == text

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.documents.open_frame import OpenFrameDialog
+from gui.features.documents.open_dialog import OpenDialog
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.sources.frame_ref import FrameRef
@@ -83,8 +83,8 @@ def test_the_open_dialog_leads_to_the_question(window: MainWindow, qtbot: QtBot,
     meta = {"rgb": str(desk / "rgb/0000.png"), "depth": "depth.png", "depth_units_per_m": 1000}
     (folder / "meta.json").write_text(json.dumps(meta))
     window.actions_["open"].trigger()
-    dialog = window.findChild(OpenFrameDialog)
-    dialog.colour_path.setText(str(folder))
+    dialog = window.findChild(OpenDialog)
+    dialog.path.setText(str(folder))
     dialog.read()
     assert "elsewhere" in dialog.message.text()
     assert "--" not in dialog.message.text(), "that is for the command line"

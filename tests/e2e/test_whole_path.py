@@ -17,6 +17,8 @@ import ilf
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.curves import CurvesFeature
+from gui.features.export.dialog import Export
+from gui.features.export.feature import ExportFeature
 from gui.features.filter.feature import FilterFeature
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
@@ -31,8 +33,8 @@ Run = Callable[[MainWindow], None]
 
 
 def _export(window: MainWindow, qtbot: QtBot, folder: Path, options: ExportOptions | None = None) -> None:
-    with qtbot.waitSignal(window.documents.exported, timeout=WAIT_MS):
-        window.documents.export(folder, options or ExportOptions())
+    with qtbot.waitSignal(window.feature(ExportFeature).ended, timeout=WAIT_MS):
+        window.feature(ExportFeature).start(Export(folder, options or ExportOptions()))
 
 
 def test_window_and_command_line_give_the_same_files_bit_for_bit(

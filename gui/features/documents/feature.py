@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,13 +15,11 @@ from PySide6.QtWidgets import QFileDialog
 from ilf._runtime.formatting import counted
 from ilf._runtime.installation import asset_path
 from ilf._runtime.named_places import note_opened
-from ilf.data.results import Completion, compose
+from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS
 from ilf.io.labels import LoadedBlocks
-from ilf.run.options import ExportOptions, output_folder_name
 from ilf.run.run import Run
-from ilf.run.writing import Written, write
 from ilf.sources.frame_ref import FrameRef
 
 from ...base.commands import Command
@@ -31,9 +28,8 @@ from ...base.paths import sort_paths
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.results import same_depth, same_mask
-from ...widgets.file_choice import EXPORTS, remember_folder, save_folder
+from ...widgets.file_choice import save_folder
 from ...work.found_blocks import describe_blocks
-from ...work.jobs import Worker
 from ...work.latest_request import LatestRequest
 from ...work.loading import FolderPreview, contains_frames, preview_folder
 from ..context import Context, Feature
@@ -54,15 +50,12 @@ class DocumentsFeature(Feature):
         Request to open the FrameRef of a folder of frames or a recording.
     project_requested(object)
         Request to open a project file, by its Path.
-    exported(object)
-        The Written of an export.
     exporting_changed()
         An export has started or ended, or the progress of saving the project has changed.
     """
 
     folder_requested = Signal(object)
     project_requested = Signal(object)
-    exported = Signal(object)
     exporting_changed = Signal()
 
     def __init__(self, context: Context) -> None:
@@ -70,14 +63,11 @@ class DocumentsFeature(Feature):
         self._window = context.window
         self._workspace = workspace = context.workspace
         self._loader = context.loader
-        self._notes = notes = context.notes
+        self._notes = context.notes
         context.actions.add(self._commands())
         self._looks = LatestRequest[FrameRef, FolderPreview](preview_folder, self)
-        self._exporter = Worker(self)
-        self._exporter.finished.connect(self._note_exported)
-        self._exporter.failed.connect(lambda error: notes.report("Export failed", error))
-        for ended in (self._exporter.finished, self._exporter.failed):
-            ended.connect(lambda _: self.exporting_changed.emit())
+        self.exporting = False
+        """Whether an export is in progress."""
         self.discard_silently = False
         """Whether to close without asking; for headless use."""
         self.saved_share: Callable[[], float | None] = lambda: None
@@ -103,8 +93,8 @@ class DocumentsFeature(Feature):
         return (
             Command(
                 "open",
-                "&Open frame…",
-                "Open a colour and a depth file, or a frame folder",
+                "&Open…",
+                "Open a pair of images, a folder or data set, a recording, a project or a run",
                 icon="ph.folder-open",
                 keys="Ctrl+O",
                 handler=self.ask_open,
@@ -116,13 +106,6 @@ class DocumentsFeature(Feature):
                 icon="ph.house",
                 keys="Ctrl+Shift+O",
                 handler=self.open_sample,
-            ),
-            Command(
-                "open_run",
-                "Open &run…",
-                "Open a run.json: its frame, blocks and parameters",
-                icon="ph.clock-counter-clockwise",
-                handler=self.ask_open_run,
             ),
             Command(
                 "load_blocks",
@@ -138,15 +121,6 @@ class DocumentsFeature(Feature):
                 "Write the blocks and their names as label map (PNG), COCO or labelme file",
                 handler=self.ask_save_blocks,
                 needs=Need.BLOCKS,
-            ),
-            Command(
-                "export",
-                "&Export…",
-                "Write completed depth, blocks, curves, point cloud and run.json",
-                icon="ph.export",
-                keys="Ctrl+E",
-                handler=self.ask_export,
-                needs=Need.FRAME,
             ),
             Command(
                 "save_picture",
@@ -216,20 +190,21 @@ class DocumentsFeature(Feature):
             self.remove([entry], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
-        from .open_frame import OpenFrameDialog
+        from .open_dialog import Kind, OpenDialog
 
-        dialog = OpenFrameDialog(self._looks, self._window)
+        dialog = OpenDialog(self._looks, self._window)
         if rgb is not None:
             dialog.set_files(rgb, depth)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self.open_source(dialog.request()))
-        dialog.open()
 
-    def ask_open_run(self) -> None:
-        """Open the frame, blocks and parameters of a run.json that the user chooses."""
-        path, _ = QFileDialog.getOpenFileName(self._window, "Open run", "", "Run record (run.json *.json)")
-        if path:
-            self.open_run(Path(path))
+        def take() -> None:
+            if dialog.kind in (Kind.PROJECT, Kind.RUN):
+                self.open_paths([Path(dialog.path.text().strip())])
+            else:
+                self.open_source(dialog.request())
+
+        dialog.accepted.connect(take)
+        dialog.open()
 
     # blocks
 
@@ -270,7 +245,7 @@ class DocumentsFeature(Feature):
     def ask_save_blocks(self) -> None:
         """Write the blocks to a file that the user chooses, in one of the formats."""
         filters = {f"{text} (*{suffix})": name for name, (text, suffix) in BLOCK_FORMATS.items()}
-        proposed = _export_folder(self._workspace.current).parent / f"{self._workspace.current.name}-blocks.png"
+        proposed = save_folder() / f"{self._workspace.current.name}-blocks.png"
         path, chosen = QFileDialog.getSaveFileName(self._window, "Save blocks", str(proposed), ";;".join(filters))
         if path:
             format = filters.get(chosen, "png")
@@ -312,60 +287,7 @@ class DocumentsFeature(Feature):
 
         self.remove(entries, remove)
 
-    # export
-
-    def ask_export(self) -> None:
-        """Export with the dialog."""
-        from .export import ExportDialog, behind
-
-        document = self._workspace.current
-        completion = document.completion()
-        run = document.run(document.state.common, extrapolate=document.extrapolated)
-        dialog = ExportDialog(
-            run, completion is not None, str(_export_folder(document)), self._window, behind=behind(document)
-        )
-        dialog.set_depth(completion.depth if completion is not None else document.frame.depth)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self.export(Path(dialog.folder()), dialog.options(), dialog.png_note.text()))
-        dialog.open()
-
-    def export(self, folder: Path, options: ExportOptions, known_note: str = "") -> None:
-        """Write the current frame's results in a worker thread. A note that was `known_note` before is no warning."""
-        from .export import behind
-
-        if self._exporter.busy:
-            self._notes.show_message("An export is in progress. Wait until it has ended.")
-            return
-        document = self._workspace.current
-        run = document.run(document.state.common, extrapolate=document.extrapolated)
-        completion = document.completion() or compose(run, {})
-        remember_folder(EXPORTS, folder)
-
-        def job() -> Generator[None, None, Written]:
-            yield None
-            written = write(folder, run, completion, options)
-            known = [note for note in written.notes if known_note and known_note in note]
-            notes = tuple(note for note in written.notes if note not in known)
-            return replace(written, notes=notes, remarks=(*written.remarks, *known))
-
-        self._exporter.start(job)
-        self.exporting_changed.emit()
-        self._notes.show_message(
-            " ".join((f"Exporting to {folder}…", behind(document) if document.results.kept else "")).strip()
-        )
-
-    @property
-    def exporting(self) -> bool:
-        """Whether an export is in progress."""
-        return self._exporter.busy
-
-    def _note_exported(self, written: Written) -> None:
-        folder = written.files[0].parent if written.files else ""
-        self._notes.show_message(
-            ". ".join((f"Exported {counted(len(written.files), 'file')} to {folder}", *written.remarks))
-        )
-        self._notes.warn("Exported, with warnings", written.notes)
-        self.exported.emit(written)
+    # a picture of the window
 
     def ask_save_picture(self) -> None:
         """Save a picture of the window to a file that the user chooses."""
@@ -432,8 +354,3 @@ def _is_recorded_run(document: Document, recorded: Run, completion: Completion) 
     return set(completion.results) == (recorded.only or frozenset()) and all(
         result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()
     )
-
-
-def _export_folder(document: Document) -> Path:
-    """Return the default folder of an export: beside the last one, or in the working folder."""
-    return save_folder() / output_folder_name(document.name)

@@ -213,7 +213,7 @@ class RecentFeature(Feature):
     def begin(self) -> None:
         """Insert the menu of recent frames."""
         self.menu.setIcon(theme.icon("ph.clock-counter-clockwise", self.menu.palette()))
-        insert_menu(self.context.window.menuBar(), self.menu, self.context.actions["open_run"])
+        insert_menu(self.context.window.menuBar(), self.menu, self.context.actions["open_sample"])
         self.menu.fill()
 
     def _note(self) -> None:

@@ -18,7 +18,7 @@ from ilf.sources.reading import read_frame
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...views.material import Before, Depth
-from ..batch.result import BatchResult
+from ..export.result import BatchResult
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,8 +27,8 @@ from ...state.entries import Entry
 from ...state.parts import Part
 from ...views.material import Before
 from ...work.jobs import Worker
-from ..batch.result import BatchResult
 from ..context import Context, Feature
+from ..export.result import BatchResult
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
 from ..views import ViewsFeature
@@ -284,9 +284,9 @@ class PlayFeature(Feature):
             start()
 
     def _results_of_batch(self) -> dict[str, BatchResult]:
-        from ..batch.feature import BatchFeature  # made on use
+        from ..export.feature import ExportFeature  # made on use
 
-        return dict(self.context.feature(BatchFeature).results)
+        return dict(self.context.feature(ExportFeature).results)
 
     def _pause(self) -> None:
         """Open the frame shown."""

@@ -23,7 +23,8 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
-from gui.features.export_all import ExportAllFeature
+from gui.features.export.dialog import ALL, Export
+from gui.features.export.feature import ExportFeature
 from gui.features.project.saving import SaveRequest
 from gui.project.current_project import has_content
 from gui.project.recorder import Recorder
@@ -94,7 +95,7 @@ class RandomUser:
 
     def _end_by_exporting(self) -> None:
         report_action(at="export")
-        self.window.feature(ExportAllFeature).export(self.folder / "out", ExportOptions(cloud=None))
+        self.window.feature(ExportFeature).start(Export(self.folder / "out", ExportOptions(cloud=None), ALL))
 
     def _end_by_closing(self) -> None:
         def close(_: bool) -> None:

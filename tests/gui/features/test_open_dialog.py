@@ -8,12 +8,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog
 
 from gui.features.documents.frame_files import matching_colour_file, matching_depth_file
-from gui.features.documents.open_frame import OpenFrameDialog
+from gui.features.documents.open_dialog import OpenDialog
 from gui.work.latest_request import LatestRequest
 from gui.work.loading import preview_folder
 from ilf.errors import FormatError, InputError
@@ -24,7 +25,7 @@ from tests.ilf.phone_files import write_record3d
 @pytest.fixture
 def dialog(qtbot):
     looks = LatestRequest(preview_folder)
-    dialog = OpenFrameDialog(looks)
+    dialog = OpenDialog(looks)
     qtbot.addWidget(dialog)
     dialog.show()
     yield dialog
@@ -77,7 +78,8 @@ def test_request_opens_the_very_frame(dialog, folder):
     assert frame.intrinsics.cx == 319.5
 
 
-def test_the_camera_field_says_what_to_type(dialog):
+def test_the_camera_field_says_what_to_type(dialog, folder):
+    dialog.set_files(str(folder / "rgb.png"))
     dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
     assert dialog.camera_text.placeholderText().startswith("Pixels, such as 525, 525")
     dialog.camera.setCurrentText("From a file")
@@ -159,7 +161,7 @@ def test_folder_with_meta_is_enough(dialog, folder):
     (folder / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "K": [525, 525, 320, 240]}))
     dialog.set_files(str(folder))
     assert dialog.open_button.isEnabled()
-    assert not dialog.depth_path.isEnabled()
+    assert not dialog.depth_path.isVisible()
     assert dialog.request().depth is None
 
 
@@ -262,7 +264,7 @@ def test_the_first_frame_of_a_recording_is_seen_before_it_is_opened(dialog, reco
     assert "Median" in dialog.message.text()
     assert not dialog.colour_preview.picture.pixmap().isNull()
     assert not dialog.depth_preview.picture.pixmap().isNull()
-    assert not dialog.depth_path.isEnabled()
+    assert not dialog.depth_path.isVisible()
     assert dialog.open_button.isEnabled()
     dialog.min_confidence.setText("high")
     dialog.read()
@@ -297,7 +299,7 @@ def test_a_recording_whose_first_frame_is_damaged_can_be_opened(dialog, recordin
 def test_enter_opens_once_wherever_it_is_pressed_and_before_the_change_is_read(dialog, folder, qtbot):
     opened = []
     dialog.accepted.connect(lambda: opened.append(dialog.request().options.depth_units))
-    for field in (dialog.encoding, dialog.invalid, dialog.colour_path):
+    for field in (dialog.encoding, dialog.invalid, dialog.path):
         dialog.setResult(0)
         dialog.show()
         dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
@@ -311,7 +313,61 @@ def test_enter_opens_once_wherever_it_is_pressed_and_before_the_change_is_read(d
     assert opened == [500, 500, 500]
     dialog.setResult(0)
     dialog.show()
-    dialog.colour_path.setText(str(folder / "nothing.png"))
-    QTest.keyClick(dialog.colour_path, Qt.Key.Key_Return)
+    dialog.path.setText(str(folder / "nothing.png"))
+    QTest.keyClick(dialog.path, Qt.Key.Key_Return)
     assert dialog.isVisible()
     assert opened == [500, 500, 500]
+
+
+def _type(dialog, path, qtbot):
+    dialog.path.clear()
+    QTest.keyClicks(dialog.path, str(path))
+    qtbot.waitUntil(dialog.open_button.isEnabled)
+
+
+def test_typing_a_colour_file_proposes_the_depth_beside_it_and_depth_its_colour(dialog, folder, tmp_path, qtbot):
+    _type(dialog, folder / "rgb.png", qtbot)
+    assert dialog.depth_path.text() == str(folder / "depth.png")
+    (folder / "other_rgb.png").write_bytes((folder / "rgb.png").read_bytes())
+    (folder / "other_depth.png").write_bytes((folder / "depth.png").read_bytes())
+    _type(dialog, folder / "other_rgb.png", qtbot)
+    assert dialog.depth_path.text() == str(folder / "other_depth.png"), "what was proposed follows the path"
+    dialog.depth_path.setText(str(folder / "depth.png"))
+    _type(dialog, folder / "other_rgb.png", qtbot)
+    assert dialog.depth_path.text() == str(folder / "depth.png"), "what was typed stays"
+    dialog.depth_path.clear()
+    _type(dialog, folder / "depth.png", qtbot)
+    assert (dialog.path.text(), dialog.depth_path.text()) == (str(folder / "rgb.png"), str(folder / "depth.png"))
+
+
+def test_only_the_options_that_apply_are_there(dialog, folder, recording, tmp_path, qtbot):
+    def shown() -> list[bool]:
+        fields = dialog.depth_path, dialog.encoding, dialog.camera, dialog.guide_path, dialog.depth_preview
+        return [field.isVisible() for field in fields]
+
+    assert shown() == [False, False, False, False, True]
+    dialog.set_files(str(folder / "rgb.png"))
+    assert shown() == [True] * 5
+    dialog.set_files(str(recording))
+    assert shown() == [False, True, True, False, True]
+    (tmp_path / "run.json").write_text("{}")
+    dialog.set_files(str(tmp_path / "run.json"))
+    assert shown() == [False] * 5
+    assert dialog.message.tone() == "error"
+    assert "run.json" in dialog.message.text()
+    dialog.set_files(str(tmp_path / "none.ilf"))
+    assert "none.ilf" in dialog.message.text()
+    assert not dialog.open_button.isEnabled()
+
+
+def test_what_is_dropped_on_the_dialog_is_chosen(dialog, folder):
+    data, copy = QMimeData(), Qt.DropAction.CopyAction
+    data.setUrls([QUrl.fromLocalFile(str(folder / name)) for name in ("depth.png", "rgb.png")])
+    for event in (
+        QDragEnterEvent(QPoint(5, 5), copy, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier),
+        QDropEvent(QPointF(5, 5), copy, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier),
+    ):
+        QApplication.sendEvent(dialog, event)
+        assert event.isAccepted()
+    assert dialog.path.text() == str(folder / "rgb.png")
+    assert dialog.open_button.isEnabled()

@@ -16,7 +16,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from gui.features.batch.dialog import OutcomeModel
 from gui.features.run_history.feature import measure, write_runs
 from gui.features.run_history.model import RunModel, best_of, run_rows
 from gui.state.document import Document
@@ -305,13 +304,9 @@ def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, document:
     parent = QWidget()
     qtbot.addWidget(parent)
     horizontal, display = Qt.Orientation.Horizontal, Qt.ItemDataRole.DisplayRole
-    runs, batch = RunModel(parent), OutcomeModel(parent)
-    columns = [(model, section) for model in (runs, batch) for section in range(model.columnCount())]
-    found = {model.headerData(section, horizontal, display) for model, section in columns}
-    assert {text for text in found if "xpected" in text} == {
-        "Expected error, RMS [mm]",
-        "Expected error, median [mm]",
-    }
+    runs = RunModel(parent)
+    found = {runs.headerData(section, horizontal, display) for section in range(runs.columnCount())}
+    assert {text for text in found if "xpected" in text} == {"Expected error, RMS [mm]"}
     kept = stored_run(document, parameters=QUICK)
     figures = error_summary(expected_error(kept.completion), kept.completion)
     assert measure(kept.run, kept.results, None).expected_error == figures.rms

@@ -12,8 +12,8 @@ from pytestqt.qtbot import QtBot
 
 from gui.features.blocks.commands import BlockCommands
 from gui.features.compare import DerivedPresenter
-from gui.features.documents.export import behind
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
+from gui.features.export.feature import behind
 from gui.features.views import ViewsPresenter
 from gui.state.document import Document
 from gui.tools.editor import Editor

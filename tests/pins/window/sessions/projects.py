@@ -132,8 +132,8 @@ def open_with_options(user: Hand) -> None:
     """By the dialog: depth in other units, an invalid value, a camera in numbers."""
     frame = room(user.folder)
     user.start("open")
-    dialog = user.dialog("Open Frame")
-    user.fill("Colour image, folder of frames, or recording", frame / "rgb.png", dialog)
+    dialog = user.dialog("Open")
+    user.fill("Path", frame / "rgb.png", dialog)
     user.fill("Raw depth: 16-bit or float, one channel", frame / "depth.png", dialog)
     user.fill("Zero only; 65535 in 7-Scenes", 2000, dialog)
     user.press("Open", dialog)

@@ -39,6 +39,7 @@ def export_everything(user: Hand) -> None:
         user.fill("Format of the point cloud", cloud, dialog)
         user.fill("Format of the mesh", mesh, dialog)
         user.press("Export", dialog)
+        user.press("Close", dialog)
         user.keep(f"export {cloud}", user.folder / f"out-{cloud}")
     _end(user)
 
@@ -241,10 +242,9 @@ def sweep_a_parameter(user: Hand) -> None:
 def follow_a_guide(user: Hand) -> None:
     """Loaded by the dialog, followed by a run, seen, removed and brought back."""
     _open(user)
-    user.start("load_guide")
-    dialog = user.dialog("Load Guide for room")
-    user.fill("Guide", guide(user.folder), dialog)
-    user.press("Load", dialog)
+    with user.answering(guide(user.folder)):
+        user.do("load_guide")
+    user.press("What it changes", user.panel("Additional depth"))
     user.do("run_all")
     user.keep_project("guided")
     user.do("remove_guide")
@@ -263,8 +263,11 @@ def replay_a_run(user: Hand) -> None:
     dialog = user.dialog("Export room")
     user.fill("Folder", user.folder / "out", dialog)
     user.press("Export", dialog)
-    with user.answering(user.folder / "out" / "run.json"):
-        user.do("open_run")
+    user.press("Close", dialog)
+    user.start("open")
+    dialog = user.dialog("Open")
+    user.fill("Path", user.folder / "out" / "run.json", dialog)
+    user.press("Open", dialog)
     user.do("run_all")
     _end(user)
 

@@ -1,23 +1,24 @@
-"""Dialog that opens a frame: files, depth encoding and camera intrinsics."""
+"""The dialog Open: it recognises what a path is, shows it, and asks for the reading options that apply."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from enum import Enum
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QGridLayout,
+    QFormLayout,
     QHBoxLayout,
+    QLayout,
     QLineEdit,
     QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -31,14 +32,17 @@ from ilf.io.depth import read_depth_values
 from ilf.io.depth_reading import PlausibilityWarning
 from ilf.io.encodings import ENCODING_DESCRIPTIONS, encoding_of_inputs, is_name
 from ilf.io.images import read_colour
+from ilf.project.file import open_project
+from ilf.run.record_file import read_record
 from ilf.sources.frame_folder import frame_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
-from ilf.sources.opening import is_recording
+from ilf.sources.opening import recording_suffixes
 from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import ReadingOptions
 
-from ...widgets.basics import Message, PlainLabel
+from ...base.paths import PROJECT_SUFFIX
+from ...widgets.basics import TAKES_FILES, Message, label_of, row, stack
 from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
@@ -48,10 +52,13 @@ from .frame_files import guide_files, matching_colour_file, matching_depth_file,
 
 _Result = TypeVar("_Result")
 
-_NOTHING_SELECTED = "Choose a colour file and its depth file, a folder of frames, or a recording."
+_NOTHING_SELECTED = (
+    "Choose a colour image with its depth, a folder of frames, a recording, a project or the run.json of a run."
+)
 _NO_DEPTH = "Choose the depth file that belongs to this colour image."
 _FOLDER_KEY = "open/folder"
 _DELAY_MS = 200
+_MAX_NAMED = 5
 
 _AUTOMATIC = "Automatic (from meta.json, or by file type)"
 _FROM_META, _NUMBERS, _FILE = (
@@ -61,10 +68,29 @@ _FROM_META, _NUMBERS, _FILE = (
 )
 
 
-class OpenFrameDialog(QDialog):
-    """Dialog to choose a frame, a folder of frames or a recording, with a preview.
+class Kind(Enum):
+    """What a path is, by names only."""
 
-    *Open* is enabled only if `ilf.io.load_frame` can read the chosen files, or the folder or recording may have frames.
+    NOTHING, PAIR, FRAME, FRAMES, PROJECT, RUN = range(6)
+
+
+def kind_of(path: str) -> Kind:
+    """Recognise a path: of a pair of images, the folder of a frame, of frames or a recording, a project, or a run."""
+    if not path:
+        return Kind.NOTHING
+    if Path(path).suffix.lower() == PROJECT_SUFFIX:
+        return Kind.PROJECT
+    if contains_frames(path):
+        return Kind.FRAMES
+    if Path(path).is_dir():
+        return Kind.FRAME
+    return Kind.RUN if Path(path).suffix.lower() == ".json" else Kind.PAIR
+
+
+class OpenDialog(QDialog):
+    """Dialog to choose what is opened, with a preview.
+
+    *Open* is enabled only if the chosen files can be read, or the folder or recording may have frames.
 
     Parameters
     ----------
@@ -77,13 +103,16 @@ class OpenFrameDialog(QDialog):
         self._looks = looks
         self._wanted: FrameRef | None = None
         """Source whose `FolderPreview` is pending."""
+        self._proposed_depth = ""
         looks.answered.connect(self._show_first)
         looks.failed.connect(self._refuse_source)
-        self.setWindowTitle("Open Frame")
+        self.setWindowTitle("Open")
+        self.setAcceptDrops(True)
+        self.setProperty(TAKES_FILES, True)
         self._reading_delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._reading_delay.timeout.connect(self.read)
 
-        self.colour_path = QLineEdit(placeholderText="Colour image, folder of frames, or recording")
+        self.path = QLineEdit(placeholderText="Colour image, folder, data set, recording, project, or run.json")
         self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
         self.encoding = QComboBox(editable=True)
@@ -91,6 +120,7 @@ class OpenFrameDialog(QDialog):
             [_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in ENCODING_DESCRIPTIONS.items())]
         )
         self.encoding.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.encoding.setCompleter(None)  # type: ignore[arg-type]  # it would swallow Enter
         self.encoding.setToolTip(
             "How the values of the file become metres: a name, or the number of file units per metre. Automatic: from "
             "meta.json; without it, millimetres for integer depth and metres for floating-point depth."
@@ -108,7 +138,7 @@ class OpenFrameDialog(QDialog):
         self.camera_text = QLineEdit()
         self.camera_text.setAccessibleName("Intrinsics: numbers or file")
         self.camera_browse = QPushButton("File…", autoDefault=False)
-        self.message = Message(lines=7)
+        self.message = Message(lines=5)
         self.apply_button = QPushButton("Apply suggestion", autoDefault=False)
         self.apply_button.setToolTip("Set the depth encoding or the invalid value that the message suggests.")
         policy = self.apply_button.sizePolicy()
@@ -122,30 +152,16 @@ class OpenFrameDialog(QDialog):
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
 
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(12)
-        layout.addLayout(self._form())
+        self._form = self._make_form()
         previews = QHBoxLayout()
         previews.setSpacing(12)
         previews.addWidget(self.colour_preview)
         previews.addWidget(self.depth_preview)
-        layout.addLayout(previews)
-        layout.addWidget(self.message)
-        layout.addWidget(self.apply_button, alignment=Qt.AlignmentFlag.AlignLeft)
-        layout.addStretch(1)
-        layout.addWidget(buttons)
-
-        self.colour_path.textChanged.connect(self._schedule)
-        self.depth_path.textChanged.connect(self._schedule)
-        self.guide_path.textChanged.connect(self._schedule)
+        lines: tuple[QWidget | QLayout, ...] = (self._form, previews, self.message, row(self.apply_button), buttons)
+        stack(self, *lines, spacing=12)
+        for field in (self.path, self.depth_path, self.guide_path, self.invalid, self.min_confidence, self.camera_text):
+            field.textChanged.connect(self._schedule)
         self.encoding.editTextChanged.connect(self._schedule)
-        editor = self.encoding.lineEdit()
-        if editor is not None:
-            editor.returnPressed.connect(self.accept)  # the completion of its text swallows the key
-        self.invalid.textChanged.connect(self._schedule)
-        self.min_confidence.textChanged.connect(self._schedule)
-        self.camera_text.textChanged.connect(self._schedule)
         self.camera.currentTextChanged.connect(self._change_camera)
         self._change_camera()
         self.read()
@@ -157,13 +173,18 @@ class OpenFrameDialog(QDialog):
         """
         if depth is None:
             remember_folder(_FOLDER_KEY, rgb)
-            self._choose(Path(rgb), _looks_like_depth(Path(rgb)))
+            self._set_paths(rgb, self.depth_path.text() if kind_of(rgb) is Kind.PAIR else "")
         else:
             swapped = _looks_like_depth(Path(rgb)) and not _looks_like_depth(Path(depth))
             self._set_paths(depth if swapped else rgb, rgb if swapped else depth)
 
+    @property
+    def kind(self) -> Kind:
+        """What the path is."""
+        return kind_of(self._paths()[0])
+
     def request(self) -> FrameRef:
-        """Return the source to open.
+        """Return the frame or the frames to open.
 
         Raises
         ------
@@ -171,12 +192,9 @@ class OpenFrameDialog(QDialog):
             If files are missing, the depth encoding is unknown, or the invalid value, the minimum confidence or
             the intrinsics are not numbers.
         """
-        colour, depth = self._paths()
-        is_whole = _needs_no_depth(colour)
-        if not colour or not (depth or is_whole):
+        (colour, depth), kind = self._paths(), self.kind
+        if kind is Kind.NOTHING or (kind is Kind.PAIR and not depth):
             raise InputError(_NOTHING_SELECTED)
-        guide = self.guide_path.text().strip() or None
-        pair = (colour, None if is_whole else depth)
         units, name = self._encoding()
         options = ReadingOptions(
             encoding=name,
@@ -186,37 +204,74 @@ class OpenFrameDialog(QDialog):
                 self.min_confidence, "The minimum confidence must be a number of the confidence map, such as 2"
             ),
             intrinsics=self._intrinsics(),
-            guide=guide,
+            guide=self.guide_path.text().strip() or None if kind in (Kind.PAIR, Kind.FRAME) else None,
         )
-        return FrameRef(*pair, options=options)
+        return FrameRef(colour, depth if kind is Kind.PAIR else None, options=options)
 
     def read(self) -> None:
         """Read the chosen files and describe them."""
         self._reading_delay.stop()
         self._wanted = None
         self._looks.forget()
-        colour, depth = self._paths()
-        self.depth_path.setEnabled(not _needs_no_depth(colour))
-        if not colour and not depth:
-            self._refuse(_NOTHING_SELECTED, "muted")
-            return
+        self._propose_partner()
+        (colour, depth), kind = self._paths(), self.kind
+        self._offer_options(kind)
         try:
-            if not (depth or _needs_no_depth(colour)):
+            if kind is Kind.NOTHING:
+                self._refuse(_NOTHING_SELECTED, "muted")
+            elif kind in (Kind.PROJECT, Kind.RUN):
+                self._describe_file(Path(colour), kind)
+            elif kind is Kind.PAIR and not depth:
                 read_colour(colour)  # reports an error of this file before asking for the other one
                 self._refuse(_NO_DEPTH, "muted")
-                return
-            source = self.request()
-            if contains_frames(colour):
-                self._look_into(source)
-                return
-            frame = read_frame(source)
+            elif kind is Kind.FRAMES:
+                self._look_into(self.request())
+            else:
+                source = self.request()
+                frame = read_frame(source)
+                text = " ".join(filter(None, (_describe_frame(frame), described_beside(source))))
+                self._show(frame, text, read_depth(source).plausibility_warnings if frame.notes else ())
         except NotAllowed as error:
             self._announce_question(error)
         except IlfError as error:
             self._refuse(str(error), "error")
+
+    def _describe_file(self, path: Path, kind: Kind) -> None:
+        """Describe a project or the record of a run."""
+        if kind is Kind.RUN:
+            record = read_record(path)
+            text = f"A run of {record.name} with {counted(len(record.blocks_outcome), 'block')}: its frame, blocks and "
+            text += "parameters are opened."
         else:
-            text = " ".join(filter(None, (_describe_frame(frame), described_beside(source))))
-            self._show(frame, text, read_depth(source).plausibility_warnings if frame.notes else ())
+            with open_project(path) as opened:
+                names = [frame.name for frame in opened.project.frames]
+            shown = ", ".join(names[:_MAX_NAMED]) + ", …" * (len(names) > _MAX_NAMED)
+            text = f"A project with {counted(len(names), 'frame')}: {shown}.\nIt takes the place of the present one."
+        self._show_nothing()
+        self.message.show_message(text, "good")
+        self.open_button.setEnabled(True)
+
+    def _propose_partner(self) -> None:
+        """Propose the depth beside a colour file, or the colour beside depth; a depth file that was chosen stays."""
+        colour, depth = self._paths()
+        if self.kind is not Kind.PAIR or depth not in ("", self._proposed_depth):
+            return
+        path = Path(colour)
+        partner = matching_colour_file(path) if _looks_like_depth(path) else None
+        found = path if partner is not None else matching_depth_file(path)
+        if partner is not None or found is not None or depth:
+            self._proposed_depth = str(found or "")
+            self._write_paths(str(partner or colour), self._proposed_depth)
+
+    def _offer_options(self, kind: Kind) -> None:
+        """Show the reading options that apply, and those only."""
+        of_images = kind in (Kind.PAIR, Kind.FRAME, Kind.FRAMES)
+        for place, shown in enumerate(
+            (True, kind is Kind.PAIR, of_images, of_images, of_images, of_images, kind in (Kind.PAIR, Kind.FRAME))
+        ):
+            self._form.setRowVisible(place, shown)
+        for preview in (self.colour_preview, self.depth_preview):
+            preview.setVisible(kind not in (Kind.PROJECT, Kind.RUN))
 
     def _show(self, frame: RGBDFrame, text: str, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         self.colour_preview.show_rgb(frame.rgb)
@@ -227,8 +282,6 @@ class OpenFrameDialog(QDialog):
 
     def _look_into(self, source: FrameRef) -> None:
         """List the frames in a worker thread; meanwhile the source can be opened already."""
-        if source.options.guide is not None:
-            raise InputError("A guide belongs to a single frame. Clear it here, and load a guide for each frame later.")
         self._show_nothing()
         self.message.show_message("Listing frames…", "text")
         self.open_button.setEnabled(True)
@@ -287,40 +340,49 @@ class OpenFrameDialog(QDialog):
         self._looks.forget()
         super().done(result)
 
-    def _form(self) -> QGridLayout:
-        colour_file = QPushButton("File…", autoDefault=False)
-        folder = QPushButton("Folder…", autoDefault=False)
-        depth_file = QPushButton("File…", autoDefault=False)
-        guide_file = QPushButton("File…", autoDefault=False)
-        colour_file.clicked.connect(lambda: self._browse(False))
-        depth_file.clicked.connect(lambda: self._browse(True))
-        guide_file.clicked.connect(self._browse_guide)
-        folder.clicked.connect(self._browse_folder)
-        self.camera_browse.clicked.connect(self._browse_camera)
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(8)
-        grid.setColumnStretch(1, 1)
-        for row, text, field in (
-            (0, "&Colour or folder", self.colour_path),
-            (1, "&Depth", self.depth_path),
-            (2, "Depth &encoding", self.encoding),
-            (3, "In&valid value", self.invalid),
-            (4, "&Min. confidence", self.min_confidence),
-            (5, "Camera &intrinsics", self.camera),
-            (7, "&Guide", self.guide_path),
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if event.mimeData().hasUrls():
+            event.setDropAction(Qt.DropAction.CopyAction)
+            event.accept()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Choose what is dropped: a path, or the two files of a pair."""
+        paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
+        event.setDropAction(Qt.DropAction.CopyAction)
+        event.accept()
+        if paths:
+            self.depth_path.clear()
+            self.set_files(*paths[:2])
+
+    def _make_form(self) -> QFormLayout:
+        form = QFormLayout()
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        for text, field, *buttons in (
+            ("&Path", self.path, ("File…", self._browse_any), ("Folder…", self._browse_folder)),
+            ("&Depth", self.depth_path, ("File…", self._browse_depth)),
+            ("Depth &encoding", self.encoding),
+            ("In&valid value", self.invalid),
+            ("&Min. confidence", self.min_confidence),
+            ("Camera &intrinsics", self.camera),
+            ("&Guide", self.guide_path, ("File…", self._browse_guide)),
         ):
-            label = PlainLabel(text)
-            label.setBuddy(field)
-            grid.addWidget(label, row, 0)
-            grid.addWidget(field, row, 1, 1, 3 if isinstance(field, QComboBox) else 1)
-        grid.addWidget(colour_file, 0, 2)
-        grid.addWidget(folder, 0, 3)
-        grid.addWidget(depth_file, 1, 2)
-        grid.addWidget(self.camera_text, 6, 1)
-        grid.addWidget(self.camera_browse, 6, 2, 1, 2)
-        grid.addWidget(guide_file, 7, 2)
-        return grid
+            parts: list[QWidget] = [field]
+            if field is self.camera:
+                self.camera_browse.clicked.connect(self._browse_camera)
+                parts += [self.camera_text, self.camera_browse]
+            for name, browse in buttons:
+                button = QPushButton(name, autoDefault=False)
+                button.clicked.connect(lambda _=False, browse=browse: browse())
+                parts.append(button)
+            line = QWidget()
+            layout = row(*parts)
+            layout.setContentsMargins(0, 0, 0, 0)
+            if isinstance(field, QComboBox):
+                layout.setStretch(0, 1)
+            line.setLayout(layout)
+            field.setAccessibleName(text.replace("&", ""))
+            form.addRow(label_of(text, field), line)
+        return form
 
     def _propose(self, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         """Offer to apply the suggestions of plausibility warnings."""
@@ -353,17 +415,21 @@ class OpenFrameDialog(QDialog):
         )
         self._schedule()
 
-    def _browse(self, is_depth: bool) -> None:
-        what, suffixes = ("depth", DEPTH_FILE_SUFFIXES) if is_depth else ("colour", COLOUR_SUFFIXES)
-        patterns = " ".join(f"*{suffix}" for suffix in suffixes)
-        recordings = "" if is_depth else f"{recording_files()};;"
-        filters = f"{what.capitalize()} ({patterns});;{recordings}All files (*)"
-        if path := choose_file(self, f"Choose {what} file", _FOLDER_KEY, filters):
-            self._choose(Path(path), is_depth)
+    def _browse_any(self) -> None:
+        kinds = COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, recording_suffixes(), (PROJECT_SUFFIX, ".json")
+        patterns = " ".join(f"*{suffix}" for suffix in dict.fromkeys(sum(kinds, ())))
+        filters = f"All that can be opened ({patterns});;{recording_files()};;All files (*)"
+        if path := choose_file(self, "Choose what to open", _FOLDER_KEY, filters):
+            self._set_paths(path, "")
+
+    def _browse_depth(self) -> None:
+        patterns = " ".join(f"*{suffix}" for suffix in DEPTH_FILE_SUFFIXES)
+        if path := choose_file(self, "Choose depth file", _FOLDER_KEY, f"Depth ({patterns});;All files (*)"):
+            self._set_paths(self.path.text(), path)
 
     def _browse_folder(self) -> None:
-        if path := choose_folder(self, "Choose frame folder", _FOLDER_KEY):
-            self._choose(Path(path), False)
+        if path := choose_folder(self, "Choose folder", _FOLDER_KEY):
+            self._set_paths(path, "")
 
     def _browse_camera(self) -> None:
         patterns = " ".join(f"*{suffix}" for suffix in CAMERA_FILES)
@@ -375,25 +441,18 @@ class OpenFrameDialog(QDialog):
         if path := choose_file(self, "Choose guide", _FOLDER_KEY, guide_files()):
             self.guide_path.setText(path)
 
-    def _choose(self, path: Path, is_depth: bool) -> None:
-        """Set one chosen path, and propose its partner; without a partner, the other field stays."""
-        if path.is_dir():
-            self._set_paths(str(path), "")
-        elif is_depth:
-            partner = matching_colour_file(path)
-            self._set_paths(str(partner) if partner else self.colour_path.text(), str(path))
-        else:
-            partner = matching_depth_file(path)
-            self._set_paths(str(path), str(partner) if partner else self.depth_path.text())
-
-    def _set_paths(self, colour: str, depth: str) -> None:
-        with QSignalBlocker(self.colour_path), QSignalBlocker(self.depth_path):
-            self.colour_path.setText(colour)
-            self.depth_path.setText(depth)
+    def _set_paths(self, path: str, depth: str) -> None:
+        self._write_paths(path, depth)
         self.read()
 
+    def _write_paths(self, path: str, depth: str) -> None:
+        with QSignalBlocker(self.path), QSignalBlocker(self.depth_path):
+            if path != self.path.text():
+                self.path.setText(path)
+            self.depth_path.setText(depth)
+
     def _paths(self) -> tuple[str, str]:
-        return self.colour_path.text().strip(), self.depth_path.text().strip()
+        return self.path.text().strip(), self.depth_path.text().strip()
 
     def _encoding(self) -> tuple[float | None, str | None]:
         """Return the units per metre if a number was entered, and the name of an encoding."""
@@ -437,7 +496,7 @@ class OpenFrameDialog(QDialog):
         self._propose(
             _try_read(lambda: read_depth(self.request()).plausibility_warnings) or () if tone == "error" else ()
         )
-        if _is_folder(colour):
+        if colour and Path(colour).is_dir():
             found = _try_read(lambda: frame_folder(colour))
             colour, depth = (str(found.rgb), str(found.depth)) if found else ("", "")
         self.colour_preview.show_rgb(_try_read(lambda: read_colour(colour)) if colour else None)
@@ -481,15 +540,6 @@ def _number(field: QLineEdit, demand: str) -> float | None:
         return float(text) if text else None
     except ValueError as error:
         raise InputError(f"{demand}, not {text!r}.") from error
-
-
-def _is_folder(path: str) -> bool:
-    return bool(path) and Path(path).is_dir()
-
-
-def _needs_no_depth(path: str) -> bool:
-    """Whether a path needs no second file."""
-    return _is_folder(path) or is_recording(path)
 
 
 def _looks_like_depth(path: Path) -> bool:

@@ -1,0 +1,405 @@
+"""The panel *Additional depth*: guide, depth of neighbours and depth by hand of the current frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+from weakref import WeakSet
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtWidgets import QFormLayout, QPushButton, QScrollArea, QSpinBox, QToolButton, QVBoxLayout, QWidget
+
+from ilf._runtime.formatting import counted, millimetres
+from ilf.completion.completion import guide_text
+from ilf.completion.edge_aware.fitted_guide import fit_guide
+from ilf.data.frame import RGBDFrame
+from ilf.evaluation.hold_out import comparison_steps
+from ilf.io.frame_additions import load_guide
+from ilf.run.run import Run
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.neighbours import around, neighbour_steps
+
+from ..base.commands import Command
+from ..base.needs import Need
+from ..state.document import Document
+from ..state.entries import Entry
+from ..state.parts import Part
+from ..widgets.basics import Message, group, row
+from ..widgets.docks import PanelGroup
+from ..widgets.file_choice import choose_file
+from ..widgets.notices import error_text
+from ..work.jobs import spare_cores
+from .documents.frame_files import guide_files
+from .panel import Panel
+from .sequence.moments import place_of
+
+Depth = NDArray[np.float32]
+
+GUIDE, NEIGHBOURS, BY_HAND = "Guide", "Depth of neighbours", "Depth by hand"
+_SHORT = {
+    "load_guide": "Load…",
+    "remove_guide": "Remove",
+    "use_neighbours": "Use",
+    "remove_neighbours": "Remove",
+    "remove_by_hand": "Remove",
+}
+"""Texts of the commands in the panel."""
+_FOLDER_KEY = "guide/folder"
+_COUNT_KEY, _STEP_KEY = "neighbours/count", "neighbours/step"
+_COUNT, _MAX_COUNT, _STEP, _MAX_STEP = 2, 10, 1, 99
+_CHANGED_M = 1e-4
+"""Depth that differs by less [m] is not changed."""
+
+# What is computed in a worker.
+
+
+@dataclass(frozen=True, eq=False)
+class _Load:
+    """Read a guide from a file and fit it to the known depth."""
+
+    document: Document
+    frame: RGBDFrame
+    path: str
+
+    def answer(self) -> tuple[RGBDFrame, str]:
+        frame = self.frame.with_guide(load_guide(self.path, self.frame.shape, self.frame.rgb))
+        fitted = fit_guide(frame)
+        assert fitted is not None
+        share = (fitted.confidence > 0).mean()
+        name = Path(self.path).name
+        return frame, f"Guide {name}: It covers {share:.0%} of the pixels, and is {guide_text(frame)}."
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Find depth that the nearest frames before and after have measured."""
+
+    document: Document
+    frame: RGBDFrame
+    before: Sequence[FrameRef]
+    after: Sequence[FrameRef]
+    step: int
+
+    def answer(self) -> Generator[float, None, tuple[RGBDFrame, str]]:
+        frame = yield from neighbour_steps(self.frame, self.before, self.after, step=self.step)
+        return frame, frame.notes[-1]
+
+
+@dataclass(frozen=True, eq=False)
+class _Compare:
+    """Complete the frame without one kind of depth and with it, and both once more with hidden known depth."""
+
+    document: Document
+    kind: str
+    without: Run
+    used: Run
+    depth: Depth | None
+    """The completed depth with it, if it is known."""
+
+    def answer(self) -> Generator[float, None, str]:
+        bare = yield from _completed(self.without, 0.0)
+        used = self.depth
+        if used is None:
+            used = yield from _completed(self.used, 0.25)
+        hidden = comparison_steps([self.without, self.used], threads=spare_cores())
+        while True:
+            try:
+                yield 0.5 + 0.5 * next(hidden).share
+            except StopIteration as end:
+                alone, together = (result.whole for result in end.value)
+                break
+        was, now = (f"{millimetres(one.mae)} mm (RMSE {millimetres(one.rmse)})" for one in (alone, together))
+        return (
+            f"{_difference(bare, used)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without it, "
+            f"{now} with it."
+        )
+
+
+Request = _Load | _Search | _Compare
+
+
+def _completed(run: Run, first: float) -> Generator[float, None, Depth]:
+    with run.steps(spare_cores()) as steps:
+        for _ in steps:
+            yield first + 0.25 * len(steps.results) / max(len(steps.blocks), 1)
+    return steps.completion().depth
+
+
+def _difference(bare: Depth, used: Depth) -> str:
+    """Describe how much completed depth differs, and where only one is there."""
+    change = np.abs(used - bare)
+    changed = change[change > _CHANGED_M]
+    only = int(np.count_nonzero(np.isnan(bare) & ~np.isnan(used)))
+    filled = f" {counted(only, 'pixel')} are filled only with it." if only else ""
+    if not changed.size:
+        return f"It changes completed depth nowhere.{filled}"
+    return (
+        f"It changes completed depth at {counted(changed.size, 'pixel')}, by {millimetres(float(np.median(changed)))} "
+        f"mm (median), at most {millimetres(float(changed.max()))} mm.{filled}"
+    )
+
+
+# The panel.
+
+
+class _Section(NamedTuple):
+    """The part of the panel for one kind of depth."""
+
+    content: str
+    """What a view shows of it."""
+    message: Message
+    effect: Message
+    show: QPushButton
+    compare: QPushButton
+
+
+class AdditionalDepthPanel(Panel):
+    """Which additional depth the frame has, from where, how much it covers, and what it changes."""
+
+    title = "Additional depth"
+    icon = "ph.stack"
+    group = PanelGroup.SETTINGS
+    parts = Part.FRAME | Part.LIST | Part.GUIDE | Part.NEIGHBOURS | Part.BY_HAND | Part.LABELS | Part.RESULTS
+    what = "work on additional depth"
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "load_guide",
+                "Load &guide…",
+                "Use depth or inverse depth from another source, or a network that predicts it, where it helps",
+                icon="ph.compass",
+                handler=self.ask_guide,
+                needs=Need.FRAME,
+            ),
+            Command(
+                "remove_guide",
+                "Remove guide",
+                "Complete the frame without a guide",
+                icon="ph.x-circle",
+                handler=self.remove_guide,
+                needs=Need.FRAME,
+                why_off=lambda: "" if self._frame.guide is not None else "This frame has no guide.",
+            ),
+            Command(
+                "use_neighbours",
+                "Use &neighbours",
+                "Use depth that the frames before and after have measured where this one has none",
+                icon="ph.stack",
+                handler=self.use_neighbours,
+                needs=Need.FRAME,
+                why_off=self._why_no_neighbours,
+            ),
+            Command(
+                "remove_neighbours",
+                "Remove depth of neighbours",
+                "Complete the frame with its own depth alone",
+                icon="ph.x-circle",
+                handler=self.remove_neighbours,
+                needs=Need.FRAME,
+                why_off=lambda: (
+                    "" if self._frame.neighbours is not None else "No depth of neighbours is used in this frame."
+                ),
+            ),
+        )
+
+    def make(self) -> QWidget:
+        self._sections: dict[str, _Section] = {}
+        self._told = WeakSet[Document]()
+        """Frames whose guide was told of, or loaded here."""
+        actions = self.context.actions
+        actions.add(self._commands())
+        for name, short in _SHORT.items():
+            actions[name].setIconText(short)
+        self.context.refresh.add("guide told", self._tell_guide, Part.FRAME | Part.GUIDE)
+        self._count, self._step = (
+            QSpinBox(minimum=1, maximum=most, value=int(str(QSettings().value(key, usual, int))))
+            for key, usual, most in ((_COUNT_KEY, _COUNT, _MAX_COUNT), (_STEP_KEY, _STEP, _MAX_STEP))
+        )
+        self._count.setToolTip("Number of frames before this one, and as many after it, whose depth is used")
+        self._step.setToolTip(
+            "Use every so many frames: a camera that moves slowly shows more from frames farther away"
+        )
+        numbers = QFormLayout()
+        numbers.addRow("Frames &before and after", self._count)
+        numbers.addRow("Every so &many frames", self._step)
+        column = QVBoxLayout()
+        column.addWidget(self._section(GUIDE, "guide", ("load_guide", "remove_guide")))
+        column.addWidget(self._section(NEIGHBOURS, "from_neighbours", ("use_neighbours", "remove_neighbours"), numbers))
+        column.addWidget(self._section(BY_HAND, "result", ("tool_depth_by_hand", "remove_by_hand")))
+        column.addWidget(self.work)
+        column.addStretch(1)
+        inner, area = QWidget(), QScrollArea()
+        inner.setLayout(column)
+        area.setWidget(inner)
+        area.setWidgetResizable(True)
+        area.setFrameShape(QScrollArea.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        return area
+
+    def _section(self, kind: str, content: str, commands: Sequence[str], numbers: QFormLayout | None = None) -> QWidget:
+        box, column = group(kind)
+        section = _Section(
+            content, Message(), Message(), QPushButton("Show", checkable=True), QPushButton("What it changes")
+        )
+        section.show.setToolTip(f"Show it in the view Depth in: {kind}")
+        section.show.clicked.connect(
+            lambda on: self.context.views.set_content("depth-in", content if on else "depth-in")
+        )
+        section.compare.setToolTip("Complete the frame without it and with it, and compare; known depth is hidden, too")
+        section.compare.clicked.connect(lambda: self.compare(kind))
+        column.addWidget(section.message)
+        if numbers is not None:
+            column.addLayout(numbers)
+        buttons = [QToolButton() for _ in commands]
+        for button, name in zip(buttons, commands, strict=True):
+            button.setDefaultAction(self.context.actions[name])
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+            button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        column.addLayout(row(*buttons))
+        column.addLayout(row(section.show, section.compare))
+        column.addWidget(section.effect)
+        self._sections[kind] = section
+        return box
+
+    def refresh(self, parts: Part) -> None:
+        if parts & (Part.FRAME | Part.GUIDE | Part.NEIGHBOURS | Part.BY_HAND | Part.LABELS):
+            for section in self._sections.values():
+                section.effect.show_message("")
+        texts = self._texts() if self.context.workspace.has_current else {}
+        shown = self.context.views.contents()["depth-in"]
+        has_blocks = bool(texts) and bool(self.context.workspace.current.counts())
+        for kind, section in self._sections.items():
+            there = bool(texts.get(kind))
+            section.message.show_message(texts.get(kind) or "None in this frame.", "text" if there else "muted")
+            section.show.setEnabled(there)
+            section.show.setChecked(there and shown == section.content)
+            section.compare.setEnabled(there and has_blocks)
+
+    def _texts(self) -> dict[str, str]:
+        """Return where each kind of depth is from, and how much it covers; "" for none."""
+        frame, by_hand = self._frame, self.context.workspace.current.blocks.by_hand
+        missing = max(int(np.count_nonzero(frame.missing)), 1)
+        texts = dict.fromkeys((GUIDE, NEIGHBOURS, BY_HAND), "")
+        if frame.guide is not None:
+            covered = np.count_nonzero(np.isfinite(frame.guide.values) & frame.missing) / missing
+            source = "another program" if frame.guide.path is None else Path(frame.guide.path).name
+            texts[GUIDE] = f"From {source}; it covers {covered:.0%} of the missing pixels."
+        if frame.neighbours is not None and frame.from_neighbours is not None:
+            names = ", ".join(one.name for one in frame.neighbours.neighbours)
+            count = int(np.count_nonzero(frame.from_neighbours))
+            texts[NEIGHBOURS] = (
+                f"From {names}, at {counted(count, 'pixel')}: {count / missing:.0%} of the missing ones."
+            )
+        if by_hand is not None:
+            count = int(np.count_nonzero(by_hand.pixels))
+            texts[BY_HAND] = f"Stated at {counted(count, 'pixel')}." if count else ""
+        return texts
+
+    # commands
+
+    def ask_guide(self) -> None:
+        """Load a guide for the current frame from a file that the user chooses."""
+        if path := choose_file(self.context.window, "Load guide", _FOLDER_KEY, guide_files()):
+            self.reveal()
+            self.ask(_Load(self._document, self._frame, path))
+
+    def use_neighbours(self) -> None:
+        """Use depth of neighbours in the current frame, as many and as far apart as the panel says."""
+        self.reveal()
+        QSettings().setValue(_COUNT_KEY, self._count.value())
+        QSettings().setValue(_STEP_KEY, self._step.value())
+        entry, step = self._entry(), self._step.value()
+        same = [one for one in self.context.workspace.entries if place_of(one) == place_of(entry)]
+        sides = around([one.source for one in same if one.source is not None], same.index(entry), len(same))
+        before, after = (side[: self._count.value() * step] for side in sides)
+        self.ask(_Search(self._document, self._frame, before, after, step))
+
+    def compare(self, kind: str) -> None:
+        """Compute what one kind of depth changes."""
+        document = self._document
+        used = document.run(document.state.common)
+        changed: dict[str, Callable[[], Run]] = {
+            GUIDE: lambda: replace(used, frame=used.frame.with_guide(None)),
+            NEIGHBOURS: lambda: replace(used, frame=used.frame.with_neighbours(None)),
+            BY_HAND: lambda: replace(used, blocks=replace(used.blocks, by_hand=None)),
+        }
+        completion = None if document.changed_blocks() or document.extrapolated else document.completion()
+        depth = None if completion is None else completion.depth
+        self.ask(_Compare(document, kind, changed[kind](), used, depth))
+
+    def remove_guide(self) -> None:
+        """Complete the current frame without a guide."""
+        self.context.workspace.current.set_guide(None, "Remove guide")
+        self.context.notes.show_message("Guide removed.")
+
+    def remove_neighbours(self) -> None:
+        """Complete the current frame without depth of neighbours."""
+        self.context.workspace.current.set_neighbours(None, "Remove depth of neighbours")
+        self.context.notes.show_message("Depth of neighbours removed.")
+
+    # answers
+
+    def compute(self, request: Request) -> object:
+        return request.answer()
+
+    def take(self, request: Request, answer: object) -> None:
+        workspace = self.context.workspace
+        if not workspace.has_current or workspace.current is not request.document:
+            self.context.notes.show_message(
+                f"{request.document.name}: nothing was added, since another frame is shown now. Show it, and try again."
+            )
+            return
+        if isinstance(request, _Compare):
+            self._sections[request.kind].effect.show_message(str(answer), "text")
+            return
+        assert isinstance(answer, tuple)
+        frame, text = answer
+        if isinstance(request, _Load):
+            self._told.add(request.document)
+            workspace.current.set_guide(frame.guide, "Load guide")
+        elif frame.from_neighbours is not None:
+            workspace.current.set_neighbours(frame.neighbours, "Use neighbours")
+        self.context.notes.show_message(f"{request.document.name}: {text}")
+
+    def fail(self, request: Request, error: Exception) -> None:
+        if isinstance(request, _Compare):
+            self._sections[request.kind].effect.show_message(error_text(error), "error")
+        else:
+            what = "Load guide" if isinstance(request, _Load) else "Use neighbours"
+            self.context.notes.report(what, error)
+
+    def _tell_guide(self) -> None:
+        """Tell once that a frame was opened with a guide."""
+        workspace = self.context.workspace
+        if workspace.has_current and self._frame.guide is not None and self._document not in self._told:
+            self._told.add(self._document)
+            self.context.notes.show_message(
+                f"{self._document.name} has a guide, which the runs use. To run without it: File > Remove guide."
+            )
+
+    @property
+    def _document(self) -> Document:
+        return self.context.workspace.current
+
+    @property
+    def _frame(self) -> RGBDFrame:
+        return self._document.frame
+
+    def _entry(self) -> Entry:
+        entry = self.context.workspace.entries.of(self._document.id)
+        assert entry is not None  # every open frame is in the list
+        return entry
+
+    def _why_no_neighbours(self) -> str:
+        entry, place = self._entry(), place_of(self._entry())
+        others = (one for one in self.context.workspace.entries if one is not entry)
+        if place is None or all(place_of(one) != place for one in others):
+            return "The list has no other frame of this sequence: open its folder or recording."
+        if self._frame.intrinsics is None:
+            return "The camera's intrinsics of this frame are not known: open it with intrinsics."
+        return ""

@@ -1,0 +1,439 @@
+"""The export dialog: frames, folder, files, progress, and what was written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QSettings, QSize, Qt, Signal
+from PySide6.QtGui import QStandardItemModel
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QLineEdit,
+    QPushButton,
+    QSpinBox,
+    QTabWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
+
+from ilf._runtime.formatting import counted
+from ilf._runtime.threads import available_cores
+from ilf.batch.pictures import write_contact_sheet, write_video
+from ilf.data.results import Completion
+from ilf.errors import ParameterError
+from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
+from ilf.project.exporting import ExportedFrame, ExportStatus
+from ilf.run.options import RECORD_FILE, ExportOptions, as_file_name, output_folder_name
+from ilf.run.run import Run
+
+from ...base import theme
+from ...widgets.basics import Message, literal_text, row, row_list, stack
+from ...widgets.file_choice import save_folder
+from ...widgets.work_row import WorkRow
+from ...work.jobs import spare_cores
+from .files import FilesForm, combo
+from .jobs import Pictures
+
+THIS, DONE, WORKED_ON, SELECTED, ALL = "this", "done", "worked on", "selected", "all"
+"""Choices of frames."""
+
+_SCOPES = {
+    THIS: "This frame",
+    DONE: "Frames marked as done",
+    WORKED_ON: "Frames that have been worked on",
+    SELECTED: "Selected rows of the list",
+    ALL: "All frames of the list",
+}
+_SOURCES = {
+    False: "As in this window, with its blocks and results",
+    True: "Anew from the files, with the current parameters",
+}
+_FORMATS = {"html": "HTML page, one file for any browser", "pdf": "PDF, for printing or sharing"}
+_PATTERNS = {"areas": "areas, like holes in sensor depth", "random": "random pixels"}
+_SEEDS, _MAX_SEEDS = 3, 20
+_BATCH_FOLDER = "batch/folder"
+_FROM_FILES = (
+    "Blocks are extracted, and edits in this window are not used. Starting again resumes: completed frames are "
+    "skipped. manifest.csv lists the result of each frame."
+)
+_SIZE = QSize(760, 600)
+
+
+@dataclass(frozen=True)
+class Export:
+    """What the user wants to be written.
+
+    Attributes
+    ----------
+    folder : Path
+    options : ExportOptions
+    scope : str
+        A choice of frames.
+    from_files : bool
+        Whether frames are completed anew, as a batch.
+    jobs : int
+        Number of processes of a batch.
+    pictures : sequence of callable
+        What writes the pictures of a batch.
+    retry, anew : bool
+        Whether a batch completes frames again that have failed, or whose settings or files have changed.
+    report : str
+        "html" or "pdf"; "" for no report.
+    test : HoldOutTest or None
+        Of the frames of the report.
+    opens : bool
+        Whether the report is opened when it is written.
+    """
+
+    folder: Path
+    options: ExportOptions
+    scope: str = THIS
+    from_files: bool = False
+    jobs: int = 1
+    pictures: Pictures = ()
+    retry: bool = False
+    anew: bool = False
+    report: str = ""
+    test: HoldOutTest | None = None
+    opens: bool = False
+
+
+class ExportDialog(QDialog):
+    """Dialog of exports; it stays open with what was written, and may be closed meanwhile.
+
+    Signals
+    -------
+    requested(object)
+        The user wants an `Export`.
+    cancelled()
+    opened(object)
+        The user opened the `ExportedFrame` of a row.
+    results_requested(object)
+        The user wants the frames written to a folder in the list.
+    """
+
+    requested = Signal(object)
+    cancelled = Signal()
+    opened = Signal(object)
+    results_requested = Signal(object)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Export")
+        self.resize(_SIZE)
+        self._run: Run | None = None
+        self._completion: Completion | None = None
+        self._behind = self._proposed = ""
+        self._counts: Mapping[str, int] = {}
+        self._busy = False
+        self.scope = combo(_SCOPES, "Frames to export; of several, each gets a folder of its own")
+        self.source = combo(_SOURCES, "Where blocks and completed depth are taken from")
+        self.folder_path = QLineEdit()
+        browse = QPushButton("Browse…", autoDefault=False)
+        browse.setToolTip("Select the folder for the files")
+        browse.clicked.connect(self._browse)
+        self.files, self.results = FilesForm(), self._results()
+        self.tabs = QTabWidget()
+        for page, title in (
+            (self.files, "&Files"),
+            (self._report_page(), "&Report"),
+            (self._batch_page(), "&Batch"),
+            (self.results, "Re&sults"),
+        ):
+            self.tabs.addTab(page, title)
+        self.message = Message(lines=3)
+        self.work = WorkRow("export", "finished frames stay, and exporting again goes on")
+        self.work.cancelled.connect(self.cancelled)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.export_button = buttons.addButton("Export", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.show_button = buttons.addButton("Open r&esults", QDialogButtonBox.ButtonRole.ActionRole)
+        self.show_button.setAutoDefault(False)
+        self.show_button.setToolTip("Add the completed frames of the folder to the list")
+        self.show_button.clicked.connect(lambda: self.results_requested.emit(self._folder()))
+        self.close_button = buttons.button(QDialogButtonBox.StandardButton.Close)
+        buttons.accepted.connect(lambda: self.requested.emit(self.request()))
+        buttons.rejected.connect(self.reject)
+        self._form = QWidget()
+        form = _form(self._form)
+        form.addRow("Fra&mes", self.scope)
+        form.addRow("&Depth", self.source)
+        form.addRow("F&older", row(self.folder_path, browse))
+        form.labelForField(form.itemAt(2, QFormLayout.ItemRole.FieldRole).layout()).setBuddy(self.folder_path)
+        stack(self, self._form, self.tabs, self.message, self.work, buttons, stretched=self.tabs)
+        self._remembered = {
+            "report/format": self.format,
+            "report/hidden": self.hidden,
+            "report/pattern": self.pattern,
+            "report/seeds": self.seeds,
+            "report/open": self.opens,
+            "batch/sheet": self.sheet,
+            "batch/video": self.video,
+        }
+        for key, field in self._remembered.items():
+            _restore(field, QSettings().value(key))
+        self.scope.currentIndexChanged.connect(self._turn)
+        self.source.currentIndexChanged.connect(self._turn)
+        self.folder_path.textChanged.connect(self.update_message)
+        self.files.changed.connect(self.update_message)
+        for box in (self.report, self.hidden):
+            box.toggled.connect(self.update_message)
+        self.format.currentIndexChanged.connect(self.update_message)
+
+    def prepare(self, scope: str, from_files: bool, only_report: bool) -> None:
+        """Offer a new export, with the last settings."""
+        for field in (self.scope, self.source):
+            field.blockSignals(True)
+        self.scope.setCurrentIndex(self.scope.findData(scope))
+        self.source.setCurrentIndex(self.source.findData(from_files))
+        for field in (self.scope, self.source):
+            field.blockSignals(False)
+        self.folder_path.setText("")
+        self._turn()
+        self.files.restore(None if self._run is None else self._run.frame.inputs)
+        self.report.setChecked(only_report)
+        if only_report:
+            self.files.choose_none()
+        self.tabs.setCurrentIndex(1 if only_report else 0)
+        self.export_button.setDefault(True)
+        self.export_button.setFocus()
+
+    def describe(self, run: Run | None, completion: Completion | None, behind: str, counts: Mapping[str, int]) -> None:
+        """Set the run of the current frame and its completion, what its results lack, and the number of frames of each
+        choice."""
+        self._run, self._completion, self._behind, self._counts = run, completion, behind, counts
+        self.setWindowTitle("Export" if run is None else f"Export {run.frame.name}")
+        model = self.scope.model()
+        for number, (name, text) in enumerate(_SCOPES.items()):
+            name_of_it = run.frame.name if name == THIS and run is not None else counts[name]
+            self.scope.setItemText(number, f"{text}: {name_of_it}")
+            if isinstance(model, QStandardItemModel):
+                model.item(number).setEnabled(counts[name] > 0)
+        self._turn()
+
+    def request(self) -> Export:
+        """Return what the user wants; ParameterError if a value is wrong."""
+        from_files = bool(self.source.currentData())
+        test = HoldOutTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
+        return Export(
+            self._folder(),
+            self.files.options(),
+            str(self.scope.currentData()),
+            from_files,
+            self.jobs.value(),
+            [write_contact_sheet] * self.sheet.isChecked() + [write_video] * self.video.isChecked(),
+            self.retry.isChecked(),
+            self.anew.isChecked(),
+            str(self.format.currentData()) if self.report.isChecked() and not from_files else "",
+            test if self.hidden.isChecked() else None,
+            self.opens.isChecked(),
+        )
+
+    def report_file(self, export: Export) -> Path:
+        """Return the file of the report of an export."""
+        name = "" if export.scope != THIS or self._run is None else f"{as_file_name(self._run.frame.name)}-"
+        return export.folder / f"{name}report.{export.report}"
+
+    def remember(self, export: Export) -> None:
+        """Remember the settings of an export."""
+        if export.options.filenames():
+            self.files.store()
+        for key, field in self._remembered.items():
+            QSettings().setValue(key, _value(field))
+        if export.from_files:
+            QSettings().setValue(_BATCH_FOLDER, str(export.folder))
+
+    def begin(self) -> None:
+        """Show that an export has begun."""
+        self._busy = True
+        self.results.clear()
+        self.retry.setChecked(False)
+        self.anew.setChecked(False)
+        self.tabs.setCurrentWidget(self.results)
+        self.work.begin()
+        self._allow()
+
+    def add(self, frames: Sequence[ExportedFrame]) -> None:
+        """List what has come of frames."""
+        for frame in frames:
+            item = QTreeWidgetItem([frame.name, str(frame.status), " ".join(frame.notes)])
+            item.setToolTip(2, literal_text("\n".join(frame.notes)))
+            item.setData(0, Qt.ItemDataRole.UserRole, frame)
+            if frame.status is ExportStatus.FAILED:
+                item.setForeground(1, theme.colours(self.palette()).error)
+            self.results.addTopLevelItem(item)
+
+    def end(self, text: str, tone: str) -> None:
+        """Show that the export has ended, with a summary."""
+        self._busy = False
+        self.work.end()
+        self._allow()
+        self.message.show_message(text, tone)
+        (self.close_button if tone == "good" else self.export_button).setFocus()
+
+    def update_message(self) -> None:
+        """Say what the export would write, or why it cannot."""
+        for field in (self.pattern, self.seeds):
+            field.setEnabled(self.report.isChecked() and self.hidden.isChecked())
+        for field in (self.format, self.hidden, self.opens):
+            field.setEnabled(self.report.isChecked())
+        if self._busy or not self._counts:
+            return
+        self._allow()
+        try:
+            export = self.request()
+            record = [RECORD_FILE] * export.from_files
+            report = [self.report_file(export).name] if export.report else []
+            names = list(dict.fromkeys([*self.files.names(), *record, *report]))
+        except ParameterError as error:
+            problem = str(error)
+        else:
+            problem = self._problem(export.folder, names)
+        self.export_button.setEnabled(not problem)
+        self.message.show_message(*((problem, "error") if problem else self._plan(export, names)))
+
+    def _problem(self, folder: Path, names: Sequence[str]) -> str:
+        """Return why nothing can be exported, and what to do; "" if it can."""
+        if not self.folder_path.text().strip():
+            return "Choose a target folder."
+        if folder.exists() and not folder.is_dir():
+            return f"{folder} is a file, not a folder. Choose another folder."
+        if not names:
+            return "Choose at least one file to write."
+        if not self._counts[self.scope.currentData()]:
+            return "There is no such frame. Choose other frames."
+        return ""
+
+    def _plan(self, export: Export, names: Sequence[str]) -> tuple[str, str]:
+        """Return what the export would write, and the tone of the message."""
+        files = ", ".join(names)
+        if export.from_files:
+            return f"Writes a folder per frame with {files}. {_FROM_FILES}", "muted"
+        if export.scope != THIS:
+            folders = counted(self._counts[export.scope], "folder")
+            return (
+                f"Writes {folders}, one per frame, with {files}, as far as the frame has them. Blocks without a result "
+                "are run first. Frames that have not changed since an earlier export are skipped.",
+                "muted",
+            )
+        text = f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
+        if self._completion is None:
+            return f"{text}\nNo block has been run in its current state: the input depth is exported.", "warning"
+        return f"{text}\n{self._behind}".strip(), "warning" if self._behind else "muted"
+
+    def _turn(self) -> None:
+        """Offer what belongs to the chosen frames and to where their depth is from."""
+        from_files, is_this = bool(self.source.currentData()), self.scope.currentData() == THIS
+        self.tabs.setTabVisible(1, not from_files)
+        self.tabs.setTabVisible(2, from_files)
+        single = is_this and not from_files
+        self.files.describe(self._run if single else None, self._completion if single else None)
+        name = output_folder_name(self._run.frame.name) if single and self._run is not None else "export"
+        last = str(QSettings().value(_BATCH_FOLDER, "")) if from_files else ""
+        proposed = last or str(save_folder() / ("batch" if from_files else name))
+        if self.folder_path.text() in ("", self._proposed):
+            self.folder_path.setText(proposed)
+        self._proposed = proposed
+        self.update_message()
+
+    def _allow(self) -> None:
+        for part in (self._form, *(self.tabs.widget(number) for number in range(3))):
+            part.setEnabled(not self._busy)
+        self.export_button.setEnabled(not self._busy)
+        self.show_button.setEnabled(not self._busy and any(self._folder().glob(f"*/{RECORD_FILE}")))
+
+    def _folder(self) -> Path:
+        return Path(self.folder_path.text().strip()).expanduser().absolute()
+
+    def _browse(self) -> None:
+        start = self._folder()
+        while not start.is_dir() and start != start.parent:
+            start = start.parent
+        if path := QFileDialog.getExistingDirectory(self, "Choose target folder", str(start)):
+            self.folder_path.setText(path)
+
+    def _results(self) -> Any:
+        hint = "What has come of each frame; double-click one to open it"
+        rows = row_list("Results of the frames", hint, ("Frame", "Status", "Notes"), stretched=2)
+        rows.itemActivated.connect(lambda item: self.opened.emit(item.data(0, Qt.ItemDataRole.UserRole)))
+        return rows
+
+    def _report_page(self) -> QWidget:
+        self.report = QCheckBox("&Write a report on the frames")
+        self.report.setToolTip("One self-contained page; several frames get an index with a row for each")
+        about = Message(lines=3)
+        about.show_message(
+            "Pictures with scales, blocks with their figures, parameters that differ from the preset, curves, errors, "
+            "run history, versions and the hashes of all files. Of frames that are not open, only those that have been "
+            "worked on."
+        )
+        self.format = combo(_FORMATS, "File type of the report")
+        self.hidden = QCheckBox("Measure the error on held-out known depth")
+        self.hidden.setToolTip(
+            "Run a hold-out test for every frame with results; takes about as long as a run per seed"
+        )
+        patterns = {name: _PATTERNS.get(name, name) for name in sorted(HOLD_OUT_PATTERNS)}
+        self.pattern = combo(patterns, "Which known depth is hidden", "Pattern of the hold-out")
+        self.seeds = QSpinBox(minimum=1, maximum=_MAX_SEEDS, value=_SEEDS)
+        self.seeds.setToolTip("Number of random hold-outs; errors are shown for each and pooled")
+        self.seeds.setAccessibleName("Number of seeds")
+        self.opens = QCheckBox("Open when done", checked=True)
+        self.opens.setToolTip("Open the report in the browser or the PDF viewer")
+        page, fields = QWidget(), QWidget()
+        form = _form(fields)
+        form.addRow("Form&at", self.format)
+        form.addRow("Hold-out test", self.hidden)
+        form.addRow("Pattern and seeds", row(self.pattern, self.seeds))
+        form.addRow("", self.opens)
+        stack(page, self.report, about, fields, QWidget())
+        return page
+
+    def _batch_page(self) -> QWidget:
+        self.jobs = QSpinBox(minimum=1, maximum=available_cores(), value=spare_cores())
+        self.jobs.setToolTip("Number of frames completed at the same time; they share the cores")
+        self.sheet, self.video = QCheckBox("Contact sheet"), QCheckBox("Video")
+        self.sheet.setToolTip("One picture of all frames, with their names, in one depth colour range")
+        self.video.setToolTip("Colour, measured and completed depth of all frames in sequence")
+        self.retry, self.anew = QCheckBox("Failed frames"), QCheckBox("Frames with changed settings or files")
+        self.retry.setToolTip("Retry frames that failed before")
+        self.anew.setToolTip("Complete frames again whose settings or files have changed since")
+        page, fields = QWidget(), QWidget()
+        form = _form(fields)
+        form.addRow("&Processes", self.jobs)
+        form.addRow("Also write", row(self.sheet, self.video))
+        form.addRow("Redo", row(self.retry, self.anew))
+        stack(page, fields, QWidget())
+        return page
+
+
+def _form(parent: QWidget) -> QFormLayout:
+    form = QFormLayout(parent)
+    form.setContentsMargins(0, 0, 0, 0)
+    form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+    return form
+
+
+def _value(field: QWidget) -> object:
+    if isinstance(field, QCheckBox):
+        return field.isChecked()
+    return (
+        field.value() if isinstance(field, QSpinBox) else field.currentData() if isinstance(field, QComboBox) else None
+    )
+
+
+def _restore(field: QWidget, value: object) -> None:
+    if value is None:
+        return
+    if isinstance(field, QCheckBox):
+        field.setChecked(str(value).lower() == "true")
+    elif isinstance(field, QSpinBox):
+        field.setValue(int(str(value)) if str(value).isdigit() else field.value())
+    elif isinstance(field, QComboBox):
+        field.setCurrentIndex(max(field.findData(value), 0))

@@ -1,0 +1,207 @@
+"""Exports, step by step, for any thread: a step is the `ExportedFrame` that has come of a frame, or `Progress`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+
+from ilf._runtime.cancellation import current_cancel_events, set_cancel_events
+from ilf._runtime.formatting import millimetres
+from ilf._runtime.writing import ensure_folder, write_bytes
+from ilf.batch.batch import Batch
+from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.completion.confidence.expected_error import MEDIAN_NAME
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import Parameters
+from ilf.data.results import Completion, compose
+from ilf.errors import IlfError, InputError
+from ilf.evaluation.evaluation import Progress, scaled_progress
+from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, folder_names, run_and_completion
+from ilf.report.report import ReportOptions, report_steps, write_report
+from ilf.report.subject import Subject, Unreadable
+from ilf.run.run import Run
+from ilf.sources.reading import read_frame
+
+from ...project.store import WorkStore
+from ...state.document import Document
+from ...state.entries import Entry
+from .pdf import pdf_steps
+
+Step = ExportedFrame | Progress
+Pictures = Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]
+Read = Callable[[], tuple[Run, Completion | None]]
+MakeRun = Callable[[RGBDFrame], Run]
+
+# Frames as they are in the window.
+
+
+def present_frame(document: Document) -> tuple[Run, Completion | None]:
+    """The run of an open frame as it is shown, and its completion; None if no block has a result."""
+    return document.run(document.state.common, extrapolate=document.extrapolated), document.completion()
+
+
+def frame_as_shown(document: Document) -> FrameToExport:
+    """An open frame with the results that it has: depth of blocks without one stays missing."""
+    run, completion = present_frame(document)
+    found = compose(run, {}) if completion is None else completion
+    return FrameToExport(document.name, "", lambda: (run, found))
+
+
+def frames_to_export(
+    entries: Sequence[Entry], store: WorkStore, make_run: MakeRun, for_all: Parameters | None
+) -> list[FrameToExport]:
+    """Snapshot of frames, open or not; closed frames are read when they are reached, in any thread.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+    store : WorkStore
+        Of the states of closed frames.
+    make_run : callable
+        Makes the run of a frame without blocks.
+    for_all : Parameters or None
+        The parameters that all frames share, if any.
+    """
+    folders = folder_names([(entry.name, entry.id) for entry in entries])
+    return [
+        FrameToExport(entry.name, folder, _reader(entry, store, make_run, for_all))
+        for entry, folder in zip(entries, folders, strict=True)
+    ]
+
+
+def _reader(entry: Entry, store: WorkStore, make_run: MakeRun, for_all: Parameters | None) -> Read:
+    if entry.document is not None and entry.document.counts():
+        present = _of_session(entry.document)
+        return lambda: present
+    if entry.document is None and entry.has_state and store.has(entry.id):
+        return partial(_of_store, entry, store, for_all)
+    return partial(_of_files, entry, make_run)
+
+
+def _of_session(document: Document) -> tuple[Run, Completion | None]:
+    """The run of an open frame, and its completion if every block has a result."""
+    if document.counts().keys() - document.valid_results().keys():
+        return document.run(document.state.common, extrapolate=document.state.extrapolate), None
+    return present_frame(document)
+
+
+def _of_store(entry: Entry, store: WorkStore, for_all: Parameters | None) -> tuple[Run, Completion | None]:
+    state = store.read(entry.id).state
+    return run_and_completion(state.with_current_settings(entry.note, for_all))
+
+
+def _of_files(entry: Entry, make_run: MakeRun) -> tuple[Run, Completion | None]:
+    if entry.source is None:
+        raise InputError("It has not been read, and where from is not known. Open it first.")
+    return make_run(read_frame(entry.source)), None
+
+
+# Frames completed anew from their files, as a batch.
+
+
+def batch_steps(batch: Callable[[], Batch], jobs: int = 1, pictures: Pictures = ()) -> Generator[Step, None, None]:
+    """Open a batch and complete its frames, those first that were completed before.
+
+    The manifest is written however the batch ends; then the pictures, unless it was cancelled.
+
+    Raises
+    ------
+    IlfError
+        As from `open_batch` and `Batch.outcomes`, or if a picture cannot be written.
+    """
+    opened = batch()
+    yield from (_exported(outcome, opened.folder, before=True) for outcome in (*opened.finished, *opened.failed))
+    cancel_events = current_cancel_events()
+    try:
+        with closing(opened.outcomes(jobs=jobs)) as outcomes:
+            for outcome in outcomes:
+                yield _exported(outcome, opened.folder)
+    finally:
+        set_cancel_events()  # writing the manifest is not cancelled
+        found = opened.write_manifest()
+    set_cancel_events(*cancel_events)
+    for write in pictures:
+        write(opened.folder, found)
+
+
+def _exported(outcome: FrameOutcome, folder: Path, before: bool = False) -> ExportedFrame:
+    place = folder / outcome.folder
+    if outcome.status is FrameStatus.FAILED:
+        return ExportedFrame(outcome.frame, place, ExportStatus.FAILED, (outcome.message,))
+    status = ExportStatus.UNCHANGED if before else ExportStatus.WRITTEN
+    return ExportedFrame(outcome.frame, place, status, tuple(filter(None, (_figures(outcome), outcome.message))))
+
+
+def _figures(outcome: FrameOutcome) -> str:
+    figures = []
+    if outcome.missing_before is not None and outcome.missing_after is not None and outcome.pixels:
+        before, after = outcome.missing_before / outcome.pixels, outcome.missing_after / outcome.pixels
+        figures.append(f"missing {before:.1%} → {after:.1%}")
+    if outcome.expected_error_median is not None:
+        figures.append(f"{MEDIAN_NAME.lower()} {millimetres(outcome.expected_error_median)} mm")
+    if outcome.seconds is not None:
+        figures.append(f"{outcome.seconds:.1f} s")
+    return f"{', '.join(figures)}.".capitalize() if figures else ""
+
+
+# A page on frames.
+
+_OF_CONTENT = 0.8
+"""Share of the work done before the pages are written."""
+
+
+def subject_of(document: Document) -> Subject:
+    """Snapshot of an open frame; later changes do not affect it."""
+    run, completion = present_frame(document)
+    infos = {label: document.info(label) for label in document.counts()}
+    return Subject(
+        run,
+        completion or compose(run, {}),
+        {label: info.name for label, info in infos.items()},
+        {label: info.colour for label, info in infos.items()},
+        document.state.note,
+        tuple(document.state.runs),
+    )
+
+
+def subjects_of(
+    entries: Sequence[Entry], store: WorkStore, for_all: Parameters | None
+) -> Iterator[Subject | Unreadable]:
+    """Subjects of frames, open or not; closed frames are read when they are reached.
+
+    Call in the GUI thread, iterate in any thread. `for_all`: the parameters shared by all frames, if any.
+    """
+    open_ones = {entry.id: subject_of(entry.document) for entry in entries if entry.document is not None}
+    noted = [(entry, entry.note) for entry in entries]
+    return (open_ones.get(entry.id) or _stored(entry, note, store, for_all) for entry, note in noted)
+
+
+def _stored(entry: Entry, note: str, store: WorkStore, for_all: Parameters | None) -> Subject | Unreadable:
+    try:
+        decoded = store.read(entry.id)
+    except IlfError as error:
+        return Unreadable(entry.name, str(error))
+    return Subject.of_state(decoded.state.with_current_settings(note, for_all), problems=decoded.problems)
+
+
+def report_file_steps(
+    path: Path, subjects: Iterable[Subject | Unreadable], count: int, options: ReportOptions
+) -> Generator[Progress, None, None]:
+    """Write a report of `count` subjects, as PDF if that is the suffix, otherwise as HTML.
+
+    Raises
+    ------
+    InputError
+        As from `ilf.report.report.report_steps`.
+    ExportError
+        If the file cannot be written; an existing file stays unchanged.
+    """
+    report = yield from scaled_progress(report_steps(subjects, options, count), 0.0, _OF_CONTENT)
+    ensure_folder(path.parent)
+    if path.suffix.lower() == ".pdf":
+        write_bytes(path, (yield from scaled_progress(pdf_steps(report), _OF_CONTENT, 1 - _OF_CONTENT, "writing ")))
+    else:
+        yield Progress(_OF_CONTENT, "writing")
+        write_report(path, report)

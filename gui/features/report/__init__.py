@@ -1,1 +1,0 @@
-"""Reports: dialog, writing in the background, and PDF layout."""

@@ -1,0 +1,205 @@
+"""The export dialog offers what can be written, and says what that would replace or lose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtCore import QSettings
+
+from gui.features.export.dialog import ALL, DONE, SELECTED, THIS, WORKED_ON, ExportDialog
+from ilf.data.frame import FrameInputs, InputFile
+from ilf.data.results import compose
+from ilf.errors import ParameterError
+from ilf.run.options import ExportOptions
+from ilf.run.run import Run
+
+SCOPES = THIS, DONE, WORKED_ON, SELECTED, ALL
+
+
+@pytest.fixture
+def make(qtbot, tmp_path, small_frame, small_labels):
+    def make(
+        has_intrinsics: bool = True,
+        has_result: bool = True,
+        depth: NDArray[np.float32] | None = None,
+        units: float | None = None,
+        behind: str = "",
+    ) -> ExportDialog:
+        frame = small_frame if has_intrinsics else replace(small_frame, intrinsics=None)
+        if units is not None:
+            inputs = FrameInputs(InputFile("rgb.png", "0"), InputFile("depth.png", "0"), units, None)
+            frame = replace(frame, inputs=inputs)
+        run = Run(frame, small_labels)
+        completion = compose(run, {}) if depth is None else replace(compose(run, {}), depth=depth)
+        dialog = ExportDialog(None)
+        qtbot.addWidget(dialog)
+        dialog.describe(run, completion if has_result else None, behind, {**dict.fromkeys(SCOPES, 0), THIS: 1})
+        dialog.prepare(THIS, False, False)
+        dialog.folder_path.setText(str(tmp_path))
+        return dialog
+
+    return make
+
+
+def accept(dialog: ExportDialog) -> None:
+    dialog.remember(dialog.request())
+
+
+def test_starts_with_the_defaults(make, tmp_path):
+    dialog = make()
+    assert dialog.files.options() == ExportOptions()
+    assert str(dialog.request().folder) == str(tmp_path)
+    assert dialog.export_button.isEnabled()
+
+
+def test_choices_are_remembered_when_exported_only(make):
+    dialog = make()
+    dialog.files.depth_tiff.setChecked(True)
+    dialog.files.cloud_format.setCurrentText("PCD")
+    dialog.files.png_units.setEditText("5000")
+    chosen = dialog.files.options()
+    dialog.reject()
+    assert make().files.options() == ExportOptions()
+    accept(dialog)
+    assert make().files.options() == chosen == ExportOptions(("png", "tiff", "npy"), depth_units=5000, cloud="pcd")
+
+
+def test_without_intrinsics_no_cloud_now_but_the_choice_stays(make):
+    dialog = make(has_intrinsics=False)
+    assert dialog.files.options().cloud is None
+    assert not dialog.files.cloud.isEnabled()
+    accept(dialog)
+    assert make().files.options().cloud == "ply"
+
+
+def test_a_mesh_with_or_without_a_cloud(make):
+    dialog = make()
+    dialog.files.mesh.setChecked(True)
+    assert "mesh.glb" in dialog.message.text()
+    dialog.files.mesh_format.setCurrentText("OBJ, text")
+    dialog.files.normals.setChecked(True)
+    dialog.files.drop_flying.setChecked(True)
+    assert dialog.files.options() == ExportOptions(mesh="obj", normals=True, drop_flying=True)
+    dialog.files.cloud.setChecked(False)
+    assert dialog.files.axes.isEnabled()
+    assert dialog.files.drop_flying.isEnabled()
+    accept(dialog)
+    assert make().files.options() == ExportOptions(cloud=None, mesh="obj", normals=True, drop_flying=True)
+    without = make(has_intrinsics=False)
+    assert without.files.options() == ExportOptions(cloud=None)
+    assert not any(
+        field.isEnabled()
+        for field in (without.files.mesh, without.files.mesh_format, without.files.normals, without.files.axes)
+    )
+    accept(without)
+    assert make().files.options().mesh == "obj"
+
+
+def test_the_expected_error_goes_with_the_depth_files(make):
+    dialog = make()
+    assert "expected_error.png" in dialog.message.text()
+    dialog.files.expected_error.setChecked(False)
+    assert "expected_error" not in dialog.message.text()
+    accept(dialog)
+    assert not make().files.options().expected_error
+    for box in (dialog.files.depth_png, dialog.files.depth_npy):
+        box.setChecked(False)
+    assert not dialog.files.expected_error.isEnabled()
+
+
+def test_without_result_no_curves_and_a_word_about_it(make):
+    dialog = make(has_result=False)
+    assert not dialog.files.options().curves
+    assert not dialog.files.options().expected_error
+    assert not dialog.files.expected_error.isEnabled()
+    assert "No block has been run" in dialog.message.text()
+
+
+def test_what_the_results_lack_is_said(make):
+    dialog = make(behind="1 of 2 blocks has not.")
+    assert "1 of 2 blocks has not." in dialog.message.text()
+    assert dialog.message.tone() == "warning"
+
+
+def test_clipping_is_foretold(make):
+    depth = np.full((48, 64), 2.0, np.float32)
+    depth[0, :4] = (5.2, 8.0, 8.0, np.nan)
+    dialog = make(depth=depth)
+    assert "8.00 m → 8000, fits" in dialog.files.png_note.text()
+    dialog.files.png_units.setCurrentText("10000 (0.1 mm)")
+    assert "→ 80000, over 65535: clips 2 pixels" in dialog.files.png_note.text()
+    assert dialog.files.png_note.tone() == "warning"
+
+
+@pytest.mark.parametrize("units", ["", "mm", "0", "-5", "nan"])
+def test_units_that_are_no_number_are_refused(make, units):
+    dialog = make()
+    dialog.files.png_units.setEditText(units)
+    assert not dialog.export_button.isEnabled()
+    assert dialog.message.tone() == "error"
+    with pytest.raises(ParameterError):
+        dialog.files.options()
+
+
+def test_a_file_is_no_folder_and_nothing_is_no_export(make, tmp_path):
+    (tmp_path / "taken").touch()
+    dialog = make()
+    dialog.folder_path.setText(str(tmp_path / "taken"))
+    assert not dialog.export_button.isEnabled()
+    dialog.folder_path.setText(str(tmp_path / "new"))
+    assert dialog.export_button.isEnabled()
+    for box in (
+        dialog.files.depth_png,
+        dialog.files.depth_npy,
+        dialog.files.cloud,
+        dialog.files.labels,
+        dialog.files.curves,
+        dialog.files.run_record,
+    ):
+        box.setChecked(False)
+    assert not dialog.export_button.isEnabled()
+
+
+def test_settings_of_another_version_do_no_harm(make):
+    QSettings().setValue("export/options", '{"depth_formats": ["exr"], "colour": 1}')
+    assert make().files.options() == ExportOptions()
+
+
+def test_options_are_checked_and_name_their_files():
+    assert ExportOptions(cloud="xyzrgb", labels=False).filenames() == (
+        "depth.png", "depth.npy", "expected_error.png", "expected_error.npy", "unsupported.png", "curves.csv",
+        "cloud.xyzrgb", "run.json",
+    )  # fmt: skip
+    for wrong in ({"cloud": "obj"}, {"axes": "up"}, {"cloud_unit": "km"}, {"depth_units": 0.0}):
+        with pytest.raises(ParameterError):
+            ExportOptions(**wrong)
+
+
+def test_units_coarser_than_the_inputs_are_pointed_out(make):
+    dialog = make(units=2000.0)
+    dialog.files.png_units.setCurrentText("1000 (millimetres)")
+    assert "steps of 1 mm, the input has 0.5 mm" in dialog.files.png_note.text()
+    assert dialog.files.png_note.tone() == "warning"
+    dialog.files.png_units.setEditText("2000")
+    assert dialog.files.png_note.text().startswith("Steps of 0.5 mm;")
+
+
+def test_a_png_has_the_units_of_the_input_unless_others_are_chosen(make):
+    for units in (10_000.0, 5000.0, 256.0, 1234.5678):
+        dialog = make(units=units)
+        assert dialog.files.options().depth_units == units
+        assert dialog.files.png_note.tone() == "muted"
+        accept(dialog)
+    assert make(units=10_000.0).files.png_units.currentText() == "10000 (0.1 mm)"
+    assert make(units=1.0).files.options().depth_units == 1000, "depth in metres has fractions"
+    dialog = make(units=5000.0)
+    dialog.files.png_units.setCurrentText("1000 (millimetres)")
+    accept(dialog)
+    assert make(units=10_000.0).files.options().depth_units == 1000, "as it was chosen"
+    dialog = make(units=5000.0)
+    dialog.files.png_units.setCurrentText("5000 (TUM)")
+    accept(dialog)
+    assert make(units=10_000.0).files.options().depth_units == 10_000
