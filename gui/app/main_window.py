@@ -169,7 +169,7 @@ class MainWindow(QMainWindow):
             actions=self.actions_,
         )
         self.features, self.feature = self.context.features, self.context.feature
-        self.refresh.add("commands", self.actions_.refresh, _OF_COMMANDS)
+        self.refresh.add("commands", self.actions_.refresh, _OF_COMMANDS, also=(self.editor.tool_changed,))
 
     def _add_panels(self) -> None:
         """Add the standard panels."""
