@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,7 +36,7 @@ from ilf.run.options import RECORD_FILE, ExportOptions, as_file_name, output_fol
 from ilf.run.run import Run
 
 from ...base import theme
-from ...widgets.basics import Message, literal_text, row, row_list, stack
+from ...widgets.basics import Message, label_of, literal_text, row, row_list, stack
 from ...widgets.file_choice import save_folder
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
@@ -141,11 +142,12 @@ class ExportDialog(QDialog):
         browse.setToolTip("Select the folder for the files")
         browse.clicked.connect(self._browse)
         self.files, self.results = FilesForm(), self._results()
+        self.report_page, self.batch_page = self._report_page(), self._batch_page()
         self.tabs = QTabWidget()
         for page, title in (
             (self.files, "&Files"),
-            (self._report_page(), "&Report"),
-            (self._batch_page(), "&Batch"),
+            (self.report_page, "&Report"),
+            (self.batch_page, "&Batch"),
             (self.results, "Re&sults"),
         ):
             self.tabs.addTab(page, title)
@@ -165,8 +167,7 @@ class ExportDialog(QDialog):
         form = _form(self._form)
         form.addRow("Fra&mes", self.scope)
         form.addRow("&Depth", self.source)
-        form.addRow("F&older", row(self.folder_path, browse))
-        form.labelForField(form.itemAt(2, QFormLayout.ItemRole.FieldRole).layout()).setBuddy(self.folder_path)
+        form.addRow(label_of("F&older", self.folder_path), row(self.folder_path, browse))
         stack(self, self._form, self.tabs, self.message, self.work, buttons, stretched=self.tabs)
         self._remembered = {
             "report/format": self.format,
@@ -280,10 +281,12 @@ class ExportDialog(QDialog):
 
     def update_message(self) -> None:
         """Say what the export would write, or why it cannot."""
-        for field in (self.pattern, self.seeds):
-            field.setEnabled(self.report.isChecked() and self.hidden.isChecked())
-        for field in (self.format, self.hidden, self.opens):
-            field.setEnabled(self.report.isChecked())
+        with_report = self.report.isChecked()
+        for field, on in (
+            *((field, with_report and self.hidden.isChecked()) for field in (self.pattern, self.seeds)),
+            *((field, with_report) for field in (self.format, self.hidden, self.opens)),
+        ):
+            field.setEnabled(on)
         if self._busy or not self._counts:
             return
         self._allow()
@@ -344,13 +347,13 @@ class ExportDialog(QDialog):
         self.update_message()
 
     def _allow(self) -> None:
-        for part in (self._form, *(self.tabs.widget(number) for number in range(3))):
+        for part in (self._form, self.files, self.report_page, self.batch_page):
             part.setEnabled(not self._busy)
         self.export_button.setEnabled(not self._busy)
         self.show_button.setEnabled(not self._busy and any(self._folder().glob(f"*/{RECORD_FILE}")))
 
     def _folder(self) -> Path:
-        return Path(self.folder_path.text().strip()).expanduser().absolute()
+        return Path(os.path.abspath(os.path.expanduser(self.folder_path.text().strip())))
 
     def _browse(self) -> None:
         start = self._folder()
@@ -384,7 +387,8 @@ class ExportDialog(QDialog):
         self.seeds = QSpinBox(minimum=1, maximum=_MAX_SEEDS, value=_SEEDS)
         self.seeds.setToolTip("Number of random hold-outs; errors are shown for each and pooled")
         self.seeds.setAccessibleName("Number of seeds")
-        self.opens = QCheckBox("Open when done", checked=True)
+        self.opens = QCheckBox("Open when done")
+        self.opens.setChecked(True)
         self.opens.setToolTip("Open the report in the browser or the PDF viewer")
         page, fields = QWidget(), QWidget()
         form = _form(fields)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -108,7 +108,7 @@ class ExportFeature(Feature):
             return
         entries = self._entries(export.scope)
         self._export, self._done, self._ids = export, [], {}
-        parts = []
+        parts: list[Iterator[Step]] = []
         self._total = len(entries) if export.options.filenames() else 0
         if export.from_files:
             parts.append(self._batch(export, entries))

@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QMenu,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -23,7 +22,7 @@ from ilf._runtime.formatting import counted
 from ...base.commands import Command, hint_of, plain
 from ...base.needs import Need
 from ...state.entries import Entry
-from ...widgets.basics import Message, PlainLabel
+from ...widgets.basics import Message, PlainLabel, stack
 from ...widgets.work_row import WorkRow
 from ..context import Context, Feature, PendingWork
 from ..menus import insert_menu
@@ -89,13 +88,7 @@ class PropagateDialog(QDialog):
         form.addRow("&Frames", self.count)
         form.addRow("", self.last)
         form.addRow("&Method", self.how)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 14, 14, 14)
-        layout.setSpacing(10)
-        layout.addWidget(about)
-        layout.addLayout(form)
-        layout.addWidget(self.replaces)
-        layout.addWidget(buttons)
+        stack(self, about, form, self.replaces, buttons)
         self.resize(430, 0)
         self._describe()
 
