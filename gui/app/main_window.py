@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QSignalBlocker
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
 
@@ -28,7 +28,7 @@ from ..features.frame_list.feature import FramesFeature
 from ..features.history import HistoryFeature
 from ..features.inspect.panel import InspectPanel
 from ..features.layouts.feature import LayoutsFeature
-from ..features.menus import ToolBar, fill_menu_bar
+from ..features.menus import ToolBar, ToolColumn, fill_menu_bar
 from ..features.on_use import OnUseFeature
 from ..features.presets import PresetsFeature
 from ..features.project.autosave import AutosaveFeature
@@ -188,6 +188,8 @@ class MainWindow(QMainWindow):
     def _add_menus(self) -> None:
         self.tool_bar = ToolBar(self.actions_, self.feature(ToolsFeature).options, self)
         self.addToolBar(self.tool_bar)
+        self.tool_column = ToolColumn(self.actions_, self)
+        self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_column)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles())
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from html import escape
 
 from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QWidget
@@ -18,6 +18,9 @@ WHY_NOT = "why_not"
 
 HOLD_KEY = "held"
 """The property of an action that stores the key that switches it on while held."""
+
+HINT = "hint"
+"""The property of an action that stores what it does, as a sentence without a stop."""
 
 TEMPORARY = "transient"
 """The property of a temporary action, which cannot be given a shortcut."""
@@ -78,7 +81,8 @@ class CommandAction(QAction):
         super().__init__(command.text, window)
         self._command = command
         self._missing = missing
-        self.hint = command.hint
+        self.setProperty(HINT, command.hint)
+        self.setProperty(HOLD_KEY, command.held)
         self.setObjectName(command.name)
         self.setShortcut(QKeySequence(command.keys))
         self.setCheckable(command.checkable or bool(command.group))
@@ -107,9 +111,7 @@ class CommandAction(QAction):
 
     def explain(self) -> None:
         """Make the tooltip."""
-        keys, why = keys_text(self.shortcuts()), "" if super().isEnabled() else self.why_not()
-        lines = [f"<b>{escape(plain(self.text()))}</b> {escape(keys)}".rstrip(), escape(self.hint), escape(why)]
-        self.setToolTip("<br>".join(filter(None, lines)))
+        self.setToolTip(_tooltip(self, "" if super().isEnabled() else self.why_not()))
 
 
 class Actions:
@@ -200,9 +202,18 @@ def why_not(action: QAction) -> str:
 
 def hint_of(action: QAction) -> str:
     """Return what an action does, as a sentence without its name and keys; "" if its text says it."""
-    if isinstance(action, CommandAction):
-        return action.hint
-    return "" if action.toolTip() == plain(action.text()) else action.toolTip()
+    return str(action.property(HINT) or "")
+
+
+def describe(action: QAction) -> None:
+    """Make the tooltip of an action anew: its name and keys in bold, and what it does."""
+    action.setToolTip(_tooltip(action))
+
+
+def _tooltip(action: QAction, why: str = "") -> str:
+    name, keys = plain(action.text()), all_keys(action)
+    title = f"<b>{html.escape(f'{name} ({keys})' if keys else name)}</b>"
+    return "<br>".join(filter(None, (title, html.escape(hint_of(action)), html.escape(why))))
 
 
 # All actions of the window: those in its menus, and those with only a key or a button.
@@ -252,14 +263,18 @@ class ActionEntry:
     @property
     def keys(self) -> str:
         """Its shortcuts in the system's notation, with the key that switches it on while held."""
-        held = f"hold {self.held}" if self.held else ""
-        shortcuts = [] if self.gone else self.action.shortcuts()
-        return ", ".join(filter(None, (keys_text(shortcuts), held)))
+        return "" if self.gone else all_keys(self.action)
 
 
 def keys_text(keys: list[QKeySequence]) -> str:
     """Return keys in the system's notation."""
     return ", ".join(sequence.toString(QKeySequence.SequenceFormat.NativeText) for sequence in keys)
+
+
+def all_keys(action: QAction) -> str:
+    """Return the keys of an action, with the one that switches it on while held."""
+    held = action.property(HOLD_KEY)
+    return ", ".join(filter(None, (keys_text(action.shortcuts()), f"hold {held}" if held else "")))
 
 
 def plain(text: str) -> str:

@@ -103,7 +103,6 @@ class WindowFeature(Feature):
                 Command("about", "&About ILF Studio", icon="ph.info", handler=lambda: AboutDialog(window).open()),
             )
         )
-        context.panels.add_fold(context.actions["toggle_panels"])
 
     def _show_full_screen(self, on: bool) -> None:
         window = self.context.window

@@ -337,7 +337,7 @@ class ColourRangeFeature(Feature):
         )
         self._lock = actions["lock_range"]
         self.panel = RangePanel([actions["fit_range"], self._lock])
-        context.feature(ViewsFeature).bar.add_button(actions["fit_range"])
+        context.feature(ViewsFeature).bar.add_entry(actions["fit_range"])
         context.panels.add(_TITLE, self.panel, PanelGroup.INSPECTION, "ph.chart-bar")
         context.refresh.add(
             "range",

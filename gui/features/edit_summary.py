@@ -77,7 +77,7 @@ class EditSummaryLine(Themed, QWidget):
             "truth, if the frame has one: root mean square error of the pixels filled in the edited blocks. Hold-out: "
             "known depth near the edited border is hidden, and the blocks there are completed without it; mean "
             "absolute error, equal where the difference is smaller than its uncertainty (95 %). Expected error: an "
-            "estimate. Hold B to see the state before the edit."
+            "estimate. Hold Z to see the state before the edit."
         )
         self.row = QHBoxLayout(self)
         self.row.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
@@ -330,10 +330,10 @@ class EditSummaryFeature(Feature):
                 Command(
                     "show_before_edit",
                     "Show state &before the last edit",
-                    "Show blocks and depth before the last edit; holding B does the same",
+                    "Show blocks and depth before the last edit; holding Z does the same",
                     icon="ph.eye",
                     checkable=True,
-                    held="B",
+                    held="Z",
                     handler=lambda on: self.presenter.look(on),
                 ),
             )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtGui import QKeySequence, QUndoGroup
 from PySide6.QtWidgets import QUndoView, QWidget
 
-from ..base.commands import WHY_NOT
+from ..base.commands import WHY_NOT, describe
 from ..widgets.docks import PanelGroup
 from .context import Context, Feature
 
@@ -36,5 +38,7 @@ class HistoryFeature(Feature):
         for name, action, icon in zip(("undo", "redo"), (undo, redo), icons, strict=True):
             action.setProperty(WHY_NOT, f"Nothing to {name}.")
             context.actions.adopt(name, action, icon)
+            action.changed.connect(partial(describe, action))
+            describe(action)
         self.panel = HistoryView(history)
         context.panels.add("History", self.panel, PanelGroup.WORK, "ph.clock-counter-clockwise")

@@ -1,17 +1,18 @@
-"""Menus and tool bar: the place of every command."""
+"""Menus, tool bar and tool column: the place of every command."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from PySide6.QtCore import QSettings, QSize
+from PySide6.QtCore import QEvent, QObject, QSettings, QSize, Qt
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QApplication, QMenu, QMenuBar, QSizePolicy, QToolBar, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QMenuBar, QToolBar, QToolButton, QWidget
 
 from ilf.drawing.blocks import STAGES
 
 from ..base import theme
 from ..base.commands import Actions
+from ..tools.kinds import KINDS
 from ..tools.options_row import OptionsRow
 from ..views.colours import DEPTH_MAP, DEPTH_MAPS
 from ..views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
@@ -22,14 +23,11 @@ BLOCK_MENU = (
     "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks mark_checked | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
-_TOOLS = (
-    "tool_select tool_border tool_refine tool_outline tool_smart_select tool_split tool_paint tool_erase tool_give "
-    "tool_mark_invalid tool_depth_by_hand"
-)
+_TOOLS = " ".join(f"tool_{kind.name}" for kind in KINDS if not kind.inspects)
 _BY_HAND = "fill_by_hand continue_plane nearer_surface farther_surface | remove_by_hand"
 _INSPECT = (
-    "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
-    "copy_measurements save_measurements delete_measurements"
+    f"{' '.join(f'tool_{kind.name}' for kind in KINDS if kind.inspects)} | remove_marks | save_profile "
+    "save_profile_picture | copy_statistics | copy_measurements save_measurements delete_measurements"
 )
 _SPEEDS = "speed_quarter speed_half speed_normal speed_double speed_fourfold speed_fastest"
 _GOING = "next_frame previous_frame next_untouched mark_done note_frame"
@@ -39,7 +37,8 @@ _MENUS = {
     "use_neighbours remove_neighbours | load_blocks "
     "save_blocks | export export_all batch "
     "report save_picture | close_frame quit",
-    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | {_BY_HAND} | cancel_stroke",
+    "&Edit": f"undo redo | {_TOOLS} | next_tool previous_tool | brush_smaller brush_larger "
+    f"similar_only to_no_block | {_BY_HAND} | cancel_stroke",
     "&Blocks": "extract | propagate_next propagate_previous propagate_through | "
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
@@ -51,26 +50,96 @@ _MENUS = {
 }
 
 _ICONS = QSize(20, 20)
+_SMALL = 0.88
+"""Size of the names under the icons of the tools, as a share of the text's."""
+_WIDTH_FOR_NAMES = 1300
+"""Width [px] of the window from which the tools have names."""
 
 
-class ToolBar(QToolBar):
-    """Tool bar with frequent commands and the options of the tool."""
+class _Bar(QToolBar):
+    """A bar whose buttons have names, unless the user wants only icons."""
 
-    def __init__(self, actions: Actions, options: OptionsRow, window: QWidget) -> None:
-        super().__init__("Tools", window)
-        self.setObjectName("Tools")
+    named = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
+
+    def __init__(self, name: str, only_icons: QAction, window: QWidget) -> None:
+        super().__init__(name, window)
+        self.setObjectName(name)
         self.setMovable(False)
         self.setIconSize(_ICONS)
-        _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
+        self._only_icons = only_icons
+        only_icons.toggled.connect(self.show_names)
+        self.show_names()
+
+    def show_names(self) -> None:
+        """Show or leave out the names."""
+        only_icons = self._only_icons.isChecked() or self.is_short_of_room()
+        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly if only_icons else self.named)
+
+    def is_short_of_room(self) -> bool:
+        """Whether names would take too much room."""
+        return False
+
+
+class ToolColumn(_Bar):
+    """The tools that correct blocks, at the left side of the window. A narrow window leaves their names out."""
+
+    named = Qt.ToolButtonStyle.ToolButtonTextUnderIcon
+
+    def __init__(self, actions: Actions, window: QWidget) -> None:
+        super().__init__("Tool column", actions["only_icons"], window)
+        self.setOrientation(Qt.Orientation.Vertical)
+        _fill(self, entries(actions, _TOOLS))
+        small = self.font()
+        small.setPointSizeF(_SMALL * small.pointSizeF())
+        for button in self.findChildren(QToolButton):
+            button.setFont(small)
+        window.installEventFilter(self)
+
+    def is_short_of_room(self) -> bool:
+        """Whether the pictures need the room of the names."""
+        return self.window().width() < _WIDTH_FOR_NAMES
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the width of the window."""
+        if event.type() == QEvent.Type.Resize:
+            self.show_names()
+        return False
+
+
+class ToolBar(_Bar):
+    """Frequent commands and the options of the tool; what needs a selected block or a run is there only then."""
+
+    def __init__(self, actions: Actions, options: OptionsRow, window: QWidget) -> None:
+        super().__init__("Tools", actions["only_icons"], window)
+        _fill(self, entries(actions, "open export | run live | undo redo |"))
+        self._undo = [self.widgetForAction(actions[name]) for name in ("undo", "redo")]
         self._options = self.addWidget(options)
-        spring = QWidget()  # keeps the buttons to its right in place when the tool's options change
-        spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.addWidget(spring)
-        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_check"))
+        self.addSeparator()
+        for name in ("pause", "step", "cancel", "run_selected", "merge_blocks", "delete_blocks"):
+            self._add_while_usable(actions[name], actions["pause" if name == "step" else name])
+        self.toolButtonStyleChanged.connect(self._leave_out_steps)
+        self._leave_out_steps()
+
+    def _leave_out_steps(self) -> None:
+        """Leave out the texts of undo and redo, which change with each step."""
+        for button in self._undo:
+            assert isinstance(button, QToolButton)
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
 
     def show_options(self, on: bool) -> None:
         """Show or hide the tool's options; they are shown where the tool can be used."""
         self._options.setVisible(on)
+
+    def _add_while_usable(self, action: QAction, decides: QAction) -> None:
+        """Add a button that is there only while an action can be used."""
+        button = QToolButton(autoRaise=True)
+        button.setDefaultAction(action)
+        button.setToolButtonStyle(self.toolButtonStyle())
+        button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.toolButtonStyleChanged.connect(button.setToolButtonStyle)
+        place = self.addWidget(button)
+        place.setVisible(decides.isEnabled())
+        decides.enabledChanged.connect(place.setVisible)
 
 
 def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction]) -> None:
@@ -88,9 +157,10 @@ def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: 
     playing = view.addMenu("&Play the frames")
     _fill(playing, entries(actions, f"play_frames | {_SPEEDS} | play_loop play_completed"))
     view.addSeparator()
-    _fill(view, entries(actions, "toggle_panels film_strip"))
-    view.addActions(list(toggles))
-    view.addSeparator()
+    panels = view.addMenu("Pa&nels")
+    panels.setToolTipsVisible(True)
+    panels.addActions(list(toggles))
+    _fill(view, entries(actions, "toggle_panels film_strip only_icons |"))
     _fill(view, entries(actions, "view_content reset_contents"))
     view.addMenu(_compare_menu(actions, views, view))
     view.addSeparator()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from PySide6.QtCore import QEvent, QModelIndex, QObject, QSettings, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
@@ -22,7 +22,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..base.commands import TEMPORARY, ActionEntry, Command, action_entries, keys_text, plain, why_not
+from ..base.commands import (
+    TEMPORARY,
+    ActionEntry,
+    Command,
+    action_entries,
+    describe,
+    keys_text,
+    plain,
+    why_not,
+)
 from ..widgets.basics import Message, PlainLabel
 from .context import Context, Feature
 from .palette.matching import match
@@ -30,16 +39,27 @@ from .palette.matching import match
 # Keys of the commands: the defaults, and those set by the user.
 
 _KEY = "shortcuts"
+_FINISHES = "finishes the drawing, applies the remedy for a flagged place, or clicks at the crosshair"
 _FIXED = {
-    "Space": "pans the views",
-    "Shift+Space": "pans the views",
-    "Tab": "selects the next tool",
-    "Shift+Tab": "selects the previous tool",
-    "Ctrl+Tab": "moves the focus from the views to the panels",
-    "Ctrl+Shift+Tab": "moves the focus from the views to the panels",
-    "Return": "finishes the drawing, or applies the remedy for a flagged place",
-    "Enter": "finishes the drawing, or applies the remedy for a flagged place",
+    "Space": "clicks at the crosshair, or pans the views with the mouse",
+    "Shift+Space": "clicks at the crosshair with Shift",
+    "Ctrl+Space": "clicks at the crosshair with Ctrl",
+    "Tab": "moves the focus to the next part of the window",
+    "Shift+Tab": "moves the focus to the previous part of the window",
+    "Return": _FINISHES,
+    "Enter": _FINISHES,
+    "Alt+Return": "clicks at the crosshair with Alt",
     "Backspace": "removes the last point of the drawing",
+    **{
+        f"{modifier}{arrow}": does
+        for arrow in ("Left", "Right", "Up", "Down")
+        for modifier, does in (
+            ("", "moves the crosshair"),
+            ("Shift+", "moves the crosshair by 10 px"),
+            ("Ctrl+", "moves the crosshair to the next border"),
+            ("Alt+", "pans the views"),
+        )
+    },
 }
 """Keys with a fixed meaning in the whole window."""
 
@@ -87,7 +107,7 @@ class Keymap(QObject):
             self._defaults[key] = entry.action.shortcuts()
             chosen = self._chosen(key)
             if chosen is not None:
-                entry.action.setShortcuts(chosen)
+                _assign(entry.action, chosen)
         self._entries = found
 
     def default(self, key: str) -> Keys:
@@ -150,7 +170,7 @@ class Keymap(QObject):
         settings = QSettings()
         for key, keys in changes.items():
             if key in self._entries:
-                self._entries[key].action.setShortcuts(keys)
+                _assign(self._entries[key].action, keys)
             if not self._persistent:
                 continue
             if keys == self._defaults[key]:
@@ -166,6 +186,12 @@ class Keymap(QObject):
         # QSettings returns text with commas as a list
         text = "; ".join(kept) if isinstance(kept, list) else str(kept)
         return [sequence for sequence in QKeySequence.listFromString(text) if not sequence.isEmpty()]
+
+
+def _assign(action: QAction, keys: Keys) -> None:
+    """Set an action's keys, also in its tooltip."""
+    action.setShortcuts(keys)
+    describe(action)
 
 
 def _overlap(one: QKeySequence, other: QKeySequence) -> bool:

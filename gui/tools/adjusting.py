@@ -186,6 +186,12 @@ class AdjustableTool(LineTool):
     def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
         """Called after a line has changed a label map."""
 
+    def pointer(self, event: PointerEvent, host: Host) -> bool:
+        """Adjust the line that was applied, or draw one."""
+        if self._adjust(event, host):
+            return event.kind is not PointerKind.DOUBLE
+        return super().pointer(event, host)
+
     @property
     def slack(self) -> float:
         """Maximum distance of a free line from the straight lines between its points [px]."""
@@ -246,7 +252,7 @@ class AdjustableTool(LineTool):
         self._keep(_Applied(line, host.document, before, text, host.undo_index), host)
         return True
 
-    def adjust(self, event: PointerEvent, host: Host) -> bool:
+    def _adjust(self, event: PointerEvent, host: Host) -> bool:
         """Move, add or remove a point of the line; False if the event is not for it."""
         applied, grip = self._applied, self._grip
         if applied is None:

@@ -17,7 +17,7 @@ from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
 from ..state.inspection import Inspection
-from ..views.interaction import PointerEvent, Preview
+from ..views.interaction import PointerEvent, PointerKind, Preview
 from .edge_data import EdgeData
 
 # Options of the tools, shared by all tools while the program runs.
@@ -150,8 +150,29 @@ class Host(Protocol):
         ...
 
 
+class Press:
+    """A press of the button: its position, and whether the pointer has moved far enough to be a drag."""
+
+    def __init__(self, event: PointerEvent) -> None:
+        self.point: Point = event.x, event.y
+        self.drags = False
+
+    def follow(self, event: PointerEvent) -> bool:
+        """Update with an event; return whether it is a drag."""
+        self.drags = self.drags or math.dist(self.point, (event.x, event.y)) > _CLICK * event.pixel
+        return self.drags
+
+    def box_to(self, event: PointerEvent) -> QRectF:
+        """Return the rectangle between the press and an event."""
+        x, y = self.point
+        return QRectF(x, y, event.x - x, event.y - y).normalized()
+
+
 class Tool:
     """A tool: one use of the left mouse button. It starts idle, and is idle again after `cancel`.
+
+    `pointer` calls the method that is named after what the hand does: `_begin` at a press, `_drag` and `_release`
+    until it ends, `_hover`, `_leave` and `_double`. A tool has those that it needs.
 
     Attributes
     ----------
@@ -169,6 +190,8 @@ class Tool:
     points_only = False
     wheel = False
     guided = False
+    _press: Press | None = None
+    """The press of the button, until it is released."""
 
     @property
     def hint(self) -> str:
@@ -178,14 +201,49 @@ class Tool:
     @property
     def busy(self) -> bool:
         """Whether an action is in progress that can be cancelled."""
-        return False
+        return self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Handle an event; False for a press that the tool does not use, so that the view pans.
 
         True for a double click suppresses the press that would follow.
         """
-        raise NotImplementedError
+        match event.kind:
+            case PointerKind.PRESS:
+                self._press = Press(event) if self._begin(event, host) else None
+            case PointerKind.MOVE if self._press is not None:
+                self._drag(self._press, event, host)
+            case PointerKind.RELEASE if self._press is not None:
+                press, self._press = self._press, None
+                self._release(press, event, host)
+            case PointerKind.HOVER:
+                self._hover(event, host)
+            case PointerKind.LEAVE:
+                self._leave(host)
+            case PointerKind.DOUBLE:
+                return self._double(host)
+        return True
+
+    def _begin(self, event: PointerEvent, host: Host) -> bool:
+        """Prepare for a click or a drag; False if the press starts none."""
+        return True
+
+    def _drag(self, press: Press, event: PointerEvent, host: Host) -> bool:
+        """Follow the pointer while the button is down; False while it may still be a click."""
+        return press.follow(event)
+
+    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+        """End the click or the drag."""
+
+    def _hover(self, event: PointerEvent, host: Host) -> None:
+        """Show what a click would do."""
+
+    def _leave(self, host: Host) -> None:
+        """The pointer has left the views."""
+
+    def _double(self, host: Host) -> bool:
+        """Handle a double click; False if the second of two quick clicks is a normal press."""
+        return False
 
     def cancel(self, host: Host) -> bool:
         """Cancel the action in progress without any effect; False if there is none."""
@@ -202,24 +260,6 @@ class Tool:
     def undo_last(self, host: Host) -> bool:
         """Undo the last part of the action in progress; False if there is none."""
         return False
-
-
-class Press:
-    """A press of the button: its position, and whether the pointer has moved far enough to be a drag."""
-
-    def __init__(self, event: PointerEvent) -> None:
-        self.point: Point = event.x, event.y
-        self.drags = False
-
-    def follow(self, event: PointerEvent) -> bool:
-        """Update with an event; return whether it is a drag."""
-        self.drags = self.drags or math.dist(self.point, (event.x, event.y)) > _CLICK * event.pixel
-        return self.drags
-
-    def box_to(self, event: PointerEvent) -> QRectF:
-        """Return the rectangle between the press and an event."""
-        x, y = self.point
-        return QRectF(x, y, event.x - x, event.y - y).normalized()
 
 
 def warn_if_locked(host: Host, label: int) -> bool:

@@ -13,7 +13,7 @@ from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
 from ..state.frame_data import touched_by
-from ..views.interaction import PointerEvent, PointerKind
+from ..views.interaction import PointerEvent
 from .adjusting import AdjustableLine, AdjustableTool
 from .base import Host, Point, Press, warn_if_any_locked, warn_if_locked
 from .line_preview import LinePreview, disconnected_text, preview_of_patch
@@ -32,22 +32,14 @@ class BorderTool(AdjustableTool):
             return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
         return "Drag: redraw a border | Shift: straight | click: select a block"
 
-    def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Draw while the button is down; change the blocks on release."""
-        if self.adjust(event, host):
-            return event.kind is not PointerKind.DOUBLE
-        if event.kind is PointerKind.PRESS:
-            self._press = Press(event)
-        elif event.kind is PointerKind.MOVE and self._press is not None:
-            self._drag(self._press, event, host)
-        elif event.kind is PointerKind.RELEASE and self._press is not None:
-            press, line = self._press, AdjustableLine.of(self._pen.stretches, (), self.slack)
-            self.cancel(host)
-            if press.drags:
-                self.apply(line, "Redraw border", host)
-            else:
-                select_at(press.point, event, host)
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
+    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+        """Change the blocks on both sides of the line, or select the block under a click."""
+        line = AdjustableLine.of(self._pen.stretches, (), self.slack)
+        self.cancel(host)
+        if press.drags:
+            self.apply(line, "Redraw border", host)
+        else:
+            select_at(press.point, event, host)
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], LabelPatch | None]:
         """Return a function that computes the change by the line."""
@@ -79,6 +71,8 @@ _NEAR = 8
 class OutlineTool(AdjustableTool):
     """The tool that outlines pixels, by a drag or by clicks: they are added to the selected block or form a new one."""
 
+    options = ("leash", "new_block")
+
     def __init__(self) -> None:
         super().__init__()
         self._new = False
@@ -95,23 +89,10 @@ class OutlineTool(AdjustableTool):
             return f"Release: {close} | Shift: straight | Esc: cancel"
         return "Drag or click corners: add the inside to the selected block | Ctrl: make a new block"
 
-    def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Draw; a drag closes the outline on release."""
-        if self.adjust(event, host):
-            return event.kind is not PointerKind.DOUBLE
-        match event.kind:
-            case PointerKind.PRESS:
-                self._begin(event, host)
-            case PointerKind.MOVE if self._press is not None:
-                self._drag(self._press, event, host)
-            case PointerKind.RELEASE if self._press is not None:
-                press, self._press = self._press, None
-                self._end(press, event, host)
-            case PointerKind.HOVER if self._by_clicks:
-                self._show(host, event)
-            case PointerKind.DOUBLE:
-                if len(self._pen.corners) > 2:
-                    self.finish(host)
+    def _double(self, host: Host) -> bool:
+        """Close the outline; it was begun by the first of the two clicks."""
+        if len(self._pen.corners) > 2:
+            self.finish(host)
         return True
 
     def finish(self, host: Host) -> bool:
@@ -168,21 +149,22 @@ class OutlineTool(AdjustableTool):
         """Return the block that gets the inside; 0 for a new one."""
         return 0 if self._new or not host.document.selected else host.document.selected[0]
 
-    def _begin(self, event: PointerEvent, host: Host) -> None:
+    def _begin(self, event: PointerEvent, host: Host) -> bool:
+        """Start an outline or its next corner; a press at the first corner closes it."""
         if not self._pen.down:
             self._new = event.ctrl
-            if not warn_if_locked(host, self._target(host)):
-                self._press = Press(event)
-        elif self._closes(event):
+            return not warn_if_locked(host, self._target(host))
+        if self._closes(event):
             self.finish(host)
-        else:
-            self._press = Press(event)
+            return False
+        return True
 
     def _closes(self, event: PointerEvent) -> bool:
         corners = self._pen.corners
         return len(corners) > 2 and math.dist(corners[0], (event.x, event.y)) <= _NEAR * event.pixel
 
-    def _end(self, press: Press, event: PointerEvent, host: Host) -> None:
+    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+        """Add a corner; a drag closes the outline."""
         if not press.drags:
             self._click(press.point, event.shift, host)
         elif self._by_clicks:

@@ -18,7 +18,7 @@ from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path, box_of
 from .base import Host, warn_if_any_locked
-from .brush import StrokeTool, brush_preview
+from .brush import StrokeTool, Swept, brush_preview
 
 Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -91,9 +91,9 @@ class DepthByHandTool(StrokeTool):
             return False
         return True
 
-    def apply(self, mask: Mask, host: Host) -> None:
+    def apply(self, swept: Swept, host: Host) -> None:
         """Limit the proposal to the stroke, or paint, or erase."""
-        document = host.document
+        document, mask = host.document, swept.mask
         if self._surface is not None:
             kept = mask if self._kept is None else self._kept | mask
             if not np.isfinite(self._surface.depth[kept]).any():

@@ -25,7 +25,7 @@ from ..views.linked_views import LinkedViews
 from ..work.latest_request import LatestRequest
 from .base import Result, Tool, ToolOptions
 from .edge_data import EdgeData, EdgeDataSource
-from .kinds import CORRECTING, INSPECTING, make_tools
+from .kinds import KINDS, make_tools
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,8 @@ class Editor(QObject):
 
     def cycle_tool(self, steps: int) -> None:
         """Move on by a number of tools, among those that correct or those that inspect."""
-        names = CORRECTING if self._active in CORRECTING else INSPECTING
+        inspects = {kind.name: kind.inspects for kind in KINDS}
+        names = [name for name in inspects if inspects[name] == inspects[self._active]]
         self.set_tool(names[(names.index(self._active) + steps) % len(names)])
 
     @property

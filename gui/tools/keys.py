@@ -9,11 +9,13 @@ from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QDockWidget, QLineEdit, QPlainTextEdit, QTextEdit, QWidget
 from shiboken6 import isValid
 
-from ..base.commands import HOLD_KEY
+from ..views.image_view import ImageView
 from ..views.linked_views import LinkedViews
+from .crosshair import ARROWS, Crosshair
 from .editor import Editor
 
-_PLAIN = Qt.KeyboardModifier.NoModifier
+_Modifier = Qt.KeyboardModifier
+_PLAIN = _Modifier.NoModifier
 _Key = Qt.Key
 _BY_KEYS = (
     Qt.FocusReason.TabFocusReason,
@@ -23,12 +25,13 @@ _BY_KEYS = (
 
 
 class ToolKeys(QObject):
-    """Event filter for the keys of the tools: Space pans, Tab selects the next tool, Enter finishes, Backspace removes
-    the last part, Ctrl+Z cancels a stroke; other keys switch an action on while held (`hold`).
+    """Event filter for the keys of the tools: Enter finishes, Backspace removes the last part, Ctrl+Z cancels a stroke;
+    other keys switch an action on while held (`hold`). In a view, arrows move the crosshair, and Space or Enter clicks
+    there; after the mouse was moved, Space pans.
 
     They work in the whole window and its panels, but not in text and number fields and not in dialogs, and only when
-    they have an effect. During keyboard navigation in the panels, Tab and Space work as usual; Ctrl+Tab moves the
-    focus from the images to the panels. When a focused part of the window is hidden, the views get the focus.
+    they have an effect. During keyboard navigation in the panels, Space works as usual. When a focused part of the
+    window is hidden, the views get the focus.
     """
 
     def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
@@ -38,6 +41,7 @@ class ToolKeys(QObject):
         self._window = window
         self._editor = editor
         self._views = views
+        self.crosshair = Crosshair(editor, views)
         self._keyboard_focus = False
         """Whether the focus was last moved by keys."""
         window.installEventFilter(self)
@@ -48,7 +52,6 @@ class ToolKeys(QObject):
     def hold(self, key: Qt.Key, action: QAction) -> None:
         """Check an action while a key is held."""
         self._held[key] = action
-        action.setProperty(HOLD_KEY, QKeySequence(key).toString())
 
     def on_enter(self, finish: Callable[[], bool]) -> None:
         """Call a function when Enter is pressed and the tool has nothing to finish; it returns whether it did
@@ -62,7 +65,10 @@ class ToolKeys(QObject):
         if new is None:
             return
         new.installEventFilter(self)
-        if self._views.isAncestorOf(new):
+        if isinstance(new, ImageView):
+            self._views.activate(new)
+            if self._keyboard_focus and self._editor.ready:
+                self.crosshair.show()
             self._keyboard_focus = False
         elif old is not None and isValid(old) and not old.isVisible() and self._belongs(old) and self._belongs(new):
             self._views.take_focus()
@@ -79,9 +85,9 @@ class ToolKeys(QObject):
                 usable = isinstance(watched, QWidget) and watched.isVisible() and watched.isEnabled()
                 self._keyboard_focus |= event.lostFocus() and usable
             elif event.reason() == Qt.FocusReason.PopupFocusReason:
-                self._views.set_space(False)  # the key will be released in the popup
+                self._let_go_of_space()  # the key will be released in the popup
         if watched is self._window and event.type() == QEvent.Type.WindowDeactivate:
-            self._views.set_space(False)
+            self._let_go_of_space()
             for action in self._held.values():
                 action.setChecked(False)
         return False
@@ -89,7 +95,7 @@ class ToolKeys(QObject):
     def _take(self, watched: QObject, event: QKeyEvent) -> bool:
         """Handle a key event; True if it was for the tools and must not be passed on."""
         if event.type() == QEvent.Type.KeyRelease and event.key() == _Key.Key_Space and not event.isAutoRepeat():
-            self._views.set_space(False)  # wherever the focus is now
+            self._let_go_of_space()  # wherever the focus is now
         if not isinstance(watched, QWidget) or not self._applies_to(watched):
             return False
         if event.key() in self._held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:
@@ -100,17 +106,23 @@ class ToolKeys(QObject):
             return False
         if event.type() == QEvent.Type.ShortcutOverride:
             return self._override(event)
-        if event.key() in (_Key.Key_Tab, _Key.Key_Backtab) and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
-            if event.type() == QEvent.Type.KeyPress:
-                self._keyboard_focus = True
-                self._window.focusNextPrevChild(event.key() == _Key.Key_Tab)
-            return True
-        navigating = self._keyboard_focus and watched is not self._window
-        if event.key() == _Key.Key_Space and event.modifiers() in (_PLAIN, Qt.KeyboardModifier.ShiftModifier):
+        if event.key() == _Key.Key_Space and not event.modifiers() & _Modifier.AltModifier:
+            navigating = self._keyboard_focus and watched is not self._window
             if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat() and not navigating:
-                self._views.set_space(True)
+                self._press_space(watched, event)
             return not navigating
-        return event.type() == QEvent.Type.KeyPress and self._press(event, navigating)
+        return event.type() == QEvent.Type.KeyPress and self._press(watched, event)
+
+    def _press_space(self, watched: QWidget, event: QKeyEvent) -> None:
+        """Click at the crosshair, or let the mouse pan."""
+        if self.crosshair.active and self._views.isAncestorOf(watched):
+            self.crosshair.press(event.modifiers())
+        else:
+            self._views.set_space(True)
+
+    def _let_go_of_space(self) -> None:
+        self._views.set_space(False)
+        self.crosshair.release()
 
     def _applies_to(self, watched: QWidget) -> bool:
         focus = QApplication.focusWidget() or self._window
@@ -130,19 +142,26 @@ class ToolKeys(QObject):
             return True
         return self._editor.busy and event.key() == _Key.Key_Escape
 
-    def _press(self, event: QKeyEvent, navigating: bool) -> bool:
+    def _press(self, watched: QWidget, event: QKeyEvent) -> bool:
         key, editor = event.key(), self._editor
         if editor.busy and event.matches(QKeySequence.StandardKey.Undo):
             return editor.cancel()
-        plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier == _PLAIN
-        if key in (_Key.Key_Return, _Key.Key_Enter) and plain:
-            return editor.finish() or any(finish() for finish in self._finishers)
-        if key == _Key.Key_Backspace and plain:
+        modifiers, in_view = event.modifiers() & ~_Modifier.KeypadModifier, self._views.isAncestorOf(watched)
+        if key == _Key.Key_Backspace and modifiers == _PLAIN:
             return editor.undo_last()
-        if navigating or not (key == _Key.Key_Backtab or (key == _Key.Key_Tab and plain)):
+        if key in ARROWS and in_view and not modifiers & _Modifier.AltModifier:
+            far, to_border = (bool(modifiers & one) for one in (_Modifier.ShiftModifier, _Modifier.ControlModifier))
+            self.crosshair.move(key, far, to_border)
+            return True
+        if key not in (_Key.Key_Return, _Key.Key_Enter):
             return False
-        editor.cycle_tool(1 if key == _Key.Key_Tab else -1)
-        return True
+        if modifiers == _PLAIN and (editor.finish() or any(finish() for finish in self._finishers)):
+            return True
+        clicks = in_view and self.crosshair.active
+        if clicks:
+            self.crosshair.press(modifiers)
+            self.crosshair.release()
+        return clicks
 
 
 def _accepts_text(widget: QWidget) -> bool:

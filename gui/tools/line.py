@@ -177,12 +177,11 @@ def clamped(point: Point, shape: tuple[int, int]) -> Point:
 class LineTool(Tool):
     """Base of tools with a line in progress. It snaps to edges within the leash; with Shift it is straight."""
 
-    options = ("leash",)
+    options: tuple[str, ...] = ("leash",)
     guided = True
 
     def __init__(self) -> None:
         self._pen = Pen()
-        self._press: Press | None = None
         self._by_clicks = False
         self._pixel = 1.0
         self._shown: list[Point] = []
@@ -200,7 +199,7 @@ class LineTool(Tool):
     @property
     def busy(self) -> bool:
         """Whether there is a line, or the button is pressed."""
-        return self._press is not None or self._pen.down
+        return super().busy or self._pen.down
 
     def cancel(self, host: Host) -> bool:
         """Cancel the line."""
@@ -220,6 +219,11 @@ class LineTool(Tool):
         else:
             self.cancel(host)
         return True
+
+    def _hover(self, event: PointerEvent, host: Host) -> None:
+        """Show where the next click would lead the line."""
+        if self._by_clicks:
+            self._show(host, event)
 
     def _drag(self, press: Press, event: PointerEvent, host: Host) -> bool:
         """Draw while the button is down; False while it may still be a click."""

@@ -24,6 +24,8 @@ class OptionsRow(QWidget):
     ----------
     similar, no_block : QAction
         Switches of the options `similar_only` and `to_no_block`.
+    new_block : QAction
+        Starts a block with the tool.
     by_amount, by_hand : sequence of QAction
         Commands that use the option `amount`, and those of the tool Depth by hand, shown beside its depth.
 
@@ -39,6 +41,7 @@ class OptionsRow(QWidget):
         self,
         similar: QAction,
         no_block: QAction,
+        new_block: QAction,
         by_amount: Sequence[QAction],
         by_hand: Sequence[QAction],
         parent: QWidget | None = None,
@@ -68,11 +71,13 @@ class OptionsRow(QWidget):
         )
         self.amount.setToolTip("Pixels by which the selected blocks grow, shrink or are smoothed")
         self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        _show_while_usable(self.amount, by_amount[0])
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
             "leash": _together(PlainLabel("Snap"), self.leash, self._leash_text),
-            "similar": _button(similar, named=True),
-            "no_block": _button(no_block, named=True),
+            "similar": _together(_button(similar, named=True)),
+            "no_block": _together(_button(no_block, named=True)),
+            "new_block": _together(_button(new_block, named=True)),
             "hand_depth": _together(self.hand_depth, *(_button(action) for action in by_hand)),
             "amount": _together(self.amount, *(_button(action) for action in by_amount)),
         }
@@ -122,13 +127,20 @@ def _slider(name: str, low: int, high: int) -> QSlider:
 
 
 def _button(action: QAction, named: bool = False) -> QToolButton:
+    """Return a button that is there only while its command can be used."""
     button = QToolButton()
     button.setDefaultAction(action)
     if named:
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     button.setAutoRaise(True)
     button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    _show_while_usable(button, action)
     return button
+
+
+def _show_while_usable(widget: QWidget, action: QAction) -> None:
+    widget.setVisible(action.isEnabled())
+    action.enabledChanged.connect(widget.setVisible)
 
 
 def _together(*widgets: QWidget) -> QWidget:

@@ -9,7 +9,7 @@ from functools import partial
 from ilf.segmentation.editing.cutting import extend_to_boundary, split, suggest_split
 from ilf.segmentation.editing.patches import Labels
 
-from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.interaction import PointerEvent, Preview
 from .base import Host, Point, Press, crossed, edges_ready, is_thick, line_path, warn_if_locked
 from .line import LineTool
 from .line_preview import LinePreview
@@ -49,24 +49,18 @@ class SplitTool(LineTool):
         """Whether there is a line: drawn, suggested or being searched."""
         return super().busy or self._searched is not None or self._suggestion is not None
 
-    def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Draw; a drag cuts on release."""
-        match event.kind:
-            case PointerKind.PRESS:
-                self._press = Press(event)
-            case PointerKind.MOVE if self._press is not None:
-                if self._drag(self._press, event, host):
-                    self._forget_suggestion()
-            case PointerKind.RELEASE if self._press is not None:
-                press, self._press = self._press, None
-                self._end(press, event, host)
-            case PointerKind.HOVER if self._by_clicks:
-                self._show(host, event)
-            case PointerKind.DOUBLE:
-                if not self._by_clicks:  # the second of two quick clicks accepts the suggestion of the first
-                    return False
-                self.finish(host)
-        return True
+    def _drag(self, press: Press, event: PointerEvent, host: Host) -> bool:
+        """Draw another line than the suggested one."""
+        draws = super()._drag(press, event, host)
+        if draws:
+            self._forget_suggestion()
+        return draws
+
+    def _double(self, host: Host) -> bool:
+        """Cut along a line of clicks; the second of two quick clicks accepts the suggestion of the first."""
+        if self._by_clicks:
+            self.finish(host)
+        return self._by_clicks
 
     def cancel(self, host: Host) -> bool:
         """Cancel the line."""
@@ -99,7 +93,8 @@ class SplitTool(LineTool):
         label, line = answer
         return LinePreview(f"cut {host.document.info(label).name}" if label else "cut nothing", line_path(line))
 
-    def _end(self, press: Press, event: PointerEvent, host: Host) -> None:
+    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+        """Cut after a drag; suggest a line, or add a point, after a click."""
         if press.drags and self._by_clicks:
             self._pen.rest()
         elif press.drags or (not event.ctrl and (self._suggestion is not None or self._searched is not None)):

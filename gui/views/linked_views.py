@@ -42,7 +42,7 @@ class LinkedViews(Themed, QWidget):
     the same part of the frame at a smaller scale.
 
     Left-button events go to the pointer handler first and pan if it rejects them; the middle button and space + left
-    pan; the wheel zooms at the cursor; arrows, plus and minus pan and zoom by keyboard.
+    pan; the wheel zooms at the cursor; Alt+arrows, plus and minus pan and zoom by keyboard.
 
     Attributes
     ----------
@@ -458,7 +458,13 @@ class LinkedViews(Themed, QWidget):
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y), as if the pointer were there; None hides it."""
+        self._navigation.forget_pointer()
         self._navigation.point_at(pixel)
+
+    @property
+    def pixel(self) -> tuple[int, int] | None:
+        """The pixel (x, y) with the crosshair; None for none."""
+        return self._navigation.pixel
 
     def _follow_ranges(self) -> None:
         self._changed("levels")
@@ -557,7 +563,7 @@ class LinkedViews(Themed, QWidget):
     def _handle(self, view: ImageView, event: QEvent) -> bool:
         """Handle the events of all views."""
         if event.type() == QEvent.Type.MouseButtonPress:
-            self._activate(view)
+            self.activate(view)
             self.pressed.emit()
         return self.sides.swipe.handle(view, event) or self._navigation.handle(view, event)
 
@@ -567,7 +573,8 @@ class LinkedViews(Themed, QWidget):
     def _content_of(self, view: ImageView) -> str:
         return self.cells[self._name_of(view)].concrete
 
-    def _activate(self, view: ImageView) -> None:
+    def activate(self, view: ImageView) -> None:
+        """Make a view the active one."""
         name = self._name_of(view)
         if name != self._active:
             self._active = name

@@ -15,7 +15,7 @@ from .interaction import PointerEvent, PointerHandler, PointerKind
 ZOOM_STEP = 1.25
 """Factor per notch of the wheel or press of a key."""
 PAN_STEP = 60
-"""Screen pixels per press of an arrow key."""
+"""Screen pixels per press of an arrow key with Alt."""
 
 _ARROWS: dict[int, tuple[int, int]] = {
     Qt.Key.Key_Left: (PAN_STEP, 0),
@@ -162,21 +162,13 @@ class Navigation(QObject):
         return True
 
     def _key(self, event: QKeyEvent) -> bool:
-        key, pressed = event.key(), event.type() == QEvent.Type.KeyPress
-        plain = (
-            event.modifiers() & ~(Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.KeypadModifier)
-            == Qt.KeyboardModifier.NoModifier
-        )
-        if key == Qt.Key.Key_Space and plain:
-            if not event.isAutoRepeat():
-                self.set_space(pressed)
-            return True
-        if not (pressed and plain):
+        key, modifiers = event.key(), event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        if event.type() != QEvent.Type.KeyPress:
             return False
-        if key in _ARROWS:
+        if key in _ARROWS and modifiers == Qt.KeyboardModifier.AltModifier:
             self._pan(*_ARROWS[key])
             return True
-        if key in _ZOOM_KEYS:
+        if key in _ZOOM_KEYS and not modifiers & ~Qt.KeyboardModifier.ShiftModifier:
             self._transform.zoom(_ZOOM_KEYS[key], self._transform.x, self._transform.y)
             self.transformChanged.emit()
             return True
@@ -222,6 +214,10 @@ class Navigation(QObject):
         if pixel != self.pixel:
             self.pixel = pixel
             self.cursorMoved.emit(pixel)
+
+    def forget_pointer(self) -> None:
+        """Take the mouse for elsewhere until it moves: the crosshair is put by others."""
+        self._pointer = None
 
     def follow(self, views: Iterable[ImageView]) -> None:
         """Update the pixel under the pointer after these views were panned, zoomed or moved."""

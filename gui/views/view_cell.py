@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QPolygonF, QResizeEvent
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QPolygonF, QRegion, QResizeEvent
+from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
 
 from ..base.theme import Colours
 from .colour_bar import ColourBar
@@ -224,6 +224,30 @@ _STRIPES = {
 """What is striped, in the order of the legend -> its brush there."""
 
 
+FOCUS_WIDTH = 2
+
+
+class FocusFrame(QFrame):
+    """Frame over a view in the theme's accent colour while it has the keyboard focus; it covers only its lines."""
+
+    def __init__(self, parent: QWidget, view: ImageView) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.hide()
+        view.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the focus of the view."""
+        if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
+            self.setVisible(event.type() == QEvent.Type.FocusIn)
+        return False
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        inside = self.rect().adjusted(FOCUS_WIDTH, FOCUS_WIDTH, -FOCUS_WIDTH, -FOCUS_WIDTH)
+        self.setMask(QRegion(self.rect()) - QRegion(inside))
+
+
 class ViewCell(QWidget):
     """Title strip over an image view."""
 
@@ -238,6 +262,7 @@ class ViewCell(QWidget):
         layout.setSpacing(0)
         layout.addWidget(self.strip)
         layout.addWidget(self.view, 1)
+        self.focus_frame = FocusFrame(self, self.view)
         self._legend: list[tuple[QBrush, str]] = []
         self._stripe_legend: list[tuple[QBrush, str]] = []
 
@@ -245,6 +270,7 @@ class ViewCell(QWidget):
         """Apply the theme's colours."""
         self.strip.set_colours(colours)
         self.view.set_colours(colours, hatch)
+        self.focus_frame.setStyleSheet(f"border: {FOCUS_WIDTH}px solid {colours.accent.name()};")
 
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
         """Set the meaning of the picture's own colours."""
@@ -266,3 +292,4 @@ class ViewCell(QWidget):
         strip = self.strip.height()
         self.strip.setGeometry(0, 0, self.width(), strip)
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
+        self.focus_frame.setGeometry(self.view.geometry())

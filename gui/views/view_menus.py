@@ -20,22 +20,24 @@ _SPACE = 6
 
 
 class ViewBar(QWidget):
-    """Tabs of the centre, opacity of the blocks, the views shown, and buttons for actions.
+    """Tabs of the centre, the views shown, and a menu of what is drawn over them.
 
     Parameters
     ----------
     views : LinkedViews
     centre : Centre
     actions : iterable of QAction
-        One button each.
+        Entries of the menu, under the opacity of the blocks.
     """
 
     def __init__(self, views: LinkedViews, centre: Centre, actions: Iterable[QAction]) -> None:
         super().__init__()
-        self.opacity = _opacity_slider()
+        self.opacity = QSlider(Qt.Orientation.Horizontal)
+        self.opacity.setRange(0, 100)
+        self.opacity.setAccessibleName("Opacity of the blocks")
+        self.opacity.setToolTip("Opacity of the blocks over the colour image")
         self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
         self.opacity.setValue(_OPACITY)
-        self._opacity_action = self._make_opacity_action()
         self.layouts = QComboBox()
         self.layouts.setAccessibleName("View set")
         for name, text in LAYOUT_TEXTS.items():
@@ -44,69 +46,51 @@ class ViewBar(QWidget):
         self.layouts.setMaximumHeight(self.fontMetrics().height() + 6)
         self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
         views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
+        self.shown = QToolButton(autoRaise=True)
+        self.shown.setText("Show")
+        self.shown.setToolTip("What is drawn over the views")
+        self.shown.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._menu = QMenu(self.shown)
+        self._menu.setToolTipsVisible(True)
+        self._menu.addAction(self._opacity_entry())
+        self._menu.addActions(list(actions))
+        self.shown.setMenu(self._menu)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(_SPACE)
-        self._buttons = QWidget()
-        self._row = QHBoxLayout(self._buttons)
-        self._row.setContentsMargins(0, 0, 0, 0)
-        self._row.setSpacing(0)
-        self._parts = (centre.tabs, self.opacity, self.layouts, self._buttons)
+        self._parts = (centre.tabs, self.layouts, self.shown)
         for part in self._parts:
             layout.addWidget(part)
-        self._spare = (self.opacity, self._buttons)
         for part in self._parts[1:]:
             centre.turned.connect(lambda part=part: part.setEnabled(not centre.shows_cloud_alone))
 
-        for action in actions:
-            self.add_button(action)
+    def add_entry(self, action: QAction) -> None:
+        """Add an action to the menu of what is drawn."""
+        self._menu.addAction(action)
 
-    def add_button(self, action: QAction) -> None:
-        """Add a button for an action."""
-        button = QToolButton()
-        button.setAutoRaise(True)
-        button.setDefaultAction(action)
-        self._row.addWidget(button)
+    def _opacity_entry(self) -> QWidgetAction:
+        row = QWidget()
+        line = QHBoxLayout(row)
+        line.addWidget(PlainLabel("Opacity of the blocks"))
+        line.addWidget(self.opacity)
+        entry = QWidgetAction(self._menu)
+        entry.setDefaultWidget(row)
+        return entry
 
     @property
     def hidden(self) -> list[QAction]:
         """The actions of what has no room."""
-        buttons = [button.defaultAction() for button in self._buttons.findChildren(QToolButton)]
-        return [self._opacity_action] * self.opacity.isHidden() + buttons * self._buttons.isHidden()
-
-    def _make_opacity_action(self) -> QAction:
-        """Make an action that is the opacity's slider in a menu."""
-        row, slider = QWidget(), _opacity_slider()
-        layout = QHBoxLayout(row)
-        layout.addWidget(PlainLabel("Opacity of the blocks"))
-        layout.addWidget(slider)
-        slider.setValue(self.opacity.value())
-        slider.valueChanged.connect(self.opacity.setValue)
-        self.opacity.valueChanged.connect(slider.setValue)
-        action = QWidgetAction(self)
-        action.setDefaultWidget(row)
-        return action
+        return self._menu.actions() if self.shown.isHidden() else []
 
     def sizeHint(self) -> QSize:
         shown = [part.sizeHint() for part in self._parts if not part.isHidden()]
         return QSize(sum(size.width() + _SPACE for size in shown), max(size.height() for size in shown))
 
     def fit(self, room: int) -> None:
-        """Leave out the opacity, then the buttons, in a narrow window: see `hidden`."""
-        for part in self._spare:
-            part.show()
-        for part in self._spare:
-            part.setVisible(self.sizeHint().width() <= room)
+        """Leave out the menu in a narrow window; the menu *View* and keys have the same."""
+        self.shown.show()
+        self.shown.setVisible(self.sizeHint().width() <= room)
         self.updateGeometry()
-
-
-def _opacity_slider() -> QSlider:
-    slider = QSlider(Qt.Orientation.Horizontal)
-    slider.setRange(0, 100)
-    slider.setAccessibleName("Opacity of the blocks")
-    slider.setFixedWidth(70)
-    slider.setToolTip("Opacity of the blocks over the colour image")
-    return slider
 
 
 # The menus that select the two depths to compare.

@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QHelpEvent, QPainter, QPaintEvent, QPalette, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QComboBox,
     QGroupBox,
     QHBoxLayout,
     QHeaderView,
@@ -177,6 +178,14 @@ def row(*widgets: QWidget) -> QHBoxLayout:
     if not any(isinstance(widget, QLineEdit) for widget in widgets):
         line.addStretch(1)
     return line
+
+
+def typed_list() -> QComboBox:
+    """Return a list into which other values can be typed; Enter goes on to the default button of the dialog."""
+    box = QComboBox(editable=True)
+    box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+    box.setCompleter(None)  # type: ignore[arg-type]  # it would swallow Enter
+    return box
 
 
 def label_of(text: str, field: QWidget) -> PlainLabel:

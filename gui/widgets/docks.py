@@ -8,21 +8,43 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QByteArray, QObject, QRect, QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QPalette
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar, QTabWidget, QToolBar, QWidget
+from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QToolButton, QWidget
 
 from ..base import theme
+from ..base.commands import HINT, describe
+from .basics import PlainLabel, Themed
 
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
 """Space for the window frame of the system."""
-_VERSION = 2
+_VERSION = 3
 """Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
 """Width of the panel column: share of the window, minimum and maximum [px]."""
 _MIN_HEIGHT = 60
 """Height [px] to which a panel can shrink, so that the panels never enlarge the window."""
 
-_RAIL_ICON = 20
+
+class PanelTitle(Themed, QWidget):
+    """The title of a panel that has no tab, with a button that closes it; dragging it moves the panel."""
+
+    def __init__(self, dock: QDockWidget) -> None:
+        super().__init__(dock)
+        self._close = QToolButton(autoRaise=True)
+        self._close.setObjectName("close")
+        self._close.setAccessibleName(f"Close {dock.windowTitle()}")
+        self._close.setToolTip(f"Close the panel {dock.windowTitle()}; View > Panels opens it again")
+        self._close.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._close.clicked.connect(dock.close)
+        line = QHBoxLayout(self)
+        line.setContentsMargins(8, 1, 2, 1)
+        line.addWidget(PlainLabel(dock.windowTitle()), 1)
+        line.addWidget(self._close)
+        self.setToolTip("Drag the title, or double-click it, to move the panel out of the window")
+        self._take_theme()
+
+    def _take_theme(self) -> None:
+        self._close.setIcon(theme.icon("ph.x", self.palette()))
 
 
 class PanelGroup(Enum):
@@ -40,7 +62,7 @@ class _Panel(NamedTuple):
 
 
 class Docks(QObject):
-    """The panels at the right side of a window, and the icon bar that shows and hides them.
+    """The panels at the right side of a window, and the actions that show and hide them.
 
     No panel opens unless the user or a layout that the user has chosen opens it.
 
@@ -67,19 +89,6 @@ class Docks(QObject):
         self._titles_timer.timeout.connect(self._show_titles)
         window.setDockOptions(QMainWindow.DockOption.AllowTabbedDocks)
         window.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
-        self.rail = QToolBar("Panels", window)
-        self.rail.setObjectName("Panels")
-        self.rail.setMovable(False)
-        self.rail.setIconSize(QSize(_RAIL_ICON, _RAIL_ICON))
-        self.rail.addSeparator()
-        self._ends = {group: self.rail.addSeparator() for group in PanelGroup}
-        """The actions of a group are before this one."""
-        self._ends[PanelGroup.INSPECTION].setVisible(False)
-        window.addToolBar(Qt.ToolBarArea.RightToolBarArea, self.rail)
-
-    def add_fold(self, fold: QAction) -> None:
-        """Add the action that hides all panels."""
-        self.rail.insertAction(self.rail.actions()[0], fold)
 
     def add(self, title: str, widget: QWidget, group: PanelGroup, icon: str, is_open: bool = False) -> None:
         """Add a panel.
@@ -92,7 +101,7 @@ class Docks(QObject):
         group : PanelGroup
             The panels that it shares its place with.
         icon : str
-            Icon in the icon bar ("ph.stack").
+            Icon in the menu ("ph.stack").
         is_open : bool
             Whether it is open at the first start.
         """
@@ -107,13 +116,13 @@ class Docks(QObject):
             self._open_by_default.append(title)
         dock.setVisible(is_open)
         action = dock.toggleViewAction()
-        action.setToolTip(f"Show or hide the panel {title}")
+        action.setProperty(HINT, f"Show or hide the panel {title}")
+        describe(action)
         action.triggered.disconnect()  # the default handler shows the dock behind the other tabs
         action.triggered.connect(lambda on: self.reveal(title) if on else dock.close())
         for changed in (action.toggled, dock.topLevelChanged):
             changed.connect(self._show_titles_soon)
         action.setIcon(theme.icon(icon, self._window.palette()))
-        self.rail.insertAction(self._ends[group], action)
 
     def _place(self, panel: _Panel) -> None:
         """Put a panel below those of other groups, as the last tab of its own group."""
@@ -226,14 +235,19 @@ class Docks(QObject):
             self._titles_timer.start()
 
     def _show_titles(self) -> None:
-        """Leave out the title of panels that have a tab with the same text."""
+        """Leave out the title of panels that have a tab with the same text; those outside the window have its frame."""
         for dock, *_ in self._panels.values():
             tabbed = any(not other.isHidden() for other in self._window.tabifiedDockWidgets(dock))
-            empty = dock.titleBarWidget()
-            if tabbed != (empty is not None):
-                dock.setTitleBarWidget(QWidget() if tabbed else None)  # type: ignore[arg-type]
-                if empty is not None:
-                    empty.deleteLater()
+            wanted = QWidget if tabbed else None if dock.isFloating() else PanelTitle
+            present = dock.titleBarWidget()
+            if wanted is None and present is not None:
+                dock.setTitleBarWidget(None)  # type: ignore[arg-type]
+            elif wanted is not None and type(present) is not wanted:
+                dock.setTitleBarWidget(wanted(dock))
+            else:
+                continue
+            if present is not None:
+                present.deleteLater()
         self._park_stray_tabs()
 
     def _park_stray_tabs(self) -> None:

@@ -27,7 +27,7 @@ from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
-from .hand import CTRL, click, key
+from .hand import click, key
 
 HEIGHT, WIDTH = 180, 240
 
@@ -198,18 +198,14 @@ def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path,
         table.setFocus()
         window.actions_["layout_correct"].trigger()
     else:
-        key(window, Qt.Key.Key_Tab, CTRL)
         while window.views.isAncestorOf(QApplication.focusWidget()):
-            key(window, Qt.Key.Key_Tab, CTRL)
+            key(window, Qt.Key.Key_Tab)
     key(window, Qt.Key.Key_Return)
     settled(window, qtbot)
     assert window.workspace.current is document, "no other frame is opened"
     assert document.undo_stack.undoText() == "Split Block 1"
     if focus in ("closed panel", "layout"):
         assert window.views.isAncestorOf(QApplication.focusWidget())
-        window.editor.set_tool("select")
-        key(window, Qt.Key.Key_Tab)
-        assert window.editor.tool_name == "border", "nobody went through the panels by keys"
 
 
 def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, tmp_path):

@@ -13,7 +13,7 @@ from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
 from gui.features.tools import ToolsFeature
-from gui.tools.kinds import TOOL_NAMES
+from gui.tools.kinds import KINDS
 
 from .conftest import WAIT_MS
 from .hand import ALT, CTRL, PLAIN, SHIFT, click, double_click, drag, hover, key, let_go, turn_wheel
@@ -176,10 +176,12 @@ def test_control_and_wheel_change_the_brush_and_zoom_where_there_is_none(editing
 
 def test_options_show_for_the_tool_that_has_them_and_stay(editing: MainWindow) -> None:
     row, options = editing.feature(ToolsFeature).options, editing.editor.options
+    assert not row.amount.isVisible(), "no block is selected"
+    editing.workspace.select([1])
     shown = {}
-    for name in TOOL_NAMES:
-        _take(editing, name)
-        shown[name] = row.brush.isVisible(), row.leash.isVisible(), row.amount.isVisible()
+    for kind in KINDS:
+        _take(editing, kind.name)
+        shown[kind.name] = row.brush.isVisible(), row.leash.isVisible(), row.amount.isVisible()
     assert shown["paint"] == shown["erase"] == shown["mark_invalid"] == (True, False, False)
     assert shown["border"] == shown["outline"] == shown["split"] == (False, True, False)
     assert shown["select"] == (False, False, True)
@@ -200,16 +202,18 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
         "table": editing.feature(BlocksFeature).table.view,
         "spin box": spin,
     }[focus]
+    editing.workspace.select([1])
     widget.setFocus()
     assert widget.hasFocus()
-    editing.feature(BlocksFeature).table.view.selectRow(0)
-    key(editing, _Key.Key_Tab)
+    key(editing, _Key.Key_D)
     assert editing.editor.tool_name == ("select" if focus == "spin box" else "border")
     if focus == "spin box":
         return
     assert widget.hasFocus()
-    key(editing, _Key.Key_Backtab, SHIFT)
-    assert editing.editor.tool_name == "select"
+    key(editing, _Key.Key_Comma)
+    assert editing.editor.tool_name == "smart_select"
+    key(editing, _Key.Key_Period)
+    assert editing.editor.tool_name == "border"
     viewport = editing.views.cells["colour"].view.viewport()
     QTest.keyPress(widget, _Key.Key_Space)
     assert viewport.cursor().shape() is Qt.CursorShape.OpenHandCursor
@@ -218,25 +222,19 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
     assert all(editing.workspace.current.info(label).visible for label in (1, 2)), "space hides no block"
 
 
-def test_who_goes_through_the_panels_by_keys_has_tab_and_space_there(editing: MainWindow) -> None:
+def test_who_goes_through_the_panels_by_keys_has_space_there(editing: MainWindow) -> None:
     _take(editing, "select")
     focus = QApplication.focusWidget
     editing.views.cells["colour"].view.setFocus()
-    key(editing, _Key.Key_Tab)
-    assert editing.editor.tool_name == "border"
-    seen: list[QWidget | None] = []
+    seen: list[QWidget | None] = [focus()]
     while not isinstance(focus(), QCheckBox):
-        key(editing, _Key.Key_Tab, CTRL if editing.views.isAncestorOf(focus()) else PLAIN)
+        key(editing, _Key.Key_Tab)
         assert focus() not in seen, "the focus goes on and on"
         seen.append(focus())
     check = focus()
-    assert editing.editor.tool_name == "border"
     before = check.isChecked()
     key(editing, _Key.Key_Space)
     assert check.isChecked() != before
-    QTest.mouseClick(editing.views.cells["colour"].view.viewport(), Qt.MouseButton.LeftButton)
-    key(editing, _Key.Key_Tab)
-    assert editing.editor.tool_name == "refine"
 
 
 def test_space_pans_in_a_view_that_had_not_the_focus(editing: MainWindow) -> None:

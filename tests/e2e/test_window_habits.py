@@ -78,8 +78,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     dialog.edit.setKeySequence(QKeySequence("Ctrl+Alt+F"))
     dialog.edit.editingFinished.emit()
     dialog.close()
-    opened.actions_["fit"].hover()
-    assert opened.actions_["fit"].toolTip() == "<b>Fit frame</b> Ctrl+Alt+F<br>Show the whole frame"
+    assert opened.actions_["fit"].toolTip() == "<b>Fit frame (Ctrl+Alt+F)</b><br>Show the whole frame"
 
     menu = _part(opened, RecentFeature).menu
     menu.aboutToShow.emit()

@@ -28,7 +28,7 @@ frame = ilf.RGBDFrame(rgb=rgb, depth=measured, ground_truth=truth, intrinsics=(3
 
 # %%
 # The object is selected by points on its parts, as by the tool *Smart select*, and seams between them are closed. What
-# was measured through the glass is marked invalid, as by *Mark depth invalid*; cap and label keep their depth. The
+# was measured through the glass is marked invalid, as by *Mark invalid*; cap and label keep their depth. The
 # object becomes a block of its own, and its outline a drawn border, which no depth crosses.
 
 parts = [(80, 32), (80, 60), (80, 98), (80, 120), (80, 150)]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from PySide6.QtWidgets import QComboBox, QFormLayout, QWidget
+from PySide6.QtWidgets import QFormLayout, QWidget
 
 from ilf._runtime.named_places import note_opened
 from ilf.data.frame import RGBDFrame
@@ -15,7 +15,7 @@ from ilf.errors import InputError
 from ilf.io.frame_additions import with_ground_truth_file
 from ilf.sources.naming import DEPTH_FILE_SUFFIXES
 
-from ...widgets.basics import label_of, row
+from ...widgets.basics import label_of, row, typed_list
 from ...widgets.file_choice import choose_file
 from ...work.latest_request import LatestRequest
 from ..documents.file_dialogs import PreviewDialog
@@ -60,10 +60,8 @@ class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):
         self._frame = frame
         self.path.setToolTip("The file with the true depth")
         self.load_button.setToolTip("Evaluate the frame's results against this ground truth")
-        self.units = QComboBox(editable=True)
+        self.units = typed_list()
         self.units.addItems([_AUTOMATIC, *_UNITS])
-        self.units.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.units.setCompleter(None)  # type: ignore[arg-type]  # it would swallow Enter
         self.units.setToolTip(
             "File units per metre. Automatic: those of the frame's depth if both are whole numbers; otherwise 1000 for "
             "whole numbers and 1 for floating-point depth."

@@ -42,7 +42,7 @@ from ilf.sources.reading import described_beside, read_depth, read_frame
 from ilf.sources.reading_options import ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
-from ...widgets.basics import TAKES_FILES, Message, label_of, row, stack
+from ...widgets.basics import TAKES_FILES, Message, label_of, row, stack, typed_list
 from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
@@ -115,12 +115,10 @@ class OpenDialog(QDialog):
         self.path = QLineEdit(placeholderText="Colour image, folder, data set, recording, project, or run.json")
         self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
-        self.encoding = QComboBox(editable=True)
+        self.encoding = typed_list()
         self.encoding.addItems(
             [_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in ENCODING_DESCRIPTIONS.items())]
         )
-        self.encoding.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.encoding.setCompleter(None)  # type: ignore[arg-type]  # it would swallow Enter
         self.encoding.setToolTip(
             "How the values of the file become metres: a name, or the number of file units per metre. Automatic: from "
             "meta.json; without it, millimetres for integer depth and metres for floating-point depth."

@@ -20,7 +20,7 @@ from ilf.run.options import WORLD, ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import filenames
 
-from ...widgets.basics import Message, group
+from ...widgets.basics import Message, group, typed_list
 
 _OPTIONS_KEY = "export/options"
 _UNITS_KEY = "export/png_units"
@@ -74,9 +74,8 @@ class FilesForm(QWidget):
         self.depth_png = QCheckBox("PNG, 16 bit")
         self.depth_tiff = QCheckBox("TIFF, float32 metres")
         self.depth_npy = QCheckBox("NPY, float32 metres")
-        self.png_units = QComboBox(editable=True)
+        self.png_units = typed_list()
         self.png_units.addItems(_PNG_UNITS)
-        self.png_units.setCompleter(None)  # type: ignore[arg-type]  # it would swallow Enter
         self.png_units.setToolTip("PNG values per metre; by default those of the frame's depth file")
         self.png_units.setAccessibleName("Units of the PNG per metre")
         self.png_note, self.extrapolation_note, self.cloud_note = Message(lines=2), Message(), Message()

@@ -11,6 +11,7 @@ from ...base.commands import Command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parameters import parameter_labels
+from ...state.parts import Part
 from ..context import Context, Feature
 from .panel import FilterPanel, Sharing
 from .sharing import SharingCommands
@@ -30,7 +31,6 @@ class FilterFeature(Feature):
         self.sharing.message.connect(context.notes.show_message)
         actions.add(self._commands())
         self.panel = FilterPanel(
-            [actions[name] for name in ("run", "run_selected", "pause", "step", "cancel", "live")],
             [actions[name] for name in ("copy_own", "reset_own")],
             [actions[name] for name in ("share_parameters", "reset_to_shared")],
         )
@@ -40,7 +40,7 @@ class FilterFeature(Feature):
         turned, values = workspace.frames.session_changed, workspace.parameters.changed
         chosen = workspace.blocks.infos_changed, workspace.blocks.selection_changed
         context.refresh.add("filter", self.show, (turned, *chosen, values, self.panel.scope_changed))
-        context.refresh.add("sharing", self.show_sharing, (turned, values))
+        context.refresh.add("sharing", self.show_sharing, on=Part.FRAME | Part.PARAMETERS | Part.LIST)
 
     def _commands(self) -> Sequence[Command]:
         sharing = self.sharing
@@ -141,6 +141,7 @@ class FilterFeature(Feature):
         """Show which frames share the parameters."""
         self.panel.frames.show_sharing(self.sharing.present)
         self.panel.frames.setEnabled(self._workspace.has_current)
+        self.panel.show_frames(len(self._workspace.entries) > 1)
 
     def take(self, parameters: Parameters) -> None:
         """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""

@@ -1,4 +1,4 @@
-"""The panel of the filter: preset, scope of the parameters, form, run buttons."""
+"""The panel of the filter: preset, scope of the parameters, form."""
 
 from __future__ import annotations
 
@@ -187,7 +187,6 @@ class FilterPanel(QWidget):
 
     def __init__(
         self,
-        run_actions: list[QAction],
         own_actions: list[QAction],
         frame_actions: Sequence[QAction] = (),
         parent: QWidget | None = None,
@@ -215,24 +214,18 @@ class FilterPanel(QWidget):
             button.setDefaultAction(action)
             scope.addWidget(button)
         choices.addRow("Parameters for", scope)
+        choices.setRowVisible(scope, False)
+        self._choices, self._scope_row = choices, scope
         self.frames = SharingRow(frame_actions)
         choices.addRow("Frames", self.frames)
-        buttons = QHBoxLayout()
-        buttons.setSpacing(4)
-        for action in run_actions:
-            button = QToolButton()
-            button.setDefaultAction(action)
-            if action is run_actions[0]:
-                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            else:
-                button.setAutoRaise(True)  # shows which ones are switched on
-            buttons.addWidget(button)
-        buttons.addStretch()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 8, 4, 4)
-        layout.addLayout(buttons)
         layout.addLayout(choices)
         layout.addWidget(self.form, 1)
+
+    def show_frames(self, several: bool) -> None:
+        """Show which frames the parameters apply to, if there are several."""
+        self._choices.setRowVisible(self.frames, several)
 
     @property
     def for_selected(self) -> bool:
@@ -255,6 +248,7 @@ class FilterPanel(QWidget):
         model = self._scope.model()
         if isinstance(model, QStandardItemModel):
             model.item(1).setEnabled(bool(chosen))
+        self._choices.setRowVisible(self._scope_row, bool(chosen))
         names = {0: "Selected blocks", 1: f"{chosen[0]} only" if chosen else ""}
         self._scope.setItemText(1, names.get(len(chosen), f"{len(chosen)} selected blocks"))
         if not chosen:

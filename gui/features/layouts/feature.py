@@ -10,7 +10,7 @@ from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QInputDialog, QMenu
 
-from ...base.commands import Actions, Command
+from ...base.commands import Actions, Command, describe
 from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
 from ..context import Context, Feature
@@ -26,7 +26,7 @@ _KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"}
 # Options of the views, stored between program starts.
 
 _KEY = "views"
-_CHOICES = "block_names", "show_missing"
+_CHOICES = "block_names", "show_missing", "only_icons"
 
 
 def remember_choices(actions: Actions) -> None:
@@ -311,6 +311,7 @@ class LayoutsFeature(Feature):
             if name in OWN:
                 action.setVisible(name in own)
                 action.setText(own.get(name, name).replace("&", "&&"))
+                describe(action)
         shown = [self._actions[name] for name in self.store.layouts]
         actions = self.context.actions
         self.menu.clear()

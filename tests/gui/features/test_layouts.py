@@ -32,8 +32,7 @@ def _key(window: MainWindow, key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.Key
 
 
 def _click(window: MainWindow, title: str) -> None:
-    action = next(action for action in window.panels.toggles() if action.text() == title)
-    QTest.mouseClick(window.panels.rail.widgetForAction(action), Qt.MouseButton.LeftButton)
+    next(action for action in window.panels.toggles() if action.text() == title).trigger()
 
 
 def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> None:

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gui.base.commands import HOLD_KEY, keys_text
+from gui.base.commands import HINT, HOLD_KEY, describe, keys_text
 from gui.features.shortcuts import Keymap, ShortcutsDialog
 
 MakeWindow = Callable[[], QMainWindow]
@@ -27,6 +27,8 @@ def make_window(qtbot: QtBot) -> MakeWindow:
             action.setObjectName(name)
             action.setShortcut(QKeySequence(keys))
             action.setProperty(HOLD_KEY, "B" if name == "export" else "")
+            action.setProperty(HINT, f"Do {name}")
+            describe(action)
         qtbot.addWidget(window)
         return window
 
@@ -35,6 +37,10 @@ def make_window(qtbot: QtBot) -> MakeWindow:
 
 def _keys(keymap: Keymap) -> dict[str, str]:
     return {entry.key: keys_text(entry.action.shortcuts()) for entry in keymap.entries}
+
+
+def _tips(keymap: Keymap) -> list[str]:
+    return [entry.action.toolTip() for entry in keymap.entries]
 
 
 @pytest.fixture
@@ -63,9 +69,11 @@ def test_keys_that_are_pressed_hold_at_once_and_the_next_time(
 ) -> None:
     _press(dialog, "fit", Qt.Key.Key_J, Qt.KeyboardModifier.ControlModifier)
     assert _keys(keymap)["fit"] == "Ctrl+J"
+    assert "<b>Fit (Ctrl+J)</b><br>Do fit" in _tips(keymap)
     dialog.choose("open")
     QTest.mouseClick(dialog.clear_button, Qt.MouseButton.LeftButton)
     assert _keys(keymap)["open"] == ""
+    assert "<b>Open</b><br>Do open" in _tips(keymap)
     later = Keymap(make_window(), persistent=True)
     assert _keys(later) == {"open": "", "export": "Ctrl+E", "fit": "Ctrl+J", "redo": "Ctrl+Y"}
     assert _keys(Keymap(make_window(), persistent=False))["fit"] == "", "windows of their own have keys of their own"
@@ -94,7 +102,7 @@ def test_keys_of_another_command_are_swapped_or_taken(
 @pytest.mark.parametrize(
     ("key", "modifier", "said"),
     [
-        (Qt.Key.Key_Space, Qt.KeyboardModifier.NoModifier, "pans the views"),
+        (Qt.Key.Key_Space, Qt.KeyboardModifier.NoModifier, "clicks at the crosshair"),
         (Qt.Key.Key_B, Qt.KeyboardModifier.NoModifier, "is held down for “Export”"),
         (Qt.Key.Key_F, Qt.KeyboardModifier.AltModifier, "opens the menu File"),
     ],

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
 from gui.state.document import Document
-from gui.tools.kinds import INSPECTING, make_tools
+from gui.tools.kinds import KINDS, make_tools
 from gui.views.interaction import PointerKind
 from ilf.data.frame import RGBDFrame
 from ilf.run.run import Run
@@ -33,8 +33,10 @@ def test_inspecting_changes_no_block_and_needs_no_edges(host: ToolHost) -> None:
     host.edge_data = None
     host.document.change_info(1, locked=True)
     labels = host.labels.copy()
-    for name in INSPECTING:
-        user = hand(host, name)
+    for kind in KINDS:
+        if not kind.inspects:
+            continue
+        user = hand(host, kind.name)
         user.drag([(5, 5), (20, 30), (40, 35)])
         user.click((50, 10))
     assert not host.steps

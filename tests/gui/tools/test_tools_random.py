@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from PySide6.QtCore import QObject
 
 from gui.tools.base import Tool
-from gui.tools.kinds import TOOL_NAMES, make_tools
+from gui.tools.kinds import make_tools
 from ilf.data.frame import RGBDFrame
 from ilf.segmentation.editing.patches import border_pixels
 
@@ -23,7 +23,7 @@ _point = st.tuples(st.floats(-4, 68), st.floats(-4, 52))
 _keys = st.sampled_from(["", "", "", "s", "c", "a"])
 _gesture = st.fixed_dictionaries(
     {
-        "tool": st.sampled_from(TOOL_NAMES),
+        "tool": st.sampled_from(list(make_tools())),
         "how": st.sampled_from(["drag", "drag", "adjusted", "clicks", "clicks", "double click", "given up", "left"]),
         "points": st.lists(_point, min_size=2, max_size=5),
         "keys": _keys,

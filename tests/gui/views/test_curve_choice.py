@@ -79,7 +79,7 @@ def test_compared_runs_are_shown_beside_the_present_result(
 def test_the_criterion_is_that_of_the_filter_panel_for_the_block(
     qtbot: QtBot, workspace: Workspace, document: Document, panel: CurvesPanel, show: Callable[[], None]
 ) -> None:
-    form = FilterPanel([], [])
+    form = FilterPanel([])
     qtbot.addWidget(form)
     workspace.parameters.set(QUICK)
     document.store_results(list(complete(document.frame, document.labels, QUICK).results.values()))

@@ -11,12 +11,13 @@ import pytest
 from PySide6.QtCore import QRect, QSettings, QSize, Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDockWidget
+from PySide6.QtWidgets import QDockWidget, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.status import StatusFeature
 from gui.widgets import docks
+from gui.widgets.docks import PanelTitle
 from ilf._runtime.installation import asset_path
 
 
@@ -115,11 +116,10 @@ def test_panels_stand_by_group_in_whatever_order_they_were_added(shown: MainWind
 
 
 def _click(window: MainWindow, title: str) -> None:
-    action = next(action for action in window.panels.toggles() if action.text() == title)
-    QTest.mouseClick(window.panels.rail.widgetForAction(action), Qt.MouseButton.LeftButton)
+    next(action for action in window.panels.toggles() if action.text() == title).trigger()
 
 
-def test_the_rail_opens_and_folds_panels_and_one_key_all_of_them(shown: MainWindow, qtbot: QtBot) -> None:
+def test_panels_open_and_close_and_one_key_folds_all_of_them(shown: MainWindow, qtbot: QtBot) -> None:
     assert shown.panels.open == ["Blocks", "Parameters"]
     before = shown.views.width()
     _click(shown, "Parameters")
@@ -142,10 +142,15 @@ def test_panels_of_one_purpose_share_a_place(shown: MainWindow, qtbot: QtBot) ->
     assert shown.panels.open == ["Blocks", "Parameters", "Accuracy"]
     qtbot.waitUntil(lambda: not docks["Accuracy"].visibleRegion().isEmpty())
     assert docks["Parameters"].visibleRegion().isEmpty()
-    qtbot.waitUntil(lambda: docks["Accuracy"].titleBarWidget() is not None)  # its tab has the title
-    assert [title for title, dock in docks.items() if dock.titleBarWidget() is None] == ["Blocks"]
+    qtbot.waitUntil(lambda: type(docks["Accuracy"].titleBarWidget()) is QWidget)  # its tab has the title
+    titled = {title: dock.findChildren(PanelTitle) for title, dock in docks.items()}
+    assert [title for title, found in titled.items() if found] == ["Blocks"]
     _click(shown, "Accuracy")
-    qtbot.waitUntil(lambda: docks["Parameters"].titleBarWidget() is None)
+    qtbot.waitUntil(lambda: isinstance(docks["Parameters"].titleBarWidget(), PanelTitle))
+    QTest.mouseClick(docks["Parameters"].findChild(QToolButton, "close"), Qt.MouseButton.LeftButton)
+    assert shown.panels.open == ["Blocks"]
+    docks["Blocks"].setFloating(True)
+    qtbot.waitUntil(lambda: docks["Blocks"].titleBarWidget() is None)  # its window has one
 
 
 def test_no_panel_makes_the_window_larger(shown: MainWindow) -> None:

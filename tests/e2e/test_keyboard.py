@@ -1,0 +1,227 @@
+"""The window without a mouse: a crosshair that keys move, letters for the tools, and where the focus is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QDialog, QLineEdit, QPushButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+from gui.base.commands import plain
+from gui.features.blocks.feature import BlocksFeature
+from gui.features.status import StatusFeature
+from gui.tools.kinds import KINDS, ToolKind
+from gui.views.image_view import ImageView
+
+from .conftest import WAIT_MS
+from .hand import CTRL, PLAIN, SHIFT, hover, key
+
+_Key = Qt.Key
+
+
+@pytest.fixture
+def typing(opened: MainWindow, qtbot: QtBot) -> MainWindow:
+    """The window on a frame of two blocks that meet at x = 30; the focus is in the colour view."""
+    opened.editor.set_option("leash", 0)
+    opened.activateWindow()
+    qtbot.waitUntil(opened.isActiveWindow, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.editor.edge_data is not None, timeout=WAIT_MS)
+    opened.views.cells["colour"].view.setFocus()
+    return opened
+
+
+def _go(window: MainWindow, x: int, y: int) -> None:
+    """Move the crosshair to a pixel with the arrow keys, in long steps first."""
+    if window.views.pixel is None:
+        key(window, _Key.Key_Right)
+    for axis, (back, on) in enumerate(((_Key.Key_Left, _Key.Key_Right), (_Key.Key_Up, _Key.Key_Down))):
+        left = (x, y)[axis] - _at(window)[axis]
+        for step, modifier in ((10, SHIFT), (1, PLAIN)):
+            for _ in range(abs(left) // step):
+                key(window, on if left > 0 else back, modifier)
+            left = (x, y)[axis] - _at(window)[axis]
+    assert window.views.pixel == (x, y)
+
+
+def _at(window: MainWindow) -> tuple[int, int]:
+    assert window.views.pixel is not None
+    return window.views.pixel
+
+
+def _drag(window: MainWindow, *points: tuple[int, int]) -> None:
+    """Hold Space from the first point to the last."""
+    _go(window, *points[0])
+    QTest.keyPress(_focus(), _Key.Key_Space)
+    for point in points[1:]:
+        _go(window, *point)
+    QTest.keyRelease(_focus(), _Key.Key_Space)
+
+
+def _focus() -> QWidget:
+    focus = QApplication.focusWidget()
+    assert focus is not None
+    return focus
+
+
+def test_a_border_is_drawn_anew_by_keys(typing: MainWindow) -> None:
+    document = typing.workspace.current
+    left, right = int(document.labels[5, 5]), int(document.labels[5, 50])
+    key(typing, _Key.Key_D)
+    _drag(typing, (29, 10), (24, 16), (24, 28), (29, 34))
+    assert document.labels[22, 26] == right
+    assert document.labels[22, 20] == left
+    key(typing, _Key.Key_Return)
+    assert document.undo_stack.undoText() == "Redraw border"
+
+
+def test_an_outline_is_made_of_corners_by_keys(typing: MainWindow) -> None:
+    document = typing.workspace.current
+    key(typing, _Key.Key_L)
+    for corner in ((40, 6), (56, 6), (56, 20), (40, 20)):
+        _go(typing, *corner)
+        key(typing, _Key.Key_Space)
+    key(typing, _Key.Key_Return)
+    new = document.selected[0]
+    assert (document.labels[8:18, 42:54] == new).all()
+    assert document.undo_stack.count() == 1
+
+
+def test_a_block_is_split_along_a_line_of_keys(typing: MainWindow) -> None:
+    document = typing.workspace.current
+    key(typing, _Key.Key_S)
+    _go(typing, 10, 24)
+    key(typing, _Key.Key_Left, CTRL)
+    assert typing.views.pixel == (0, 24), "to the end of the frame, for want of a border"
+    _drag(typing, (0, 24), (40, 24))
+    assert document.undo_stack.undoText().startswith("Split")
+    assert document.labels[5, 5] != document.labels[40, 5]
+    key(typing, _Key.Key_Up, CTRL)
+    assert typing.views.pixel == (40, 0)
+    key(typing, _Key.Key_Left, CTRL)
+    assert document.labels[0, _at(typing)[0]] != document.labels[0, 40]
+
+
+def test_an_object_is_selected_by_a_click_of_keys(typing: MainWindow, qtbot: QtBot) -> None:
+    document = typing.workspace.current
+    typing.workspace.select([])
+    key(typing, _Key.Key_W)
+    _go(typing, 45, 20)
+    key(typing, _Key.Key_Return)
+    assert typing.editor.busy, "Enter clicks while there is nothing to finish"
+    key(typing, _Key.Key_Return)
+    qtbot.waitUntil(lambda: not typing.editor.busy, timeout=WAIT_MS)
+    assert document.labels[20, 45] == document.selected[0]
+    assert document.undo_stack.undoText().startswith("Smart select")
+
+
+def test_a_stroke_is_painted_by_keys_and_given_up_by_escape(typing: MainWindow) -> None:
+    document = typing.workspace.current
+    before = document.labels.copy()
+    key(typing, _Key.Key_A)
+    _go(typing, 50, 40)
+    key(typing, _Key.Key_Space)
+    assert document.selected == [int(before[40, 50])]
+    key(typing, _Key.Key_B)
+    _go(typing, 5, 5)
+    QTest.keyPress(_focus(), _Key.Key_Space)
+    _go(typing, 12, 5)
+    assert not np.array_equal(document.labels, before)
+    key(typing, _Key.Key_Escape)
+    QTest.keyRelease(_focus(), _Key.Key_Space)
+    assert np.array_equal(document.labels, before)
+    _drag(typing, (5, 5), (12, 5))
+    assert (document.labels[5, 5:13] == document.selected[0]).all()
+
+
+def test_the_crosshair_stays_in_sight_and_gives_way_to_the_mouse(typing: MainWindow) -> None:
+    view = typing.views.cells["colour"].view
+    typing.views.set_place(10, 10, 8 / typing.views.pixel_size)
+    _go(typing, 60, 40)
+    rows, columns = view.visible_box()
+    assert rows.start <= 40 < rows.stop
+    assert columns.start <= 60 < columns.stop
+    typing.feature(StatusFeature).readout.show()
+    assert "x 60, y 40" in typing.feature(StatusFeature).bar.readout.text()
+    hover(typing, (58.5, 38.5))
+    QTest.keyPress(view, _Key.Key_Space)
+    assert view.viewport().cursor().shape() is Qt.CursorShape.OpenHandCursor
+    QTest.keyRelease(view, _Key.Key_Space)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_a_letter_takes_a_tool_and_stands_in_its_tooltip(typing: MainWindow, kind: ToolKind) -> None:
+    typing.editor.set_tool("give" if kind.name == "select" else "select")
+    QTest.keyClick(_focus(), kind.key.lower())
+    assert typing.editor.tool_name == kind.name
+    tip = typing.actions_[f"tool_{kind.name}"].toolTip()
+    assert tip.startswith(f"<b>{plain(kind.text)} ({kind.key})</b>")
+
+
+def test_letters_do_nothing_while_a_name_is_typed(typing: MainWindow, qtbot: QtBot) -> None:
+    table = typing.feature(BlocksFeature).table
+    table.view.selectRow(0)
+    table.view.setFocus()
+    key(typing, _Key.Key_F2)
+    field = table.view.findChild(QLineEdit)
+    assert field is not None
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "table z")
+    QTest.keyClick(field, _Key.Key_Return)
+    document = typing.workspace.current
+    qtbot.waitUntil(lambda: "table z" in [info.name for info in document.blocks.infos.values()])
+    assert typing.editor.tool_name == "select"
+    assert not typing.actions_["show_before_edit"].isChecked()
+
+
+def test_the_view_with_the_focus_has_a_frame_and_tab_leaves_it(typing: MainWindow) -> None:
+    seen: list[QWidget] = []
+    for name in ("colour", "depth-in", "depth-out"):
+        cell = typing.views.cells[name]
+        assert cell.view.hasFocus()
+        assert cell.focus_frame.isVisible()
+        assert typing.views.active is cell
+        seen.append(cell.view)
+        key(typing, _Key.Key_Tab)
+        assert not cell.focus_frame.isVisible()
+    while isinstance(_focus(), ImageView):
+        key(typing, _Key.Key_Tab)
+    assert _focus() is typing.feature(BlocksFeature).table.view
+
+
+@pytest.mark.parametrize("command", ["open", "export", "hold_out_test", "report", "save_preset", "load_ground_truth"])
+def test_enter_is_the_default_button_of_a_dialog_wherever_the_focus_is(
+    typing: MainWindow, frame_folder: Path, command: str
+) -> None:
+    typing.actions_[command].trigger()
+    (dialog,) = (found for found in typing.findChildren(QDialog) if found.isVisible())
+    focusable = [
+        widget
+        for widget in dialog.findChildren(QWidget)
+        if widget.isVisible()
+        and widget.isEnabled()
+        and widget.focusPolicy() & Qt.FocusPolicy.TabFocus
+        and not isinstance(widget, QAbstractButton)
+    ]
+    assert focusable
+    accepted: list[bool] = []
+    dialog.accept = lambda: accepted.append(True)  # type: ignore[method-assign]
+    for widget in focusable:
+        widget.setFocus()
+        if not widget.hasFocus():
+            continue
+        if isinstance(widget, QComboBox) and widget.isEditable():
+            QTest.keyClicks(widget, "mm")
+        (default,) = (button for button in dialog.findChildren(QPushButton) if button.isDefault())
+        default.setEnabled(True)
+        default.clicked.disconnect()
+        default.clicked.connect(lambda: accepted.append(True))
+        accepted.clear()
+        QTest.keyClick(widget, _Key.Key_Return)
+        assert accepted, (widget, widget.accessibleName())
+    dialog.close()
