@@ -23,22 +23,20 @@ from ..features.depth_colours import DepthColoursFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
 from ..features.extraction.feature import ExtractionFeature
-from ..features.filter.feature import FilterFeature
+from ..features.filter import FilterPanel
 from ..features.frame_list.feature import FramesFeature
 from ..features.history import HistoryFeature
 from ..features.inspect.panel import InspectPanel
 from ..features.layouts.feature import LayoutsFeature
 from ..features.menus import ToolBar, ToolColumn, fill_menu_bar
 from ..features.on_use import OnUseFeature
-from ..features.presets import PresetsFeature
 from ..features.project.autosave import AutosaveFeature
 from ..features.project.feature import ProjectFeature
 from ..features.project.recent import RecentFeature
 from ..features.project.start_page import StartPageFeature
 from ..features.propagation.feature import PropagationFeature
-from ..features.quality_check.feature import QualityCheckFeature
-from ..features.quality_check.invalid_depth import InvalidDepthFeature
-from ..features.run_history.feature import RunHistoryFeature
+from ..features.quality import QualityPanel
+from ..features.run_history import RunsPanel
 from ..features.runs import RunsFeature
 from ..features.sequence.flicker import FlickerFeature
 from ..features.sequence.playing import PlayFeature
@@ -73,9 +71,7 @@ _STANDARD: tuple[type[Feature], ...] = (
     CloudFeature,
     BlocksFeature,
     RunsFeature,
-    FilterFeature,
-    QualityCheckFeature,
-    InvalidDepthFeature,
+    FilterPanel,
     EditSummaryFeature,
     CurvesFeature,
     ExtractionFeature,
@@ -84,9 +80,9 @@ _STANDARD: tuple[type[Feature], ...] = (
 )
 _FURTHER: tuple[type[Feature], ...] = (
     ProjectFeature,
-    RunHistoryFeature,
+    RunsPanel,
+    QualityPanel,
     PropagationFeature,
-    PresetsFeature,
     OnUseFeature,
     AccuracyPanel,
     BlockErrorsFeature,
@@ -176,7 +172,7 @@ class MainWindow(QMainWindow):
         feature = self.feature
         parameters = QTabWidget()
         parameters.setDocumentMode(True)
-        parameters.addTab(feature(FilterFeature).panel, "Filter")
+        parameters.addTab(feature(FilterPanel).widget, "Filter")
         parameters.addTab(feature(ExtractionFeature).panel, "Extraction")
         add = self.panels.add
         add("Blocks", feature(BlocksFeature).table, PanelGroup.WORK, "ph.stack", is_open=True)

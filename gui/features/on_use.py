@@ -11,7 +11,7 @@ from ..base import theme
 from ..base.commands import Command
 from ..base.needs import Need
 from .context import Context, Feature
-from .filter.feature import FilterFeature
+from .filter import FilterPanel
 from .menus import insert_menu
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class OnUseFeature(Feature):
                 ),
             )
         )
-        context.feature(FilterFeature).panel.form.menu_requested.connect(
+        context.feature(FilterPanel).form.menu_requested.connect(
             lambda name, place: self._sweep().show_menu(name, place)
         )
 

@@ -24,7 +24,8 @@ class Panel(Feature):
     ----------
     title, icon : str
         Of its dock ("ph.target").
-    group : PanelGroup
+    group : PanelGroup or None
+        The panels that share a place; None for a panel that is no dock: who makes the window places its widget.
     parts : Part
         The parts of the state that it shows: it is drawn in the turn in which one of them changes.
     deferred : Part
@@ -35,12 +36,13 @@ class Panel(Feature):
         What is computed, as in "hold-out test": named beside the progress and in errors.
     widget : QWidget
     work : WorkRow
-        Progress of the computation, with *Cancel*; a panel whose `compute` yields shares places it in its widget.
+        Progress of the computation, with *Cancel*, from the first share on that `compute` yields; a panel whose
+        `compute` does so places it in its widget.
     """
 
     title: ClassVar[str]
     icon: ClassVar[str]
-    group: ClassVar[PanelGroup]
+    group: ClassVar[PanelGroup | None]
     parts: ClassVar[Part]
     deferred: ClassVar[Part] = NO_PART
     open_at_first: ClassVar[bool] = False
@@ -56,7 +58,8 @@ class Panel(Feature):
         if self.work.parentWidget() is not None:  # else it would open as a window
             self.work.follow(self._requests)
         self.widget.installEventFilter(self)
-        context.panels.add(self.title, self.widget, self.group, self.icon, self.open_at_first)
+        if self.group is not None:
+            context.panels.add(self.title, self.widget, self.group, self.icon, self.open_at_first)
         context.refresh.add(self.title, self._draw, self.parts, self.deferred)
 
     def make(self) -> QWidget:
@@ -99,13 +102,17 @@ class Panel(Feature):
         self.context.refresh.mark(self.title)
 
     def ask(self, request: Any) -> None:
-        """Have `compute` answer a request; it replaces the one that waits, and is not computed again if it equals the
-        one in progress."""
+        """Have `compute` answer a request; it replaces the one of its class that waits, and is not computed again if it
+        equals the one in progress."""
         self._requests.ask(request)
 
     def forget(self) -> None:
         """Drop what was asked so far, as when its frame is not shown any more."""
         self._requests.forget()
+
+    def cancel(self) -> None:
+        """Drop what was asked so far, and end the computation in progress."""
+        self._requests.cancel()
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""

@@ -5,18 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
+    QComboBox,
     QDialog,
     QDialogButtonBox,
+    QHBoxLayout,
     QInputDialog,
     QLineEdit,
+    QMenu,
     QMessageBox,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
+from ilf.data.parameters import DEFAULT_PRESET, PRESETS, Parameters, nearest_preset
 from ilf.data.presets import (
     PRESET_SUFFIX,
     UserPreset,
@@ -29,11 +34,11 @@ from ilf.data.presets import (
 )
 from ilf.errors import IlfError
 
+from ..base import theme
 from ..base.commands import Command
-from ..widgets.basics import PlainLabel, literal_text
+from ..widgets.basics import PlainLabel, Themed, literal_text
 from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
-from .context import Context, Feature
-from .filter.feature import FilterFeature
+from .context import Context
 
 # The dialog that saves parameters as a preset of the user.
 
@@ -72,20 +77,86 @@ _FOLDER_KEY = "presets/folder"
 _FILES = "Preset (*.json)"
 
 
-class PresetsFeature(Feature):
-    """The user's presets, listed in the filter panel beside the built-in ones."""
+_ABOUT = "best: adapts to edges and noise. paper: as described in the paper. released-code: as in the authors' program."
 
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        self._filter = context.feature(FilterFeature)
-        self._box = self._filter.panel.presets
+
+class PresetBox(Themed, QWidget):
+    """List that shows the preset of some parameters, or the preset they are based on, and selects another; with the
+    commands on the user's presets in a menu.
+
+    Parameters
+    ----------
+    shown : callable
+        Returns the parameters of the filter, which are saved.
+
+    Signals
+    -------
+    chosen(str)
+        Name of the preset that the user has selected.
+    changed(str)
+        The user's presets have changed; the name of the one that the parameters are based on now, or "".
+    """
+
+    chosen = Signal(str)
+    changed = Signal(str)
+
+    def __init__(self, context: Context, shown: Callable[[], Parameters]) -> None:
+        super().__init__()
+        self._context = context
+        self._shown = shown
         self._own: dict[str, UserPreset] = {}
-        self._box.chosen.connect(self._choose)
+        self.names = QComboBox()
+        self.names.setAccessibleName("Preset")
+        self.names.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.names.activated.connect(lambda _: self._choose(self.present))
+        self.names.currentIndexChanged.connect(lambda _: context.actions.refresh())
         commands = self._commands()
         context.actions.add(commands)
-        self._box.set_commands([context.actions[command.name] for command in commands])
-        self._box.names.currentIndexChanged.connect(lambda _: context.actions.refresh())
+        menu = QMenu(self)
+        menu.addActions([context.actions[command.name] for command in commands])
+        self._menu_button = QToolButton(autoRaise=True)
+        self._menu_button.setAccessibleName("Own presets")
+        self._menu_button.setToolTip("Save, rename, delete, import or export presets of your own")
+        self._menu_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._menu_button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+        self._menu_button.setMenu(menu)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(2)
+        row.addWidget(self.names, 1)
+        row.addWidget(self._menu_button)
+        self._take_theme()
         self.read()
+
+    @property
+    def present(self) -> str:
+        """Name of the preset that shows."""
+        return str(self.names.currentData())
+
+    @property
+    def _all(self) -> dict[str, Parameters]:
+        return {**{name: preset.parameters for name, preset in self._own.items()}, **PRESETS}
+
+    def parameters(self, name: str) -> Parameters:
+        """The values of a preset, built in or one's own; of the default preset if there is none of that name."""
+        return self._all.get(name, PRESETS[DEFAULT_PRESET])
+
+    def show_parameters(self, parameters: Parameters, base: str) -> str:
+        """Show the preset of these parameters, or else `base` as changed; return the name of the preset."""
+        known = self._all
+        base = base if base in known else nearest_preset(parameters, known).preset
+        # of presets with the same values, the selected one
+        same = [name for name, values in known.items() if values == parameters]
+        shown = base if base in same or not same else same[0]
+        for name in known:
+            text = f"{name} (changed)" if name == shown and not same else name
+            self.names.setItemText(self.names.findData(name), text)
+        self.names.setCurrentIndex(self.names.findData(shown))
+        return shown
+
+    def _take_theme(self) -> None:
+        if hasattr(self, "_menu_button"):
+            self._menu_button.setIcon(theme.icon("ph.dots-three-vertical", self.palette()))
 
     def _commands(self) -> Sequence[Command]:
         return (
@@ -130,21 +201,29 @@ class PresetsFeature(Feature):
         )
 
     def read(self) -> None:
-        """Read all presets of the user."""
+        """Read all presets of the user, and list them below the built-in ones."""
         found = list_presets()
         self._own = dict(found.presets)
-        self._box.set_own({name: preset.parameters for name, preset in self._own.items()})
-        self.context.refresh.mark("filter")
-        self.context.actions.refresh()
+        present = self.names.currentData()
+        with QSignalBlocker(self.names):
+            self.names.clear()
+            for name in PRESETS:
+                self.names.addItem(name, name)
+            if self._own:
+                self.names.insertSeparator(len(PRESETS))
+            for name in self._own:
+                self.names.addItem(name, name)
+            self.names.setCurrentIndex(max(self.names.findData(present), 0))
+        self.names.setToolTip(_ABOUT + (" Below the line: your own presets." if self._own else ""))
         for problem in found.problems:
-            self.context.notes.show_message(problem)
+            self._context.notes.show_message(problem)
 
     def save(self, name: str, with_extraction: bool = False, replace: bool = False) -> bool:
         """Save the parameters shown in the filter panel; return False, with a message, if that fails."""
-        extraction = self.context.workspace.parameters.extraction if with_extraction else None
+        extraction = self._context.workspace.parameters.extraction if with_extraction else None
         return self._do(
             "Save preset",
-            lambda: save_preset(name, self._filter.shown, extraction, replace=replace),
+            lambda: save_preset(name, self._shown(), extraction, replace=replace),
             f"Preset {name} saved.",
             name,
         )
@@ -169,14 +248,14 @@ class PresetsFeature(Feature):
         """Write the parameters shown in the filter panel to a file; return False, with a message, if that fails."""
         return self._do(
             "Export preset",
-            lambda: save_preset(path, self._filter.shown, replace=True),
+            lambda: save_preset(path, self._shown(), replace=True),
             f"Preset written to {path}.",
         )
 
     def ask_save(self) -> None:
         """Save a preset by the dialog."""
-        present = self._box.present
-        dialog = SavePresetDialog(present if present in self._own else "", self.context.window)
+        present = self.present
+        dialog = SavePresetDialog(present if present in self._own else "", self._context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
         def take() -> None:
@@ -190,26 +269,26 @@ class PresetsFeature(Feature):
 
     def ask_rename(self) -> None:
         """Rename the selected preset by a dialog."""
-        old = self._box.present
-        name, decided = QInputDialog.getText(self.context.window, "Rename preset", f"New name for {old}", text=old)
+        old = self.present
+        name, decided = QInputDialog.getText(self._context.window, "Rename preset", f"New name for {old}", text=old)
         if decided and name.strip() not in ("", old):
             self.rename(old, name.strip())
 
     def ask_delete(self) -> None:
         """Delete the selected preset after a confirmation."""
-        name = self._box.present
+        name = self.present
         if self._may(f"Delete the preset {name}? Its file is deleted, too. This cannot be undone.", "Delete preset"):
             self.delete(name)
 
     def ask_import(self) -> None:
         """Import a preset from a file that the user chooses."""
-        path = choose_file(self.context.window, "Import preset", _FOLDER_KEY, _FILES)
+        path = choose_file(self._context.window, "Import preset", _FOLDER_KEY, _FILES)
         if not path:
             return
         try:
             name = read_preset(Path(path)).name
         except IlfError as error:
-            self.context.notes.report("Import preset", error)
+            self._context.notes.report("Import preset", error)
             return
         there = name in self._own
         if not there or self._may(f"A preset {name} exists already. Replace it?", "Import preset"):
@@ -217,35 +296,36 @@ class PresetsFeature(Feature):
 
     def ask_export(self) -> None:
         """Write the current parameters to a file that the user chooses."""
-        proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self._box.present}.json")
-        if path := ask_path(self.context.window, "Export preset", proposed, _FILES):
+        proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self.present}.json")
+        if path := ask_path(self._context.window, "Export preset", proposed, _FILES):
             remember_folder(_FOLDER_KEY, path)
             self.write(Path(path))
 
     def _choose(self, name: str) -> None:
-        """Apply the preset's parameters of the extraction; the filter panel applies those of the filter."""
+        """Pass a choice on, and apply the preset's parameters of the extraction."""
+        self.chosen.emit(name)
         preset = self._own.get(name)
         if preset is not None and preset.extraction is not None:
-            self.context.workspace.parameters.set_extraction(preset.extraction)
-            self.context.notes.show_message(
+            self._context.workspace.parameters.set_extraction(preset.extraction)
+            self._context.notes.show_message(
                 f"{name} also sets the parameters of the extraction: extract blocks to use them."
             )
 
     def _why_not_own(self) -> str:
-        return "" if self._box.present in self._own else "Select a preset of your own first."
+        return "" if self.present in self._own else "Select a preset of your own first."
 
     def _may(self, text: str, title: str) -> bool:
         yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No
-        return QMessageBox.question(self.context.window, title, literal_text(text), yes | no, no) == yes
+        return QMessageBox.question(self._context.window, title, literal_text(text), yes | no, no) == yes
 
     def _do(self, what: str, action: Callable[[], object], text: str, chosen: str = "") -> bool:
         try:
             action()
         except IlfError as error:
-            self.context.notes.report(what, error)
+            self._context.notes.report(what, error)
             return False
         self.read()
-        if chosen:
-            self._filter.panel.set_base_preset(chosen)
-        self.context.notes.show_message(text)
+        self.changed.emit(chosen)
+        self._context.actions.refresh()
+        self._context.notes.show_message(text)
         return True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QFrame,
     QGridLayout,
+    QHBoxLayout,
     QLabel,
     QScrollArea,
     QSizePolicy,
@@ -29,7 +30,7 @@ from PySide6.QtWidgets import (
 from ilf.data.declarations import Declaration, ParameterSet, Value
 
 from ..base import theme
-from .basics import PlainLabel, Themed, literal_text
+from .basics import Message, PlainLabel, Themed, literal_text
 
 # Sliders of parameters: which parameters have one, and the mapping of positions to values.
 
@@ -124,6 +125,8 @@ _DECIMALS = 9
 _UNBOUNDED = 1_000_000_000
 _FIELD_WIDTH = 120
 _RESET_SIZE = 18
+_FIRST = "With most effect here"
+"""The section of the parameters that `show_effects` puts first."""
 
 
 class ParameterForm(Themed, QScrollArea):
@@ -131,6 +134,8 @@ class ParameterForm(Themed, QScrollArea):
 
     Parameters that have no effect with the current values of others are hidden. At first the form shows the basic ones
     and those that differ from the base values; the button at its end shows all. The choice is remembered.
+
+    Beside a parameter, the form can show what it did, and parameters can come first in a section of their own.
 
     The editors only display the set: a value with more digits than an editor shows is preserved unless the user
     changes it.
@@ -166,10 +171,14 @@ class ParameterForm(Themed, QScrollArea):
         column = QVBoxLayout(content)
         column.setContentsMargins(8, 6, 4, 10)
         column.setSpacing(2)
-        groups: dict[str, list[Declaration]] = {}
+        groups: dict[str, list[Declaration]] = {_FIRST: []}
         for declaration in declarations.values():
             groups.setdefault(declaration.group, []).append(declaration)
         self._headers: list[QToolButton] = []
+        self._rows_of: dict[str, QVBoxLayout] = {}
+        """The rows of every section."""
+        self._groups = {name: declaration.group for name, declaration in declarations.items()}
+        """The section that a parameter is in at present."""
         self._sections = {group: self._section(group, members) for group, members in groups.items()}
         for section in self._sections.values():
             column.addWidget(section)
@@ -179,7 +188,10 @@ class ParameterForm(Themed, QScrollArea):
         self.all_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.all_button.setChecked(QSettings().value(self._key, False, bool) is True)
         self.all_button.toggled.connect(self._show_all)
-        column.addWidget(self.all_button)
+        self.footer = QHBoxLayout()
+        self.footer.addWidget(self.all_button)
+        self.footer.addStretch(1)
+        column.addLayout(self.footer)
         column.addStretch(1)
 
         self.setWidget(content)
@@ -206,6 +218,27 @@ class ParameterForm(Themed, QScrollArea):
                 row.widget.setToolTip(_tooltip(row.declaration, getattr(parameters, name), source))
             self._show()
 
+    @property
+    def shown(self) -> list[str]:
+        """Names of the parameters that the form shows, in the order of their declaration."""
+        return [name for name, row in self._rows.items() if not row.widget.isHidden()]
+
+    def show_effects(self, effects: Mapping[str, str]) -> None:
+        """Show what parameters did, beside them; nothing beside the others."""
+        for name, row in self._rows.items():
+            row.effect.show_message(effects.get(name, ""))
+            row.effect.setVisible(name in effects)
+
+    def put_first(self, names: Sequence[str]) -> None:
+        """Put parameters first, in this order; the others have the order of their declarations."""
+        self._groups = {name: _FIRST if name in names else row.declaration.group for name, row in self._rows.items()}
+        for name in (*names, *(name for name in self._rows if name not in names)):
+            widget = self._rows[name].widget
+            for rows in self._rows_of.values():
+                rows.removeWidget(widget)
+            self._rows_of[self._groups[name]].addWidget(widget)
+        self._update_visibility()
+
     def sizeHint(self) -> QSize:
         return QSize(300, 520)
 
@@ -230,6 +263,7 @@ class ParameterForm(Themed, QScrollArea):
         rows = QVBoxLayout(body)
         rows.setContentsMargins(2, 2, 0, 2)
         rows.setSpacing(5)
+        self._rows_of[group] = rows
         for declaration in members:
             row = self._row(declaration)
             self._rows[declaration.name] = row
@@ -277,10 +311,14 @@ class ParameterForm(Themed, QScrollArea):
         policy.setRetainSizeWhenHidden(True)
         reset.setSizePolicy(policy)
         grid.addWidget(reset, 0, 2)
+        effect = Message()
+        effect.setObjectName(f"effect_{name}")
+        effect.hide()
+        grid.addWidget(effect, 2, 0, 1, 2)
         widget.setToolTip(_tooltip(declaration, getattr(self._base, name), self._source))
         widget.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         widget.customContextMenuRequested.connect(lambda at: self.menu_requested.emit(name, widget.mapToGlobal(at)))
-        return _Row(declaration, widget, caption, reset, slider, show)
+        return _Row(declaration, widget, caption, reset, slider, effect, show)
 
     def _slider(self, declaration: Declaration) -> ValueSlider:
         slider = ValueSlider(declaration)
@@ -335,7 +373,7 @@ class ParameterForm(Themed, QScrollArea):
                 header.setChecked(True)
         self.all_button.setText("Only the main parameters" if every else f"All {len(effective)} parameters")
         self.all_button.setArrowType(Qt.ArrowType.UpArrow if every else Qt.ArrowType.DownArrow)
-        groups = {self._rows[name].declaration.group for name in shown}
+        groups = {self._groups[name] for name in shown}
         for group, section in self._sections.items():
             section.setVisible(group in groups)
 
@@ -360,6 +398,7 @@ class _Row:
     caption: QLabel | QCheckBox
     reset: QToolButton
     slider: ValueSlider | None
+    effect: Message
     show: Callable[[Value], None]
 
 

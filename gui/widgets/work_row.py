@@ -45,9 +45,14 @@ class WorkRow(QWidget):
     def follow(self, requests: LatestRequest[Any, Any]) -> None:
         """Show the progress of requests, and cancel them by *Cancel*."""
         self.cancelled.connect(requests.cancel)
-        requests.begun.connect(self.begin)
-        requests.progressed.connect(self.show_share)
+        requests.progressed.connect(self._take_share)
         requests.ended.connect(self.end)
+
+    def _take_share(self, share: float) -> None:
+        """Show a share; the first one shows the row."""
+        if self.isHidden():
+            self.begin()
+        self.show_share(share)
 
     def begin(self) -> None:
         """Show the row at the start of work."""

@@ -14,7 +14,7 @@ Answer = TypeVar("Answer")
 
 
 class LatestRequest(QObject, Generic[Request, Answer]):
-    """Computes answers to one question at a time; a new question replaces the one that waits.
+    """Computes answers to one question at a time; a new question replaces the one of its class that waits.
 
     A question in progress is still answered when a newer one arrives, so that the window is updated during a drag;
     after `forget`, older questions are not answered any more.
@@ -66,7 +66,9 @@ class LatestRequest(QObject, Generic[Request, Answer]):
 
     def ask(self, question: Request) -> None:
         """Compute an answer; `answered` or `failed` follows, once for equal questions asked meanwhile."""
-        self._waiting = [] if question in self._current else [question]
+        self._waiting = [one for one in self._waiting if type(one) is not type(question)]
+        if question not in self._current:
+            self._waiting.append(question)
         self._start()
 
     def forget(self) -> None:
@@ -87,7 +89,7 @@ class LatestRequest(QObject, Generic[Request, Answer]):
     def _start(self) -> None:
         if self._worker.busy or not self._waiting:
             return
-        self._current, self._waiting = self._waiting, []
+        self._current, self._waiting = self._waiting[:1], self._waiting[1:]
         question = self._current[0]
 
         def job() -> Generator[float | None, None, Answer]:

@@ -138,14 +138,15 @@ class Parameters(ParameterSet):
         source="ideal: section 3; edge-aware: not in the paper",
     )  # fmt: skip
     smoothness: float = declare(
-        1.0, "Smoothness", "Stiffness of the surface: factor on the slope weight and the bending weight.", _SMOOTH,
-        unit="x", minimum=0.001, maximum=1e6, step=0.1, source="not in the paper", scale="log", when=_EDGE_AWARE,
-        basic=True,
+        1.0, "Smoothness", "Stiffness of the surface: factor on the slope weight and the bending weight. Where depth "
+        "is missing, the surface follows from the ratio of the two, so that the factor acts little when only filling.",
+        _SMOOTH, unit="x", minimum=0.001, maximum=1e6, step=0.1, source="not in the paper", scale="log",
+        when=_EDGE_AWARE,
     )  # fmt: skip
     slope_weight: float = declare(
         0.03, "Slope weight", "Weight of squared differences between neighbours; a known pixel has weight 1. It keeps "
         "large holes near the depth around them.", _SMOOTH, minimum=0.0, maximum=1e6, step=0.01,
-        source="not in the paper", scale="log", when=_EDGE_AWARE,
+        source="not in the paper", scale="log", when=_EDGE_AWARE, basic=True,
     )  # fmt: skip
     bending_weight: float = declare(
         0.1, "Bending weight", "Weight of squared second differences. It continues slopes into holes.", _SMOOTH,

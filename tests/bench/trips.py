@@ -97,7 +97,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
     """Record operations in the window; preparations are not recorded."""
     from PySide6.QtWidgets import QApplication
 
-    from gui.features.filter.feature import FilterFeature
+    from gui.features.filter import FilterPanel
 
     from .window import new_window, open_frame, paint_across, pause, settled, wait
 
@@ -117,7 +117,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
         label = max(document.counts(), key=lambda label: document.counts()[label].pixels)
         if trip == "slider":
             workspace.select([label])
-            window.feature(FilterFeature).panel.edited.emit(document.state.common.replace(noise=0.02))
+            window.feature(FilterPanel).form.changed.emit(document.state.common.replace(noise=0.02))
         else:
             paint_across(window, label)
         wait(lambda: news)

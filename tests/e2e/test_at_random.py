@@ -16,7 +16,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.curves import CurvesFeature
-from gui.features.filter.feature import FilterFeature
+from gui.features.filter import FilterPanel
 from gui.views.contents import COMPARABLE, DEPTHS, SIDES, TITLES
 from gui.views.layouts import LAYOUTS
 from ilf.data.frame import RGBDFrame
@@ -94,7 +94,7 @@ def test_commands_in_any_order(
 
     others: list[Callable[[], object]] = [
         lambda: workspace.select(list(workspace.current.counts())[chance.randrange(3) :][:1]),
-        lambda: window.feature(FilterFeature).set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
+        lambda: window.feature(FilterPanel).set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
         lambda: workspace.current.compare_runs(workspace.current.state.runs[-chance.randrange(1, 4) :]),
         lambda: views.set_layout(chance.choice(list(LAYOUTS))),
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.edit_summary import EditSummaryFeature
-from gui.features.filter.feature import FilterFeature
+from gui.features.filter import FilterPanel
 from gui.features.history import HistoryFeature
 from gui.work.frame_runs import RunState
 from ilf.segmentation.editing.patches import patch_between
@@ -84,7 +84,7 @@ def test_values_for_chosen_blocks_go_to_all_of_them(
     opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
 ) -> None:
     run_all(opened)
-    document, panel = opened.workspace.current, opened.feature(FilterFeature).panel
+    document, panel = opened.workspace.current, opened.feature(FilterPanel)
     chosen = sorted(document.counts())
     opened.workspace.select(chosen)
     panel.set_scope(True)
@@ -94,7 +94,7 @@ def test_values_for_chosen_blocks_go_to_all_of_them(
     _settle(opened, qtbot)
     assert document.changed_blocks() == [], "all of them are solved again"
     panel.set_scope(False)
-    panel.preset_chosen.emit(opened.workspace.parameters.current.replace(noise=0.01))
+    panel.presets.chosen.emit("best")
     assert "Block 1 (Smoothness)" in opened.toasts.message
     assert document.parameters_of(chosen[0]).smoothness == 3.0
     panel.set_scope(True)

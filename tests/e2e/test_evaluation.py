@@ -19,9 +19,8 @@ from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.blocks.model import Column
 from gui.features.context import Feature
-from gui.features.filter.feature import FilterFeature
+from gui.features.filter import FilterPanel
 from gui.features.inspect.panel import InspectPanel
-from gui.features.presets import PresetsFeature
 from gui.features.sweep.feature import SweepFeature
 from gui.state.block_errors import EXPECTED
 from gui.state.parts import Part
@@ -192,7 +191,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     open_frame(window, qtbot, FrameRef(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file))))
     document = workspace.current
     # from the menu of a parameter in the form
-    row = window.feature(FilterFeature).panel.form.findChild(QWidget, "smoothness").parentWidget()
+    row = window.feature(FilterPanel).form.findChild(QWidget, "smoothness").parentWidget()
     row.customContextMenuRequested.emit(QPoint(2, 2))
     menu = QApplication.activePopupWidget()
     assert menu.actions()[0].text() == "Sweep Smoothness…"
@@ -272,19 +271,18 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
 
 def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     monkeypatch.setattr("gui.state.parameters.DRAG_S", 0.0)  # a user takes longer from one choice to the next
-    window, presets = opened, part(opened, PresetsFeature)
-    assert isinstance(presets, PresetsFeature)
-    box, workspace, actions = window.feature(FilterFeature).panel.presets, window.workspace, window.actions_
+    window, box = opened, opened.feature(FilterPanel).presets
+    workspace, actions = window.workspace, window.actions_
     window.workspace.parameters.set(PRESETS["paper"].replace(padding=3.0))
     settle(window)
     assert not actions["rename_preset"].isEnabled()
-    assert presets.save("wide", with_extraction=True)
-    assert not presets.save("wide")  # it is there already
+    assert box.save("wide", with_extraction=True)
+    assert not box.save("wide")  # it is there already
     settle(window)
     assert box.present == "wide"
     assert box.names.currentText() == "wide"
     assert actions["rename_preset"].isEnabled()
-    window.feature(FilterFeature).panel.form.changed.emit(PRESETS["paper"].replace(padding=4.0))
+    window.feature(FilterPanel).form.changed.emit(PRESETS["paper"].replace(padding=4.0))
     settle(window)
     assert box.names.currentText() == "wide (changed)"
 
@@ -300,22 +298,22 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     actions["redo"].trigger()
     settle(window)
 
-    assert presets.rename("wide", "broad")
+    assert box.rename("wide", "broad")
     settle(window)
     assert box.names.findData("wide") < 0
     assert box.present == "broad"
     exported = tmp_path / "broad.json"
-    assert presets.write(exported)
-    assert presets.delete("broad")
+    assert box.write(exported)
+    assert box.delete("broad")
     settle(window)
     assert box.names.findData("broad") < 0
     assert box.present == "paper"
     assert "(changed)" in box.names.currentText()
-    assert presets.take_file(exported)
+    assert box.take_file(exported)
     assert box.parameters("broad").padding == 3.0
     reported = []
     window.notes.reported.connect(reported.append)
-    assert not presets.take_file(tmp_path / "none.json")
+    assert not box.take_file(tmp_path / "none.json")
     assert reported
     assert "none.json" in reported[0]
 
@@ -326,8 +324,8 @@ def test_a_closed_panel_does_nothing_while_a_slider_moves(opened, qtbot, run_all
     monkeypatch.setattr(kind, "refresh", lambda _, parts: drawn.append(parts))
     run_all(opened)
     opened.workspace.select([1])
-    with qtbot.waitSignal(opened.workspace.runs.results_added, timeout=WAIT_MS):
-        opened.feature(FilterFeature).set_values({"smoothness": 3.0}, 1)
+    with qtbot.waitSignal(opened.workspace.changed, timeout=WAIT_MS):
+        opened.feature(FilterPanel).set_values({"smoothness": 3.0}, 1)
     settle(opened)
     assert drawn == []
     opened.feature(kind).reveal()

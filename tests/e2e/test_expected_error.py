@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QMessageBox, QToolButton
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.filter.feature import FilterFeature
+from gui.features.filter import FilterPanel
 from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
 from gui.state.results import ErrorEstimate
@@ -115,7 +115,7 @@ def test_another_preset_for_all_blocks_makes_their_depth_stale_until_one_button_
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
     opened.workspace.select([])
-    document, names = opened.workspace.current, opened.feature(FilterFeature).panel.presets.names
+    document, names = opened.workspace.current, opened.feature(FilterPanel).presets.names
     button = next(button for button in opened.findChildren(QToolButton) if "stale" in button.text())
     assert not button.isVisible()
 

@@ -15,7 +15,7 @@ import ilf
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import block_rows
 from gui.features.curves import CurvesFeature
-from gui.features.filter.feature import FilterFeature
+from gui.features.filter import FilterPanel
 from gui.state.document import Document
 from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
@@ -34,7 +34,7 @@ def opened(opened: MainWindow) -> MainWindow:
 
 
 def _slider(window: MainWindow, name: str) -> QSlider:
-    return window.feature(FilterFeature).panel.form.findChild(QSlider, f"slider_{name}")
+    return window.feature(FilterPanel).form.findChild(QSlider, f"slider_{name}")
 
 
 def _results(window: MainWindow) -> dict[int, BlockResult]:
@@ -55,7 +55,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     workspace = opened.workspace
     chosen, other = list(workspace.current.counts())[:2]
     workspace.select([chosen])
-    opened.feature(FilterFeature).panel.set_scope(own)
+    opened.feature(FilterPanel).set_scope(own)
     before = _results(opened)
     steps = workspace.undo_group.activeStack().count()
     said: list[str] = []
@@ -96,11 +96,11 @@ def test_a_long_re_solve_is_replaced(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
     chosen = next(iter(workspace.current.counts()))
     workspace.select([chosen])
-    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    opened.feature(FilterPanel).form.changed.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     assert opened.actions_["run"].isEnabled()
     with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
-        opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=5))
+        opened.feature(FilterPanel).form.changed.emit(ilf.preset("released-code", max_iterations=5))
     assert _results(opened)[chosen].outcome.iterations == 5
 
 
@@ -108,7 +108,7 @@ def test_a_run_takes_the_place_of_a_re_solve(opened: MainWindow, qtbot: QtBot) -
     workspace = opened.workspace
     labels = list(workspace.current.counts())
     workspace.select(labels[:1])
-    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    opened.feature(FilterPanel).form.changed.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     workspace.parameters.set(ilf.preset(max_iterations=4))
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
@@ -122,7 +122,7 @@ def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
     run_all(opened)
     workspace = opened.workspace
     workspace.select(list(workspace.current.counts())[:1])
-    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("paper", max_iterations=3))
+    opened.feature(FilterPanel).form.changed.emit(ilf.preset("paper", max_iterations=3))
     for thread in threading.enumerate():
         if thread.name == "ilf-worker":
             thread.join()  # the result is there, and waits for the window to take it
@@ -130,14 +130,14 @@ def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
     assert not _results(opened)
     with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
-        opened.feature(FilterFeature).panel.edited.emit(ilf.preset("paper", max_iterations=4))
+        opened.feature(FilterPanel).form.changed.emit(ilf.preset("paper", max_iterations=4))
     assert len(_results(opened)) == 1
 
 
 def test_a_frame_closes_without_a_question_during_a_re_solve(opened: MainWindow, qtbot: QtBot) -> None:
     opened.documents.discard_silently = False
     opened.workspace.select(list(opened.workspace.current.counts())[:1])
-    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    opened.feature(FilterPanel).form.changed.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     document = opened.workspace.current
     document.note_saved(document.stamp)
@@ -152,7 +152,7 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
 ) -> None:
     workspace = opened.workspace
     workspace.select(list(workspace.current.counts())[:1])
-    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    opened.feature(FilterPanel).form.changed.emit(ilf.preset("released-code", max_iterations=100_000))
     first = workspace.current
     second = Document.of(ilf.Run(small_frame, first.labels), None, "second")
     workspace.open_document(second)
@@ -166,7 +166,7 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
             opened.actions_["run"].trigger()
     else:
         with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
-            opened.feature(FilterFeature).panel.edited.emit(ilf.preset(max_iterations=5))
+            opened.feature(FilterPanel).form.changed.emit(ilf.preset(max_iterations=5))
     assert not first.valid_results()
     assert set(second.valid_results()) == (set(second.counts()) if what == "run" else {chosen})
 

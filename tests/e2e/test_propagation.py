@@ -11,11 +11,11 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.filter.feature import FilterFeature
-from gui.features.filter.panel import Sharing
+from gui.features.filter import FilterPanel
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.propagation.feature import PropagateDialog, PropagationFeature
-from gui.features.quality_check.feature import QualityCheckFeature
+from gui.features.quality import QualityPanel
+from gui.features.sharing import Sharing
 from gui.state.document import Document
 from gui.state.entries import Entry
 from gui.state.parts import Part
@@ -253,9 +253,9 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: Propagation
 
     def said(command: str) -> str:
         window.actions_[command].trigger()
-        qtbot.waitUntil(lambda: not window.feature(QualityCheckFeature).busy, timeout=WAIT_MS)
         window.refresh.now()
-        return window.feature(QualityCheckFeature).strip.label.text()
+        qtbot.waitUntil(lambda: not window.feature(QualityPanel).busy, timeout=WAIT_MS)
+        return window.feature(QualityPanel).reason.text()
 
     assert "Floor was propagated: it was not in the picture before." in said("next_check")
     assert document.selected == [2]
@@ -268,26 +268,29 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: Propagation
     window.actions_["undo"].trigger()
     assert document.state.to_check == {1}
     assert "Wall was propagated" in said("next_check")
-    assert window.feature(QualityCheckFeature).strip.remedy.text() == "Mark Wall as checked (Enter)"
+    assert window.feature(QualityPanel).remedy_button.text() == "Mark Wall as checked (Enter)"
     assert "was propagated" not in said("apply_remedy")
     assert not document.state.to_check
 
 
 def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
-    window, workspace, row = listed, listed.workspace, listed.feature(FilterFeature).panel.frames
+    window, workspace, row = listed, listed.workspace, listed.feature(FilterPanel).frames
     first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")
     assert row.box.currentText() == Sharing.EACH
-    row.chosen.emit(Sharing.ALL)
-    window.feature(FilterFeature).set_values({"smoothness": 3.0})
+    row.choose(Sharing.ALL)
+    window.feature(FilterPanel).set_values({"smoothness": 3.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL
+    assert not any(button.isVisible() for button in row.findChildren(QToolButton))
     assert first.state.common.smoothness == 3.0
     assert window.actions_["undo"].text() == "Undo Set Smoothness for all frames"
-    row.chosen.emit(Sharing.ALONE)
-    window.feature(FilterFeature).set_values({"smoothness": 5.0})
+    row.choose(Sharing.ALONE)
+    window.feature(FilterPanel).set_values({"smoothness": 5.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALONE
+    offered = [button.defaultAction().objectName() for button in row.findChildren(QToolButton) if button.isVisible()]
+    assert offered == ["share_parameters", "reset_to_shared"], "only a frame with parameters of its own has them"
     assert (first.state.common.smoothness, second.state.common.smoothness) == (3.0, 5.0)
     assert workspace.entries[1].summary.own_parameters
     third = propagate_state(window, part, qtbot, "propagate_next")  # the values of runs go along, as its own

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDockWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature, block_rows
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.quality_check.feature import QualityCheckFeature
-from gui.features.quality_check.invalid_depth import InvalidDepthFeature
+from gui.features.quality import QualityPanel
 from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
 from gui.state.document import Document
@@ -61,21 +60,21 @@ def press(window: MainWindow, qtbot: QtBot, name: str) -> str:
 
 
 def settled(window: MainWindow, qtbot: QtBot) -> str:
-    qtbot.waitUntil(lambda: not window.feature(QualityCheckFeature).busy, timeout=WAIT_MS)
+    panel = window.feature(QualityPanel)
     window.refresh.now()
-    strip = window.feature(QualityCheckFeature).strip
-    return ": ".join(filter(None, (strip.position.text(), strip.label.text())))
+    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    return ": ".join(filter(None, (panel.position.text(), panel.reason.text())))
 
 
 def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    workspace, strip = window.workspace, window.feature(QualityCheckFeature).strip
-    assert not strip.isVisible()
+    workspace, panel = window.workspace, window.feature(QualityPanel)
+    assert not panel.visible
     assert not window.actions_["ignore_check"].isEnabled()
     assert press(window, qtbot, "next_check") == "1 of 2: Depth jumps by 0.50 m inside Block 1."
-    assert strip.isVisible()
+    assert panel.visible
     assert workspace.current.selected == [1]
-    assert not window.feature(QualityCheckFeature)._marks.path.isEmpty()
+    assert not panel._marks[0].path.isEmpty()
     assert "2 of 2" in press(window, qtbot, "next_check")
     assert "1 of 2" in press(window, qtbot, "next_check")
     assert "2 of 2" in press(window, qtbot, "previous_check")
@@ -88,7 +87,7 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     assert workspace.current.selected == [2]
     window.actions_["undo"].trigger()
     settled(window, qtbot)
-    assert len(window.feature(QualityCheckFeature).review.places) == 2
+    assert len(window.feature(QualityPanel).review.places) == 2
     window.actions_["redo"].trigger()
     settled(window, qtbot)
 
@@ -108,14 +107,14 @@ def test_going_through_mending_and_ignoring(window, qtbot, tmp_path):
     assert settled(window, qtbot) == said
     workspace.current.replace_blocks(walls(80, 150, WIDTH).astype(np.int32), "An edit there")
     assert settled(window, qtbot) == "1 flagged place left to check.", "it is another place now"
-    window.actions_["close_checks"].trigger()
-    assert not strip.isVisible()
-    assert window.feature(QualityCheckFeature)._marks.path.isEmpty()
+    window.findChild(QDockWidget, "Quality").close()
+    assert panel._marks[0].path.isEmpty()
+    assert panel.remedy is None
 
 
 def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    workspace, checks = window.workspace, window.feature(QualityCheckFeature)
+    workspace, checks = window.workspace, window.feature(QualityPanel)
     workspace.current.edit_info(1, "Rename", name="Wall")
     view = window.views.cells["colour"].view
 
@@ -127,9 +126,9 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     steps = workspace.current.undo_stack.count()
     assert enter() == "", "nothing is shown"
     assert press(window, qtbot, "next_check").startswith("1 of 2")
-    assert checks.strip.remedy.text() == "Split Wall (Enter)"
+    assert checks.remedy_button.text() == "Split Wall (Enter)"
     assert checks.remedy is not None
-    preview = checks._previews._items[0]
+    preview = checks._previews[0]
     assert preview.isVisible()
     assert not preview.boundingRect().isEmpty()
 
@@ -137,9 +136,9 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     window.editor.set_tool("smart_select")
     click(window, (100, 90))
     qtbot.waitUntil(lambda: not window.editor.working, timeout=WAIT_MS)
-    assert checks.strip.remedy.text() == "Split Wall"
+    assert checks.remedy_button.text() == "Split Wall"
     window.editor.set_tool("split")
-    assert checks.strip.remedy.text() == "Split Wall (Enter)"
+    assert checks.remedy_button.text() == "Split Wall (Enter)"
     QTest.keyClick(view, Qt.Key.Key_Return)
     assert workspace.current.undo_stack.count() == steps + 1, "Split has no line yet"
     settled(window, qtbot)
@@ -152,7 +151,7 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     there = checks.review.present.labels[0]
     workspace.current.set_lock(there, True)
     settled(window, qtbot)
-    assert checks.strip.remedy.text() == "No remedy found"
+    assert checks.remedy_button.text() == "No remedy found"
     assert not window.actions_["apply_remedy"].isEnabled()
     workspace.current.set_lock(there, False)
     settled(window, qtbot)
@@ -170,7 +169,7 @@ def test_a_remedy_leaves_no_sliver(window, qtbot, tmp_path, monkeypatch):
     split = np.where(walls(80, WIDTH) == 1, 2, 1).astype(np.int32)
     split[50:52, 30:32] = 1
     remedy = Remedy("split", "Split Block 1", patch_between(np.ones_like(split), split))
-    monkeypatch.setattr("gui.features.quality_check.feature.find_remedy", lambda *_, **__: remedy)
+    monkeypatch.setattr("gui.features.quality.find_remedy", lambda *_, **__: remedy)
     press(window, qtbot, "next_check")
     press(window, qtbot, "apply_remedy")
     assert np.array_equal(window.workspace.current.labels == 2, walls(80, WIDTH) == 1)
@@ -197,6 +196,8 @@ def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path,
     elif focus == "layout":
         table.setFocus()
         window.actions_["layout_correct"].trigger()
+        assert not window.feature(QualityPanel).visible
+        assert press(window, qtbot, "next_check").startswith("1 of 2"), "the place that was left"
     else:
         while window.views.isAncestorOf(QApplication.focusWidget()):
             key(window, Qt.Key.Key_Tab)
@@ -213,7 +214,7 @@ def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, 
     window.workspace.current.edit_info(1, "Rename", name="Wall")
     assert press(window, qtbot, "next_check").endswith("inside Wall.")
     view = window.views.cells["colour"].view
-    place = window.feature(QualityCheckFeature).review.present
+    place = window.feature(QualityPanel).review.present
     shown = view.to_image(view.viewport().rect().center().toPointF())
     assert abs(shown.x() - place.point[0]) < 60
 
@@ -291,29 +292,54 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     assert workspace.current.summary().not_converged == 1
 
 
-def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):
+def test_the_places_of_another_frame_are_its_own(window, qtbot, tmp_path, frame_folder):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     press(window, qtbot, "next_check")
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
-    assert not window.feature(QualityCheckFeature).strip.isVisible()
+    assert settled(window, qtbot) == "No flagged places."
+    assert window.feature(QualityPanel)._marks[0].path.isEmpty()
+    window.actions_["close_frame"].trigger()
+    window.actions_["close_frame"].trigger()
+    assert settled(window, qtbot) == "Open a frame first."
+
+
+def test_a_closed_panel_searches_for_nothing(window, qtbot, tmp_path):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    panel = window.feature(QualityPanel)
+    window.workspace.current.replace_blocks(walls(80, WIDTH).astype(np.int32), "Split")
+    window.refresh.now()
+    assert not panel.busy
+    window.panels.reveal("Quality")
+    assert settled(window, qtbot) == "1 flagged place left to check.", "it is counted where it is seen"
 
 
 def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
-    strip, document = window.feature(InvalidDepthFeature).strip, window.workspace.current
+    panel, document = window.feature(QualityPanel), window.workspace.current
+    assert not window.actions_["mark_suggested"].isEnabled()
     for taken in (False, True):
-        window.actions_["suggest_invalid"].trigger()
-        qtbot.waitUntil(lambda: not window.feature(InvalidDepthFeature).busy, timeout=WAIT_MS)
-        assert strip.label.text().startswith("4 pixels of known depth may be invalid")
+        press(window, qtbot, "suggest_invalid")
+        assert panel.suggestion.text().startswith("4 pixels of known depth may be invalid")
         assert document.frame.invalid_mask is None
-        window.actions_["mark_suggested" if taken else "ignore_suggested"].trigger()
-        assert not strip.isVisible()
+        press(window, qtbot, "mark_suggested" if taken else "ignore_suggested")
+        assert not panel.suggestion.isVisible()
+        assert panel._suggested[0].path.isEmpty()
     wrong = np.zeros((HEIGHT, WIDTH), bool)
     wrong[30:32, 200:202] = True
     assert np.array_equal(document.frame.invalid_mask, wrong)
     window.actions_["undo"].trigger()
     assert document.frame.invalid_mask is None
     window.actions_["redo"].trigger()
+    press(window, qtbot, "suggest_invalid")
+    assert panel.suggestion.text().startswith("No invalid depth found")
+    assert panel.candidates is None
+
+
+def test_places_and_a_suggestion_are_both_found_when_asked_for_at_once(window, qtbot, tmp_path):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    window.actions_["next_check"].trigger()
     window.actions_["suggest_invalid"].trigger()
-    qtbot.waitUntil(lambda: not window.feature(InvalidDepthFeature).busy, timeout=WAIT_MS)
-    assert not strip.isVisible()
+    assert settled(window, qtbot).startswith("1 of 2")
+    panel = window.feature(QualityPanel)
+    assert panel.remedy is not None
+    assert panel.candidates is not None

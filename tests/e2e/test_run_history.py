@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLineEdit, QSlider
+from PySide6.QtWidgets import QApplication, QLineEdit, QSlider, QToolButton
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.filter.feature import FilterFeature
-from gui.features.run_history.feature import RunHistoryFeature
-from gui.features.run_history.model import Column
+from gui.features.filter import FilterPanel
+from gui.features.run_history import Column, RunsPanel
 from gui.work.frame_runs import RunState
 from ilf import preset
 
@@ -24,22 +25,20 @@ Run = Callable[[MainWindow], None]
 
 
 @pytest.fixture
-def part(opened: MainWindow) -> RunHistoryFeature:
+def part(opened: MainWindow) -> RunsPanel:
     """What keeps the window's runs, with its panel open."""
     opened.actions_["show_runs"].trigger()
-    return opened.feature(RunHistoryFeature)
+    return opened.feature(RunsPanel)
 
 
-def _cell(
-    part: RunHistoryFeature, row: int, column: Column, role: Qt.ItemDataRole = Qt.ItemDataRole.DisplayRole
-) -> object:
-    model = part.table.view.model()
+def _cell(part: RunsPanel, row: int, column: Column, role: Qt.ItemDataRole = Qt.ItemDataRole.DisplayRole) -> object:
+    model = part.view.model()
     return model.index(row, column).data(role)
 
 
-def _type(part: RunHistoryFeature, row: int, column: Column, text: str) -> None:
+def _type(part: RunsPanel, row: int, column: Column, text: str) -> None:
     """Into a cell, after F2."""
-    view = part.table.view
+    view = part.view
     index = view.model().index(row, column)
     view.setCurrentIndex(index)
     QTest.keyClick(view, Qt.Key.Key_F2)
@@ -51,7 +50,7 @@ def _type(part: RunHistoryFeature, row: int, column: Column, text: str) -> None:
 
 
 def test_runs_are_kept_compared_and_come_back_to(
-    opened: MainWindow, part: RunHistoryFeature, qtbot: QtBot, run_all: Run
+    opened: MainWindow, part: RunsPanel, qtbot: QtBot, run_all: Run
 ) -> None:
     workspace, actions = opened.workspace, opened.actions_
     document = workspace.current
@@ -61,7 +60,7 @@ def test_runs_are_kept_compared_and_come_back_to(
     chosen = next(iter(document.counts()))
     workspace.select([chosen])
     opened.refresh.now()
-    slider = opened.feature(FilterFeature).panel.form.findChild(QSlider, "slider_padding")
+    slider = opened.feature(FilterPanel).form.findChild(QSlider, "slider_padding")
     for position in (5, 6, 7, 8):
         slider.setValue(position)
         qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
@@ -70,14 +69,14 @@ def test_runs_are_kept_compared_and_come_back_to(
     qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error), timeout=WAIT_MS)
     opened.refresh.now()
     texts = [_cell(part, row, Column.NAME) for row in (0, 1)]
-    assert texts == ["Live 2 · current", "Run 1"]
+    assert texts == ["● Live 2", "Run 1"]
     assert _cell(part, 0, Column.VALUES) == "paper, padding 3 x · 1 of 2 blocks with other parameters"
     numbers = [str(_cell(part, row, Column.EXPECTED)) for row in (0, 1)]
     assert sum(text.startswith("★") for text in numbers) == 1
     assert _cell(part, 0, Column.GROUND_TRUTH) == "–"
 
     assert not actions["accept_run"].isEnabled(), "no run is chosen"
-    part.table.select(first)
+    part.select(first)
     actions["compare_runs"].trigger()
     assert document.compared == [first]
     opened.refresh.now()
@@ -90,7 +89,7 @@ def test_runs_are_kept_compared_and_come_back_to(
     assert (document.state.common, document.changed_blocks()) == (preset("paper"), [])
     np.testing.assert_array_equal(document.completion().depth, depth)
     np.testing.assert_array_equal(document.current_depth(), depth)
-    assert _cell(part, 1, Column.NAME) == "Run 1 · current"
+    assert _cell(part, 1, Column.NAME) == "● Run 1"
     actions["undo"].trigger()
     assert live.is_of(document.valid_results())
     actions["restore_run"].trigger()
@@ -101,20 +100,53 @@ def test_runs_are_kept_compared_and_come_back_to(
     _type(part, 1, Column.NAME, "as printed")
     _type(part, 0, Column.NOTE, "sharper")
     assert (first.name, live.note) == ("as printed", "sharper")
-    part.table.select(live)
-    QTest.keyClick(part.table.view, Qt.Key.Key_Delete)
+    part.select(live)
+    QTest.keyClick(part.view, Qt.Key.Key_Delete)
     assert document.state.runs == (first,)
     actions["undo"].trigger()
     assert document.state.runs == (first, live)
     opened.refresh.now()
-    assert part.table.runs() == [live, first]
+    assert part.model.runs == [live, first]
     assert len(document.state.runs) == 2, "undo solves nothing anew"
 
 
-def test_another_frame_has_runs_of_its_own(opened: MainWindow, part: RunHistoryFeature, run_all: Run) -> None:
+@pytest.mark.parametrize("width", [1100, 1440])
+def test_the_columns_that_tell_runs_apart_come_first_and_are_seen_in_a_narrow_window(
+    opened: MainWindow, part: RunsPanel, qtbot: QtBot, run_all: Run, width: int
+) -> None:
+    opened.resize(width, 700)
     run_all(opened)
-    assert len(part.table.runs()) == 1
+    run = opened.workspace.current.state.runs[0]
+    qtbot.waitUntil(lambda: run.expected_error is not None, timeout=WAIT_MS)
+    opened.refresh.now()
+    header, room = part.view.horizontalHeader(), part.view.viewport().width()
+    ends = [header.sectionViewportPosition(column) + header.sectionSize(column) for column in Column]
+    assert ends[Column.EXPECTED] < room - 40, "and the beginning of the values"
+    for column in (Column.NAME, Column.EXPECTED):
+        assert part.view.fontMetrics().horizontalAdvance(str(_cell(part, 0, column))) < header.sectionSize(column)
+    for button in part.widget.findChildren(QToolButton):
+        assert button.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonIconOnly
+        assert button.toolTip()
+        assert button.geometry().right() < part.widget.width()
+
+
+def test_the_list_is_written_with_its_errors_though_the_panel_is_closed(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, tmp_path: Path
+) -> None:
+    run_all(opened)
+    panel = opened.feature(RunsPanel)
+    assert not panel.visible
+    assert opened.workspace.current.state.runs[0].expected_error is None, "nothing is computed for a closed panel"
+    panel.export(str(tmp_path / "runs.csv"))
+    qtbot.waitUntil((tmp_path / "runs.csv").is_file, timeout=WAIT_MS)
+    (line,) = csv.DictReader((tmp_path / "runs.csv").read_text().splitlines())
+    assert float(line["expected_error_rms [mm]"]) > 0
+
+
+def test_another_frame_has_runs_of_its_own(opened: MainWindow, part: RunsPanel, run_all: Run) -> None:
+    run_all(opened)
+    assert len(part.model.runs) == 1
     opened.actions_["close_frame"].trigger()
     QApplication.processEvents()
-    assert part.table.runs() == []
+    assert part.model.runs == []
     assert not any(opened.actions_[name].isEnabled() for name in ("export_runs", "clear_runs", "delete_runs"))

@@ -19,7 +19,7 @@ from gui.features.blocks.feature import BlocksFeature
 from gui.features.curves import CurvesFeature
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
-from gui.features.filter.feature import FilterFeature
+from gui.features.filter import FilterPanel
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.data.results import Status
@@ -215,7 +215,7 @@ def test_brush_size_by_keyboard(opened: MainWindow, qtbot: QtBot) -> None:
 
 
 def test_preset_box_tells_what_was_changed_and_brings_it_back(opened: MainWindow) -> None:
-    presets = opened.feature(FilterFeature).panel.presets.names
+    presets = opened.feature(FilterPanel).presets.names
     opened.workspace.parameters.set(ilf.preset("released-code"))
     opened.refresh.now()
     assert presets.currentText() == "released-code"
@@ -346,15 +346,15 @@ def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window: Main
 
 
 def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
-    workspace, panel = opened.workspace, opened.feature(FilterFeature).panel
+    workspace, panel = opened.workspace, opened.feature(FilterPanel)
     workspace.parameters.set(ilf.preset("paper"))
     opened.refresh.now()
     workspace.parameters.set(ilf.preset("paper", centred=True))
     workspace.select([1])
     workspace.parameters.set(ilf.preset("released-code"), 1)
-    panel.set_scope(chosen=True)
+    panel.set_scope(for_selected=True)
     opened.refresh.now()
     assert panel.presets.names.currentText() == "released-code"
-    panel.set_scope(chosen=False)
+    panel.set_scope(for_selected=False)
     opened.refresh.now()
     assert panel.presets.names.currentText() == "paper (changed)"

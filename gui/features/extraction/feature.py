@@ -14,6 +14,7 @@ from ilf.drawing.blocks import STAGES
 
 from ...base.commands import Command, hint_of
 from ...base.needs import Need
+from ...state.parts import Part
 from ...views.layouts import LAYOUT_TEXTS
 from ...widgets.notices import error_text
 from ...work.found_blocks import FoundBlocks, describe_blocks
@@ -74,11 +75,9 @@ class ExtractionFeature(Feature):
         loader.extracted.connect(self.hold)
         loader.busy_changed.connect(self.go_on)
         self._mark_stages()
-        turned, extraction = workspace.frames.session_changed, workspace.parameters.extraction_changed
-        seen = views.shownChanged, context.centre.turned
-        context.refresh.add("stages", self.show, (turned, extraction, self.changed, *seen))
-        changed = workspace.labels_changed, workspace.blocks.infos_changed, self.described
-        context.refresh.add("extraction", self.describe, changed)
+        seen = self.changed, views.shownChanged, context.centre.turned
+        context.refresh.add("stages", self.show, Part.FRAME | Part.EXTRACTION, also=seen)
+        context.refresh.add("extraction", self.describe, Part.LABELS | Part.INFOS, also=(self.described,))
 
     def _commands(self) -> Sequence[Command]:
         return (

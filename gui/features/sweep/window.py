@@ -36,7 +36,7 @@ from ...widgets.work_row import WorkRow
 from ...work.frame_runs import RunState
 from ...work.latest_request import LatestRequest
 from ..context import Context
-from ..filter.feature import FilterFeature
+from ..filter import FilterPanel
 from .cells import Cell, PointCells
 from .curve import ErrorCurve
 from .options import CriterionBox, RangeBox
@@ -66,7 +66,7 @@ class SweepWindow(Themed, QDialog):
         self.resize(_SIZE)
         self._context = context
         self._workspace = context.workspace
-        self._filter = context.feature(FilterFeature)
+        self._filter = context.feature(FilterPanel)
         self.found: SweepState | None = None
         self._icons: dict[int, tuple[Picture, Scale, QIcon]] = {}
         self._requests = LatestRequest[SweepState, SweepResult](SweepState.compute, self)
@@ -178,7 +178,7 @@ class SweepWindow(Themed, QDialog):
         self.activateWindow()
         self._show_frame()
         if name and not self.busy:
-            if self._filter.panel.for_selected:
+            if self._filter.for_selected:
                 self.criterion.blocks.setCurrentIndex(1)
                 self._show_frame()
             self.second.setChecked(False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gui.features.quality_check.review import Review
+from gui.features.quality import Review
 from ilf.evaluation.quality.places import Place
 
 

@@ -16,8 +16,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from gui.features.run_history.feature import measure, write_runs
-from gui.features.run_history.model import RunModel, best_of, run_rows
+from gui.features.run_history import RunModel, best_of, measure, values_of, write_runs
 from gui.state.document import Document
 from gui.state.parameters import DRAG_S
 from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
@@ -87,8 +86,8 @@ def test_a_cancelled_run_is_kept_if_any_block_was_done(bench: Bench, until: Unti
     bench.script.allow(1)
     until(lambda: bench.runs.state is RunState.IDLE)
     keeper.shutdown()
-    rows = run_rows(bench.document)
-    assert [row.values for row in rows] == ["best · cancelled, 1 of 2 blocks without result"] * done
+    values = [values_of(bench.document, kept) for kept in bench.document.state.runs]
+    assert values == ["best · cancelled, 1 of 2 blocks without result"] * done
 
 
 def test_a_drag_is_one_run_and_undo_makes_none(
@@ -115,7 +114,7 @@ def test_a_drag_is_one_run_and_undo_makes_none(
     bench.runs.resolve([1])
     until(lambda: bench.runs.state is RunState.IDLE and not keeper.waits)
     assert len(document.state.runs) == 2
-    assert [row.present for row in run_rows(document)] == [False, True]
+    assert [kept.is_of(document.valid_results()) for kept in document.state.runs] == [True, False]
     document.change_run(document.state.runs[1], name="mine")
     document.undo_stack.redo()
     edit(workspace, 1, rows=np.s_[0:4], columns=np.s_[30:40])
@@ -341,7 +340,7 @@ def test_the_list_as_a_table(document: Document, workspace: Workspace, tmp_path:
         note = 'a, "b"' if number == 1 else "=1+1"
         document.keep_run(stored_run(document, number, parameters, note=note, ground_truth_error=0.0123))
     path = tmp_path / "runs.csv"
-    write_runs(path, run_rows(document))
+    write_runs(path, document)
     with path.open(newline="") as file:
         second, first = csv.DictReader(file)
     assert (first["name"], first["note"], first["rmse_truth [mm]"], first["rmse_hold_out [mm]"]) == (
@@ -358,7 +357,7 @@ def test_the_list_as_a_table(document: Document, workspace: Workspace, tmp_path:
     )
     assert (first["smoothness [x]"], second["smoothness [x]"]) == ("1.0", "")
     with pytest.raises(ExportError, match="folder does not exist"):
-        write_runs(tmp_path / "none" / "runs.csv", run_rows(document))
+        write_runs(tmp_path / "none" / "runs.csv", document)
 
 
 def test_another_truth_makes_errors_be_worked_out_anew(document: Document, workspace: Workspace) -> None:

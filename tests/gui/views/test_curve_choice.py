@@ -10,7 +10,6 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.features.curves import draw_curves
-from gui.features.filter.panel import FilterPanel
 from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.views.curves.panel import CurvesPanel
@@ -76,11 +75,9 @@ def test_compared_runs_are_shown_beside_the_present_result(
     assert panel.names == ["Block 1", "Block 2", "Run 1: Block 1", "Run 1: Block 2"]
 
 
-def test_the_criterion_is_that_of_the_filter_panel_for_the_block(
-    qtbot: QtBot, workspace: Workspace, document: Document, panel: CurvesPanel, show: Callable[[], None]
+def test_the_criterion_is_that_of_the_block(
+    workspace: Workspace, document: Document, panel: CurvesPanel, show: Callable[[], None]
 ) -> None:
-    form = FilterPanel([])
-    qtbot.addWidget(form)
     workspace.parameters.set(QUICK)
     document.store_results(list(complete(document.frame, document.labels, QUICK).results.values()))
     workspace.parameters.set_own({"s_criteria": 0.002}, [2])
@@ -88,9 +85,7 @@ def test_the_criterion_is_that_of_the_filter_panel_for_the_block(
         workspace.select([label])
         show()
         assert panel._criteria.texts == [line]
-        own = document.parameters_of(label)
-        form.show_parameters(own, document.state.common, [document.info(label).name])
-        assert form.form.parameters().s_criteria == panel._curves[0].s_criteria
+        assert document.parameters_of(label).s_criteria == panel._curves[0].s_criteria
     document.store_results(
         list(complete(document.frame, document.labels, QUICK.replace(s_criteria=0.002)).results.values())
     )

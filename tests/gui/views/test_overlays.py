@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
-from PySide6.QtGui import QImage, QPainter, QPainterPath, QPixmap
+from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPixmap
 from PySide6.QtWidgets import QApplication, QStyleOptionGraphicsItem
 from pytestqt.qtbot import QtBot
 
 from gui.features.inspect.marks import InspectMarks, measurement_marks, profile_marks, region_marks
-from gui.features.quality_check.marks import PlaceMarks
 from gui.views.interaction import Preview
 from gui.views.linked_views import LinkedViews
 from gui.views.pixel_items import PointsItem
+from gui.views.scene_items import HaloPath
 
 HEIGHT, WIDTH = 240, 320
 STEPS = 24
@@ -67,12 +67,15 @@ def _tool_line(views: LinkedViews) -> Move:
 
 
 def _rings(views: LinkedViews) -> Move:
-    marks = PlaceMarks(views)
+    items = [HaloPath(1.5, QColor(255, 96, 208), 170, 5.5) for _ in views.cells]
+    for cell, item in zip(views.cells.values(), items, strict=True):
+        cell.view.add_overlay(item)
 
     def move(step: int) -> None:
         path = QPainterPath()
         path.addEllipse(QPointF(*_place(step)), 10, 10)
-        marks.show(path)
+        for item in items:
+            item.set_path(path)
 
     return move
 

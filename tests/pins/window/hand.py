@@ -168,6 +168,17 @@ class Hand:
         assert found is not None, f"there is no command {name}"
         return found
 
+    def has(self, name: str) -> bool:
+        """Whether the window has a command: an earlier one may not."""
+        return self.window.findChild(QAction, name) is not None
+
+    def end_checks(self) -> None:
+        """End the quality check: close its panel, or the strip that an earlier window has in its place."""
+        if self.has("close_checks"):
+            self.do("close_checks")
+        else:
+            self.panel("Quality").close()
+
     def do(self, name: str) -> None:
         """Give a command, and wait until the work that it starts has ended."""
         self.start(name)

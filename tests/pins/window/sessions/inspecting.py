@@ -78,7 +78,7 @@ def quality_checks(user: Hand) -> None:
     user.do("apply_remedy")
     user.do("next_check")
     user.do("ignore_check")
-    user.do("close_checks")
+    user.end_checks()
     _end(user)
 
 

@@ -115,6 +115,9 @@ def live_follows_every_change(user: Hand) -> None:
     user.fill("Brush", 5)
     user.drag([(40, 30), (60, 36)])
     user.keep_project("live")
+    if user.has("try_parameters"):
+        user.do("try_parameters")
+    user.keep_project("tried")
     user.do("live")
     user.drag([(100, 90), (120, 92)])
     _end(user)

@@ -1,0 +1,370 @@
+"""The panel of the filter: its parameters for all blocks or the selected ones, and what a change did to the depth."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from typing import NamedTuple
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QStandardItemModel
+from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
+
+from ilf.data.blocks import OwnValues, own_values
+from ilf.data.parameters import DEFAULT_PRESET, Parameters
+from ilf.data.results import BlockResult
+from ilf.run.run import Run
+
+from ..base.commands import Command
+from ..base.needs import Need
+from ..state.document import Document
+from ..state.parameters import parameter_labels
+from ..state.parts import Part
+from ..widgets.parameter_form import ParameterForm
+from .context import Context
+from .panel import Panel
+from .parameter_effects import Depth, Effect, Tried, effect_of, try_parameters
+from .presets import PresetBox
+from .sharing import SharingRow
+
+_SHOWN = Part.FRAME | Part.LIST | Part.INFOS | Part.SELECTION | Part.PARAMETERS
+_OTHER_DEPTH = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS | Part.BY_HAND
+"""What changes depth other than parameters."""
+
+
+class _Change(NamedTuple):
+    """A change of one parameter by the user, as long as it is one undo step, and the results before it."""
+
+    name: str
+    document: Document
+    step: int
+    before: Mapping[int, BlockResult]
+
+
+class _Difference(NamedTuple):
+    """Request: depth [m] of blocks before a change, and now."""
+
+    change: _Change
+    depths: Sequence[tuple[Depth, Depth]]
+
+
+class _Trial(NamedTuple):
+    """Request: the effect of other values of these parameters on a run, or on some of its blocks."""
+
+    run: Run
+    names: Sequence[str]
+    blocks: Sequence[int]
+
+
+class FilterPanel(Panel):
+    """The parameters of all blocks, or of the selected ones, which are completed again on changes.
+
+    Beside a parameter it shows how much its last change has changed the depth. On request it tries other values of the
+    parameters that it shows, and puts those first that change this frame most.
+    """
+
+    title, icon, group = "Filter", "ph.sliders-horizontal", None
+    parts = _SHOWN | Part.RESULTS | _OTHER_DEPTH
+    what = "trial of parameters"
+
+    def __init__(self, context: Context) -> None:
+        self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}
+        """The preset that parameters are based on, by `for_selected`."""
+        self._effects: dict[str, str] = {}
+        self._change: _Change | None = None
+        self._edited: Parameters | None = None
+        """The parameters after the user's last change."""
+        super().__init__(context)
+
+    def make(self) -> QWidget:
+        """Make the rows of preset, blocks and frames, and the form."""
+        actions = self.context.actions
+        actions.add(self._commands())
+        self.presets = PresetBox(self.context, lambda: self.shown)
+        self.presets.chosen.connect(self._choose_preset)
+        self.presets.changed.connect(self._take_presets)
+        self.frames = SharingRow(self.context)
+        self._scope = QComboBox()
+        self._scope.addItems(["All blocks", "Selected blocks"])
+        self._scope.setAccessibleName("Parameters for")
+        self._scope.setToolTip("Whether the parameters below apply to all blocks, or to the selected ones only")
+        self._scope.activated.connect(self.redraw)
+        self.form = ParameterForm(Parameters)
+        self.form.changed.connect(self.edit)
+        self._own_buttons = [_button(actions[name]) for name in ("copy_own", "reset_own")]
+        self.form.footer.insertWidget(1, _button(actions["try_parameters"], with_text=True))
+
+        scope = QHBoxLayout()
+        scope.setSpacing(2)
+        scope.addWidget(self._scope, 1)
+        for button in self._own_buttons:
+            button.hide()  # a panel is as wide as it is at first
+            scope.addWidget(button)
+        self._choices, self._scope_row = QFormLayout(), scope
+        choices = self._choices
+        choices.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        choices.addRow("Preset", self.presets)
+        choices.addRow("Parameters for", scope)
+        choices.addRow("Frames", self.frames)
+        widget = QWidget()
+        layout = QVBoxLayout(widget)
+        layout.setContentsMargins(8, 8, 4, 4)
+        layout.addLayout(choices)
+        layout.addWidget(self.form, 1)
+        layout.addWidget(self.work)
+        return widget
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "reset_own",
+                "Reset &own parameters",
+                "Reset the selected blocks to the common parameters",
+                icon="ph.eraser",
+                handler=self.reset_own,
+                needs=Need.SELECTION,
+                why_off=self._why_none_own,
+            ),
+            Command(
+                "copy_own",
+                "Copy own para&meters",
+                "Copy the own parameters of the first selected block to the other selected blocks",
+                icon="ph.copy",
+                handler=self.copy_own,
+                needs=Need.SELECTION,
+                why_off=self._why_no_copy,
+            ),
+            Command(
+                "try_parameters",
+                "Tr&y parameters",
+                "Try smaller and larger values of the parameters shown, and put those first that change the depth of "
+                "this frame most; its parameters and results stay as they are",
+                icon="ph.sort-descending",
+                handler=self.try_shown,
+                needs=Need.BLOCKS | Need.IDLE,
+            ),
+        )
+
+    # what is shown
+
+    @property
+    def for_selected(self) -> bool:
+        """Whether the parameters are those of the selected blocks."""
+        return self._scope.currentIndex() == 1
+
+    def set_scope(self, for_selected: bool) -> None:
+        """Show the parameters of the selected blocks, or of all."""
+        self._scope.setCurrentIndex(int(for_selected))
+        self.redraw()
+
+    @property
+    def shown(self) -> Parameters:
+        """The parameters that the panel shows: those of all blocks, or of the first selected one."""
+        workspace = self.context.workspace
+        if self._applies_to_selected:
+            return workspace.current.parameters_of(workspace.chosen)
+        return workspace.parameters.current
+
+    @property
+    def _selected(self) -> set[int]:
+        """The selected blocks that have pixels."""
+        document = self.context.workspace.current
+        return set(document.selected) & document.counts().keys()
+
+    @property
+    def _applies_to_selected(self) -> bool:
+        return bool(self.context.workspace.chosen) and self.for_selected
+
+    def refresh(self, parts: Part) -> None:
+        """Show the parameters, and what the last change of one of them has changed."""
+        if parts & _SHOWN or not parts & self.parts:
+            self._show_parameters()
+        if parts & _OTHER_DEPTH or (self._effects and self.shown != self._edited):
+            self._forget_effects()
+        if parts & Part.RESULTS and self._change is not None:
+            self._compare(self._change)
+
+    def _show_parameters(self) -> None:
+        """Show parameters: those of the selected blocks relative to the common ones, a frame's own ones relative to
+        those of all frames, others relative to their preset."""
+        workspace = self.context.workspace
+        chosen = workspace.current.selected if workspace.has_current else ()
+        model = self._scope.model()
+        if isinstance(model, QStandardItemModel):
+            model.item(1).setEnabled(bool(chosen))
+        text = "Selected blocks" if not chosen else f"{len(chosen)} selected blocks"
+        self._scope.setItemText(1, f"{workspace.current.info(chosen[0]).name} only" if len(chosen) == 1 else text)
+        if not chosen:
+            self._scope.setCurrentIndex(0)
+        scope, parameters = self.for_selected, self.shown
+        for button in self._own_buttons:
+            button.setVisible(scope)
+        self._choices.setRowVisible(self._scope_row, bool(chosen))
+        self._choices.setRowVisible(self.frames, len(workspace.entries) > 1)
+        self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
+        shared = workspace.parameters.shared
+        if scope:
+            self.form.set_base(workspace.parameters.current, "all blocks")
+        elif shared.on and workspace.has_current and workspace.current.state.own_parameters:
+            self.form.set_base(shared.values, "all frames")
+        else:
+            self.form.set_base(self.presets.parameters(self._bases[scope]))
+        self.form.set_parameters(parameters)
+        self.frames.show_present()
+
+    # changes
+
+    def edit(self, parameters: Parameters) -> None:
+        """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""
+        workspace = self.context.workspace
+        names = own_values(parameters, self.shown)
+        before = _up_to_date(workspace.current) if workspace.has_current else {}
+        if self._applies_to_selected:
+            workspace.parameters.set_own(names, workspace.current.selected)
+        else:
+            workspace.parameters.set(parameters)
+        self._edited = parameters
+        if workspace.has_current and len(names) == 1:
+            self._note_change(next(iter(names)), before)
+        self._resolve()
+
+    def _note_change(self, name: str, before: Mapping[int, BlockResult]) -> None:
+        """Note the results before a change; while a slider moves, they are those before it began to."""
+        document = self.context.workspace.current
+        step = document.undo_stack.index()
+        former = self._change
+        if former is None or (former.name, former.document, former.step) != (name, document, step):
+            self._change = _Change(name, document, step, before)
+            self._effects.pop(name, None)
+
+    def set_values(self, values: OwnValues, label: int = 0) -> None:
+        """Apply some parameters to all blocks or to one (selected or not), as if they were edited in the form."""
+        workspace = self.context.workspace
+        if label:
+            workspace.parameters.set_own(values, [label])
+            if self.context.actions["live"].isChecked():
+                self.context.runs.resolve([label])
+        else:
+            workspace.parameters.set(workspace.parameters.current.replace(**values))
+            self._resolve()
+
+    def _choose_preset(self, name: str) -> None:
+        """Apply all parameters of a preset; per-block parameters stay, which a message reports."""
+        self._bases[self.for_selected] = name
+        workspace, parameters = self.context.workspace, self.presets.parameters(name)
+        if self._applies_to_selected:
+            workspace.parameters.set(parameters, workspace.current.selected)
+        else:
+            workspace.parameters.set(parameters)
+            left = _describe_own(workspace.current) if workspace.has_current else ""
+            if left:
+                self.context.notes.show_message(f"Per-block parameters are kept: {left}.")
+        self._resolve()
+        self.redraw()
+
+    def _take_presets(self, name: str) -> None:
+        """Show the user's presets anew; the parameters are based on the one with this name, unless it is ""."""
+        if name:
+            self._bases[self.for_selected] = name
+        self.redraw()
+
+    def reset_own(self) -> None:
+        """Remove the per-block parameters of the selected blocks."""
+        self.context.workspace.parameters.reset_own(self.context.workspace.current.selected)
+        self._resolve()
+
+    def copy_own(self) -> None:
+        """Copy the per-block parameters of the first selected block to the others."""
+        first, *others = self.context.workspace.current.selected
+        self.context.workspace.parameters.copy_own(first, others)
+        self._resolve()
+
+    def _resolve(self) -> None:
+        workspace = self.context.workspace
+        if workspace.chosen and self.context.actions["live"].isChecked():
+            there = workspace.current.counts()
+            wanted = [label for label in workspace.current.selected if label in there]
+            if wanted:
+                self.context.runs.resolve(wanted)
+
+    def _why_none_own(self) -> str:
+        own = self.context.workspace.current.blocks.own
+        return "" if not self._selected.isdisjoint(own) else "The selected blocks have no parameters of their own."
+
+    def _why_no_copy(self) -> str:
+        document = self.context.workspace.current
+        if len(document.selected) > 1 and document.selected[0] in document.blocks.own:
+            return ""
+        return "Select a block with parameters of its own first, then other blocks."
+
+    # what changes did
+
+    def try_shown(self) -> None:
+        """Try other values of the parameters that the form shows."""
+        workspace = self.context.workspace
+        document = workspace.current
+        blocks = sorted(self._selected) if self._applies_to_selected else ()
+        self._change, self._edited = None, self.shown
+        self.ask(_Trial(document.run(workspace.parameters.current), self.form.shown, blocks))
+
+    def _compare(self, change: _Change) -> None:
+        """Compare the results of the blocks that have been completed again with those before the change."""
+        if not self.context.workspace.has_current or self.context.workspace.current is not change.document:
+            return
+        now = _up_to_date(change.document)
+        same = change.before.keys() & now.keys()
+        if same:
+            self.ask(_Difference(change, [(change.before[label].depth, now[label].depth) for label in sorted(same)]))
+
+    def compute(self, request: _Difference | _Trial) -> Effect | Generator[float, None, dict[str, Tried]]:
+        """Compare depth before and after a change, or try values."""
+        if isinstance(request, _Difference):
+            return effect_of(request.depths)
+        return try_parameters(request.run, request.names, request.blocks)
+
+    def take(self, request: _Difference | _Trial, answer: Effect | dict[str, Tried]) -> None:
+        """Show effects beside the parameters; after a trial, the parameters with the largest effect come first."""
+        if isinstance(answer, Effect):
+            if isinstance(request, _Difference) and request.change is self._change:
+                self._effects[request.change.name] = answer.text
+                self.form.show_effects(self._effects)
+            return
+        declarations = Parameters.declarations()
+        self._effects = {
+            name: f"at {declarations[name].to_text(tried.value)}: {tried.effect.text}" for name, tried in answer.items()
+        }
+        acting = [name for name, tried in answer.items() if tried.effect.pixels]
+        self.form.put_first(sorted(acting, key=lambda name: -answer[name].effect.size))
+        self.form.show_effects(self._effects)
+
+    def _forget_effects(self) -> None:
+        """Show no effects: they were of another frame, other blocks or other parameters."""
+        self.cancel()
+        self._change = None
+        if self._effects:
+            self._effects = {}
+            self.form.show_effects({})
+            self.form.put_first(())
+
+
+def _button(action: QAction, with_text: bool = False) -> QToolButton:
+    button = QToolButton(autoRaise=not with_text)  # shows which ones are switched on
+    button.setDefaultAction(action)
+    if with_text:
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    return button
+
+
+def _up_to_date(document: Document) -> dict[int, BlockResult]:
+    """Return the results of the blocks that have one of their current parameters."""
+    results = document.valid_results()
+    return {label: results[label] for label in results if document.is_up_to_date(label)}
+
+
+def _describe_own(document: Document) -> str:
+    """Describe which blocks have which per-block parameters."""
+    there = document.counts()
+    return "; ".join(
+        f"{document.info(label).name} ({', '.join(parameter_labels(values))})"
+        for label, values in sorted(document.blocks.own.items())
+        if label in there
+    )

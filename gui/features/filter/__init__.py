@@ -1,1 +1,0 @@
-"""Parameters of the filter: panel, presets, shared by all frames or for a single one."""

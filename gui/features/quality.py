@@ -1,0 +1,599 @@
+"""The panel *Quality*: places where blocks or depth look wrong, one after the other, each with a remedy; and known
+depth that is suggested to be marked as invalid."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt
+from PySide6.QtGui import QAction, QColor, QPainterPath
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+
+from ilf._runtime.formatting import counted
+from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Box
+from ilf.data.parameters import BlockParameters
+from ilf.errors import IlfError
+from ilf.evaluation.quality.ignored import without_ignored
+from ilf.evaluation.quality.invalid_depth import suggest_invalid
+from ilf.evaluation.quality.places import Place
+from ilf.evaluation.quality.ranking import find_places, propagated_places
+from ilf.evaluation.quality.remedies import Remedy, find_remedy
+from ilf.segmentation.edges.frame_edges import find_edges
+
+from ..base.commands import Command
+from ..base.needs import Need
+from ..state.document import Document
+from ..state.parts import Part
+from ..views.interaction import Preview, PreviewItem
+from ..views.pixel_items import boundary_path
+from ..views.scene_items import HaloPath
+from ..widgets.basics import PlainLabel
+from ..widgets.docks import PanelGroup
+from .context import Context
+from .panel import Panel
+from .tools import ToolsFeature
+
+Mask = NDArray[np.bool_]
+
+_SEARCHED = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.NEIGHBOURS | Part.EXPECTED_ERROR
+"""What the search for places depends on."""
+
+_MIN_SIDE, _MAX_SIDE = 96, 320
+"""Minimum and maximum side of the shown region [px]."""
+
+_RING = 10.0
+"""Radius of the ring around the centre of a place [px]."""
+
+_ROOM = 10
+"""Margin [px] around the box of the former place in which a place counts as the same: an edit may move it."""
+
+_COLOUR, _WIDTH, _HALO, _HEIGHT = QColor(255, 96, 208), 1.5, 170, 5.5
+"""Of marks in the views: a colour used for nothing else."""
+
+
+class Review:
+    """Flagged places of one frame, the worst first, and the current one."""
+
+    def __init__(self) -> None:
+        self.places: Sequence[Place] = ()
+        self.present: Place | None = None
+        """The current place; None before the first one, and after it has been fixed."""
+        self._next = 0
+
+    @property
+    def number(self) -> int:
+        """Number of the current place, from 1; 0 for none."""
+        return 0 if self.present is None else self.places.index(self.present) + 1
+
+    def take(self, found: Sequence[Place]) -> bool:
+        """Set the places found after a change; return True if the current place is gone."""
+        former, self.places = self.present, found
+        if former is None:
+            return False
+        self._next = sum(place.score > former.score for place in self.places)
+        self.present = next((place for place in self.places if _is_part(place, former)), None)
+        return self.present is None
+
+    def step(self, by: int) -> Place | None:
+        """Move to the next place, or to the previous one with -1, cyclically; return it, None if there is none."""
+        if not self.places:
+            self.present = None
+            return None
+        if self.present is None:
+            position = self._next if by > 0 else self._next - 1
+        else:
+            position = self.places.index(self.present) + by
+        self.present = self.places[position % len(self.places)]
+        return self.present
+
+
+def _is_part(place: Place, whole: Place) -> bool:
+    rows, columns = whole.box
+    inside = (
+        columns.start - _ROOM <= place.point[0] < columns.stop + _ROOM
+        and rows.start - _ROOM <= place.point[1] < rows.stop + _ROOM
+    )
+    return inside and place.kind == whole.kind and bool(set(place.labels) & set(whole.labels))
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Request: the flagged places of a frame in its present state."""
+
+    document: Document
+    frame: RGBDFrame
+    labels: NDArray[np.int32]
+    extraction: BlockParameters
+    error: NDArray[np.float32] | None
+    to_check: Mapping[int, str]
+    """Propagated blocks that need a check -> reason."""
+
+    def answer(self) -> Sequence[Place]:
+        propagated = propagated_places(self.labels, dict(self.to_check))
+        strength = find_edges(self.frame, self.extraction).strength
+        return [*propagated, *find_places(self.frame, self.labels, strength, self.error)]
+
+
+@dataclass(frozen=True, eq=False)
+class _RemedySearch:
+    """Request: the remedy for a place that a search has found, given locked blocks and the label of a new block."""
+
+    search: _Search
+    place: Place
+    locked: frozenset[int]
+    new: int
+
+    def answer(self) -> Remedy | None:
+        search = self.search
+        strength = find_edges(search.frame, search.extraction).strength
+        return find_remedy(self.place, search.frame, search.labels, strength, locked=self.locked, first_new=self.new)
+
+
+@dataclass(frozen=True, eq=False)
+class _InvalidSearch:
+    """Request: known depth of a frame that is probably wrong."""
+
+    frame: RGBDFrame
+    extraction: BlockParameters
+
+    def answer(self) -> Mask:
+        return suggest_invalid(self.frame, find_edges(self.frame, self.extraction).strength)
+
+
+class QualityPanel(Panel):
+    """Goes through flagged places: zooms to each, selects its block, marks it in all views and shows the reason and a
+    remedy, which Enter applies; and marks suggested invalid depth until it is accepted or rejected.
+
+    While the panel is visible, the search runs again after every edit.
+    """
+
+    title, icon, group = "Quality", "ph.crosshair", PanelGroup.INSPECTION
+    parts = _SEARCHED | Part.INFOS | Part.IGNORED
+    what = "quality check"
+
+    def __init__(self, context: Context) -> None:
+        self._reviews: WeakKeyDictionary[Document, Review] = WeakKeyDictionary()
+        self._search: _Search | None = None
+        """The last search."""
+        self._found: Sequence[Place] = ()
+        """All places of the last search, with ignored ones."""
+        self._fresh = False
+        """Whether they are of the present state."""
+        self._pending_step: int | None = None
+        self._remedy_search: _RemedySearch | None = None
+        self.remedy: Remedy | None = None
+        """The remedy shown for the current place; None if there is none, or none yet."""
+        self.candidates: Mask | None = None
+        """Depth that is suggested to be marked as invalid, bool (H, W); None for none."""
+        super().__init__(context)
+
+    def make(self) -> QWidget:
+        """Make the marks in the views, and the lines of the panel."""
+        actions = self.context.actions
+        actions.add(self._commands())
+        self._marks, self._suggested = [
+            [HaloPath(_WIDTH, _COLOUR, _HALO, _HEIGHT) for _ in self.context.views.cells] for _ in range(2)
+        ]
+        self._previews = [PreviewItem(_HEIGHT) for _ in self.context.views.cells]
+        for items in (self._marks, self._suggested, self._previews):
+            for cell, item in zip(self.context.views.cells.values(), items, strict=True):
+                cell.view.add_overlay(item)
+        self.position, self.reason, self.suggestion = PlainLabel(), PlainLabel(), PlainLabel()
+        for label in (self.reason, self.suggestion):
+            label.setWordWrap(True)
+        self.remedy_button = _button(actions["apply_remedy"])
+        self.remedy_button.setAccessibleName("Remedy")
+        self.remedy_button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self._remedy_text = ""
+        actions["apply_remedy"].changed.connect(self._write_remedy)  # the button would get the command's text
+        arrows = [_button(actions[name]) for name in ("previous_check", "next_check")]
+        for arrow, way in zip(arrows, (Qt.ArrowType.LeftArrow, Qt.ArrowType.RightArrow), strict=True):
+            arrow.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+            arrow.setArrowType(way)
+        line = QFrame()
+        line.setFrameShape(QFrame.Shape.HLine)
+        self._suggest = _button(actions["suggest_invalid"])
+        self._answers = [_button(actions[name]) for name in ("mark_suggested", "ignore_suggested")]
+        widget = QWidget()
+        column = QVBoxLayout(widget)
+        column.setContentsMargins(8, 6, 8, 6)
+        column.addLayout(_row(arrows[0], self.position, arrows[1], None, _button(actions["ignore_check"])))
+        column.addWidget(self.reason)
+        column.addWidget(self.remedy_button)
+        column.addWidget(line)
+        column.addWidget(self.suggestion)
+        column.addLayout(_row(self._suggest, *self._answers, None))
+        column.addStretch(1)
+        self._show_suggestion("")
+        return widget
+
+    def begin(self) -> None:
+        """Connect the key that applies the remedy, unless the tool needs it, as its hint says."""
+        self.context.feature(ToolsFeature).keys.on_enter(lambda: self.visible and self.apply())
+        for changed in (self.context.editor.hint_changed, self.context.editor.tool_changed):
+            changed.connect(self._show_remedy)
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "next_check",
+                "Next &quality check",
+                "Go to the next place where blocks or filled depth look wrong, largest error first",
+                icon="ph.crosshair",
+                keys="F8",
+                handler=lambda: self.go(1),
+                needs=Need.FRAME,
+            ),
+            Command(
+                "previous_check",
+                "Pre&vious quality check",
+                "Go to the previous place",
+                icon="ph.caret-left",
+                keys="Shift+F8",
+                handler=lambda: self.go(-1),
+                needs=Need.FRAME,
+            ),
+            Command(
+                "apply_remedy",
+                "&Apply remedy",
+                "Apply the remedy that is shown for the place, and go to the next place; Enter does the same",
+                icon="ph.check",
+                handler=self.apply,
+                needs=Need.FRAME,
+                why_off=lambda: "" if self.remedy is not None else "No remedy is shown: press F8 first.",
+            ),
+            Command(
+                "ignore_check",
+                "&Ignore",
+                "Ignore this place: it is not shown again until blocks or known depth change there",
+                icon="ph.eye-slash",
+                keys="Ctrl+F8",
+                handler=self.leave,
+                needs=Need.FRAME,
+                why_off=lambda: "" if self._remedy_search is not None else "No place is shown: press F8 first.",
+            ),
+            Command(
+                "suggest_invalid",
+                "Su&ggest invalid depth",
+                "Find known depth that is probably wrong (flying pixels, speckles, glass), to accept or reject",
+                icon="ph.warning",
+                handler=self.suggest,
+                needs=Need.FRAME,
+            ),
+            Command(
+                "mark_suggested",
+                "Mark &invalid",
+                "Mark the suggested depth as invalid: it is missing",
+                icon="ph.check",
+                handler=self.mark_suggested,
+                needs=Need.FRAME,
+                why_off=self._why_no_suggestion,
+            ),
+            Command(
+                "ignore_suggested",
+                "Reject",
+                "Keep the suggested depth as valid",
+                icon="ph.x",
+                handler=lambda: self._show_suggestion(""),
+                needs=Need.FRAME,
+                why_off=self._why_no_suggestion,
+            ),
+        )
+
+    @property
+    def review(self) -> Review:
+        """The places of the current frame."""
+        return self._reviews.setdefault(self.context.workspace.current, Review())
+
+    def refresh(self, parts: Part) -> None:
+        """Search again after a change; look for the remedy again if other blocks are locked."""
+        if parts & (Part.FRAME | Part.INVALID_MASK | Part.NEIGHBOURS):
+            self._show_suggestion("")
+        if parts & Part.FRAME:
+            self._search = None
+        if not self.context.workspace.has_current:
+            self._fresh = False
+            self._show_no_place("Open a frame first.")
+            return
+        document, search, remedy = self.context.workspace.current, self._search, self._remedy_search
+        if search is None or parts & _SEARCHED or document.state.to_check != search.to_check.keys():
+            self._ask_places()
+        elif self._fresh and parts & Part.IGNORED:
+            self._take_places(search)
+        elif remedy is not None and remedy.locked != document.locked:
+            self._ask_remedy(remedy.place, search)
+
+    def compute(self, request: _Search | _RemedySearch | _InvalidSearch) -> object:
+        """Answer a request."""
+        return request.answer()
+
+    def take(self, request: _Search | _RemedySearch | _InvalidSearch, answer: object) -> None:
+        """Show the places, the remedy or the suggestion."""
+        if isinstance(request, _InvalidSearch):
+            self._take_invalid(request, np.asarray(answer))
+        elif request is self._search and isinstance(answer, list):
+            self._found, self._fresh = answer, True
+            self._take_places(self._search)
+        elif request is self._remedy_search:
+            self._set_remedy(answer if isinstance(answer, Remedy) else None)
+            self._remedy_text = "No remedy found"
+            self._show_remedy()
+
+    def fail(self, request: object, error: Exception) -> None:
+        """Report an error."""
+        self._show_no_place("The quality check failed.")
+        super().fail(request, error)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """While the panel is hidden, mark nothing: the search is made anew when it is shown again."""
+        if watched is self.widget and event.type() == QEvent.Type.Hide:
+            self.forget()
+            self._search, self._fresh, self._pending_step = None, False, None
+            self._show_no_place("")
+            self._show_suggestion("")
+        return super().eventFilter(watched, event)
+
+    # flagged places
+
+    def go(self, by: int) -> None:
+        """Show the next place, or the previous one with -1; the current one if the panel was closed meanwhile."""
+        if not self.visible and self.review.present is not None:
+            by = 0
+        self.reveal()
+        self.context.views.take_focus()
+        self.context.refresh.now()
+        if self._fresh:
+            self._show(self.review.step(by))
+        else:
+            self._pending_step = by
+
+    def apply(self) -> bool:
+        """Apply the remedy and show the next place; return False if none is shown."""
+        request, remedy = self._remedy_search, self.remedy
+        if request is None or remedy is None:
+            return False
+        self._pending_step = 1
+        if remedy.kind == "checked":
+            self.context.workspace.current.mark_checked(request.place.labels)
+        elif remedy.patch is not None:
+            if self.context.editor.commit(remedy.patch, self._named(remedy.text)) is None:
+                self._pending_step = None
+                self.go(1)  # only a rest would have been cut off
+        elif remedy.by_hand is not None:
+            self.context.workspace.current.set_by_hand(remedy.by_hand, np.isfinite(remedy.by_hand), "Continue plane")
+            self._pending_step = None
+            self.go(1)  # blocks and known depth are the same
+        elif remedy.invalid is not None and not self._mark_invalid(remedy.invalid, "Mark depth as invalid"):
+            self._pending_step = None
+        return True
+
+    def leave(self) -> None:
+        """Ignore the current place and show the next; a propagated block is marked as checked."""
+        place = self.review.present
+        if place is None or not self._fresh:
+            return
+        self._pending_step = 1
+        if place.kind == "propagated":
+            self.context.workspace.current.mark_checked(place.labels)
+        else:
+            self.context.workspace.current.ignore_place(place)
+
+    def _ask_places(self) -> None:
+        document = self.context.workspace.current
+        to_check = {label: document.blocks.reasons.get(label, "") for label in document.state.to_check}
+        extraction = document.blocks.extraction or BlockParameters()
+        labels = document.labels.copy()
+        search = _Search(document, document.frame, labels, extraction, self._error(labels), to_check)
+        self._fresh, self._search = False, search
+        self._drop_remedy()
+        self.reason.setText("Running quality checks…")
+        self.ask(search)
+
+    def _error(self, labels: NDArray[np.int32]) -> NDArray[np.float32] | None:
+        """Return the expected error; until depth has been completed again, the former one where blocks are the same."""
+        error, former = self.context.workspace.current.expected_error(), self._search
+        if error is None and former is not None and former.error is not None:
+            return np.where(labels == former.labels, former.error, np.float32(np.nan))
+        return error
+
+    def _take_places(self, search: _Search) -> None:
+        former, document = self.review.present, search.document
+        gone = self.review.take(without_ignored(self._found, document.state.ignored, search.frame, search.labels))
+        # the expected error is unknown until the depth has been completed again
+        fixed = gone and former is not None and (former.kind != "error" or document.expected_error() is not None)
+        pending_step, self._pending_step = self._pending_step, None
+        if pending_step is not None:
+            self._show(self.review.step(pending_step))
+        else:
+            self._say(fixed)
+
+    def _show(self, place: Place | None) -> None:
+        if place is not None:
+            document = self.context.workspace.current
+            there = [label for label in place.labels if label in document.counts()]
+            self.context.workspace.select(there[:1])
+            self.context.views.zoom_to(*_region_around(place, document.frame.shape))
+        self._say(False)
+        self.context.centre.show_images()
+
+    def _say(self, fixed: bool) -> None:
+        """Show the current place, or how many are left."""
+        review, search = self.review, self._search
+        count, place = len(review.places), review.present
+        if place is not None and search is not None:
+            path = QPainterPath()
+            path.addEllipse(QPointF(*place.point), _RING, _RING)
+            self._mark(self._marks, path)
+            self.position.setText(f"{review.number} of {count}")
+            self.reason.setText(self._named(place.reason))
+            self._ask_remedy(place, search)
+            return
+        ignored = len(self._found) - count
+        and_ignored = f" {ignored} ignored." if ignored else ""
+        if count:
+            done = "Fixed. " if fixed else ""
+            self._show_no_place(f"{done}{counted(count, 'flagged place')} left to check.{and_ignored}")
+        elif fixed:
+            self._show_no_place(f"Fixed. That was the last flagged place.{and_ignored}")
+        else:
+            self._show_no_place(f"No more flagged places.{and_ignored}" if ignored else "No flagged places.")
+
+    def _show_no_place(self, text: str) -> None:
+        self._mark(self._marks, None)
+        self._drop_remedy()
+        self.position.setText("")
+        self.reason.setText(text)
+
+    @staticmethod
+    def _mark(items: Sequence[HaloPath], path: QPainterPath | None) -> None:
+        for item in items:
+            item.set_path(path)
+
+    # the remedy
+
+    def _ask_remedy(self, place: Place, search: _Search) -> None:
+        """Look for the remedy of a place."""
+        document = search.document
+        self._drop_remedy()
+        self._remedy_search = _RemedySearch(search, place, document.locked, document.next_label())
+        self._remedy_text = "Looking for a remedy…"
+        self._set_remedy(None)
+        self.ask(self._remedy_search)
+
+    def _drop_remedy(self) -> None:
+        if self._remedy_search is not None:
+            self._remedy_search = None
+            self._remedy_text = ""
+            self._set_remedy(None)
+
+    def _set_remedy(self, remedy: Remedy | None) -> None:
+        self.remedy = remedy
+        preview = _preview(remedy)
+        for item in self._previews:
+            item.set_preview(preview)
+        self._write_remedy()
+        self.context.actions.refresh()
+
+    def _show_remedy(self) -> None:
+        if self.remedy is not None:
+            key = "" if "Enter" in self.context.editor.tool.hint else " (Enter)"
+            self._remedy_text = f"{self._named(self.remedy.text)}{key}"
+        self._write_remedy()
+
+    def _write_remedy(self) -> None:
+        self.remedy_button.setText(self._remedy_text)
+        self.remedy_button.setVisible(bool(self._remedy_text))
+
+    def _named(self, text: str) -> str:
+        """Return a text with the names of blocks instead of their numbers."""
+        infos = self.context.workspace.current.blocks.infos
+
+        def name(found: re.Match[str]) -> str:
+            info = infos.get(int(found[1]))
+            return found[0] if info is None else info.name
+
+        return re.sub(r"Block (\d+)", name, text)
+
+    # suggestions of invalid depth
+
+    def suggest(self) -> None:
+        """Search for depth in the current frame that is probably wrong."""
+        self.reveal()
+        self.context.refresh.now()
+        document = self.context.workspace.current
+        self.suggestion.setText("Looking for depth that may be invalid…")
+        self.ask(_InvalidSearch(document.frame, document.blocks.extraction or BlockParameters()))
+
+    def mark_suggested(self) -> None:
+        """Mark the suggested depth as invalid."""
+        if self.candidates is not None:
+            self._mark_invalid(self.candidates, "Mark suggested depth as invalid")
+            self._show_suggestion("")
+
+    def _mark_invalid(self, found: Mask, text: str) -> bool:
+        """Mark known depth as invalid; return False, with a message, if no depth would be left."""
+        former = self.context.workspace.current.frame.invalid_mask
+        try:
+            self.context.workspace.current.set_invalid_mask(found if former is None else former | found, text)
+        except IlfError as error:
+            self.context.notes.report(text, error)
+            return False
+        return True
+
+    def _take_invalid(self, request: _InvalidSearch, found: Mask) -> None:
+        workspace = self.context.workspace
+        if not workspace.has_current or request.frame is not workspace.current.frame:
+            return
+        pixels = int(np.count_nonzero(found))
+        if not pixels:
+            self._show_suggestion("No invalid depth found: no flying pixels, speckles or glass.")
+            return
+        self.context.views.fit()
+        self._show_suggestion(
+            f"{counted(pixels, 'pixel')} of known depth may be invalid: flying pixels, speckles or glass.", found
+        )
+
+    def _show_suggestion(self, text: str, candidates: Mask | None = None) -> None:
+        self.candidates = candidates
+        self._mark(self._suggested, None if candidates is None else boundary_path(candidates))
+        self.suggestion.setText(text)
+        self.suggestion.setVisible(bool(text))
+        self._suggest.setVisible(candidates is None)
+        for button in self._answers:
+            button.setVisible(candidates is not None)
+        self.context.actions.refresh()
+
+    def _why_no_suggestion(self) -> str:
+        return "" if self.candidates is not None else "No depth is suggested: choose Suggest invalid depth first."
+
+
+def _preview(remedy: Remedy | None) -> Preview | None:
+    """Return the dashed outline of what a remedy changes."""
+    if remedy is None:
+        return None
+    if remedy.patch is not None:
+        rows, columns = remedy.patch.box
+        path = boundary_path(remedy.patch.before != remedy.patch.after, columns.start, rows.start)
+    elif remedy.invalid is not None:
+        path = boundary_path(remedy.invalid)
+    elif remedy.by_hand is not None:
+        path = boundary_path(np.isfinite(remedy.by_hand))
+    else:
+        return None
+    return Preview(path, dashed=True)
+
+
+def _region_around(place: Place, shape: tuple[int, int]) -> Box:
+    """Return the region to show: the place with its surroundings, or only its centre if it is too large."""
+    spans = []
+    for span, middle, size in zip(place.box, place.point[::-1], shape, strict=True):
+        side = min(max(2 * (span.stop - span.start), _MIN_SIDE), _MAX_SIDE)
+        centre = middle if span.stop - span.start > _MAX_SIDE else (span.start + span.stop) / 2
+        start = min(max(round(centre - side / 2), 0), max(size - side, 0))
+        spans.append(slice(start, min(start + side, size)))
+    return spans[0], spans[1]
+
+
+def _button(action: QAction) -> QToolButton:
+    button = QToolButton()
+    button.setDefaultAction(action)
+    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    button.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keeps the keyboard focus in the views
+    return button
+
+
+def _row(*widgets: QWidget | None) -> QHBoxLayout:
+    """Return widgets side by side, the space left at None."""
+    row = QHBoxLayout()
+    for widget in widgets:
+        if widget is None:
+            row.addStretch(1)
+        else:
+            row.addWidget(widget)
+    return row

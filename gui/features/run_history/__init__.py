@@ -1,1 +1,0 @@
-"""Run history of a frame."""

@@ -1,0 +1,158 @@
+"""Which frames share the parameters of the filter: the row of the filter panel, and its commands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QStandardItemModel
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QToolButton, QWidget
+
+from ilf._runtime.formatting import counted
+
+from ..base.commands import Command
+from ..base.needs import Need
+from .context import Context
+
+
+class Sharing(StrEnum):
+    """Which frames share the common parameters of the current one."""
+
+    EACH = "Separate for each frame"
+    ALL = "All frames"
+    ALONE = "This frame only"
+
+
+_HINTS = {
+    Sharing.EACH: "Every frame has its own parameters; a frame that is opened next starts with those of this one",
+    Sharing.ALL: "These parameters apply to all frames of the list except those with parameters of their own",
+    Sharing.ALONE: "This frame has its own parameters; the others share theirs",
+}
+
+
+class SharingRow(QWidget):
+    """Row that shows which frames the parameters apply to, and changes it; every change is one undoable step of the
+    current frame."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__()
+        self._workspace, self._notes = context.workspace, context.notes
+        self.box = QComboBox()
+        self.box.setAccessibleName("Frames that the parameters apply to")
+        for number, sharing in enumerate(Sharing):
+            self.box.addItem(sharing.value, sharing)
+            self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
+        self.box.activated.connect(lambda _: self.choose(Sharing(self.box.currentData())))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(2)
+        row.addWidget(self.box, 1)
+        context.actions.add(self._commands())
+        self._buttons = []
+        for name in ("share_parameters", "reset_to_shared"):
+            button = QToolButton(autoRaise=True)
+            button.setDefaultAction(context.actions[name])
+            button.hide()
+            row.addWidget(button)
+            self._buttons.append(button)
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "share_parameters",
+                "Use parameters for all &frames",
+                "Use this frame's filter parameters for all frames in the list, now and after each change",
+                icon="ph.share-network",
+                handler=self._share,
+                needs=Need.FRAME,
+                why_off=lambda: (
+                    "The parameters are shared by all frames already." if self.present is Sharing.ALL else ""
+                ),
+            ),
+            Command(
+                "keep_own_parameters",
+                "Use parameters for this frame o&nly",
+                "Give this frame its own filter parameters: changes for all frames do not affect them",
+                icon="ph.push-pin",
+                handler=self._workspace.parameters.keep_own,
+                needs=Need.FRAME,
+                why_off=lambda: self._why_not(Sharing.ALL, "This frame has its own parameters already."),
+            ),
+            Command(
+                "reset_to_shared",
+                "Reset to s&hared parameters",
+                "Reset this frame to the filter parameters that all frames share",
+                icon="ph.arrow-u-up-left",
+                handler=self._reset,
+                needs=Need.FRAME,
+                why_off=lambda: self._why_not(Sharing.ALONE, "This frame uses the shared parameters already."),
+            ),
+            Command(
+                "separate_parameters",
+                "Separa&te parameters for each frame",
+                "Set filter parameters for each frame separately; all frames keep their current parameters",
+                handler=self._separate,
+                needs=Need.FRAME,
+                why_off=lambda: self._why_not(self.present, ""),
+            ),
+        )
+
+    @property
+    def present(self) -> Sharing:
+        """Which frames share the parameters of the current one."""
+        workspace = self._workspace
+        if not workspace.parameters.shared.on:
+            return Sharing.EACH
+        own = workspace.has_current and workspace.current.state.own_parameters
+        return Sharing.ALONE if own else Sharing.ALL
+
+    def show_present(self) -> None:
+        """Show which frames share the parameters; the buttons are for a frame with parameters of its own."""
+        sharing = self.present
+        self.box.setCurrentIndex(self.box.findData(sharing))
+        self.box.setToolTip(_HINTS[sharing])
+        model = self.box.model()
+        if isinstance(model, QStandardItemModel):
+            model.item(self.box.findData(Sharing.ALONE)).setEnabled(sharing is not Sharing.EACH)
+        for button in self._buttons:
+            button.setVisible(sharing is Sharing.ALONE)
+        self.setEnabled(self._workspace.has_current)
+
+    def choose(self, wanted: Sharing) -> None:
+        """Change the sharing; a frame with its own parameters gets the shared ones back."""
+        present = self.present
+        if wanted is present:
+            return
+        if wanted is Sharing.EACH:
+            self._separate()
+        elif wanted is Sharing.ALONE:
+            self._workspace.parameters.keep_own()
+        elif present is Sharing.ALONE:
+            self._reset()
+        else:
+            self._share()
+
+    def _share(self) -> None:
+        others = self._workspace.parameters.share()
+        text = "All frames share the parameters of the filter now."
+        if others:
+            text += f" {counted(len(others), 'open frame')} had other parameters; undo restores them."
+        self._notes.show_message(text)
+
+    def _reset(self) -> None:
+        name, parameters = self._workspace.current.name, self._workspace.parameters
+        changed = parameters.current != parameters.shared.values
+        parameters.reset_to_shared()
+        if changed:
+            self._notes.show_message(f"{name} uses the shared parameters again; undo restores its own.")
+
+    def _separate(self) -> None:
+        self._workspace.parameters.separate()
+        if any(entry.document is None and entry.has_state for entry in self._workspace.entries):
+            self._notes.show_message("Frames that are not open keep their last parameters.")
+
+    def _why_not(self, needed: Sharing, otherwise: str) -> str:
+        if self.present is Sharing.EACH:
+            return "Every frame has its own parameters."
+        return "" if self.present is needed else otherwise

@@ -1,0 +1,146 @@
+"""What a parameter of the filter does to this frame is shown beside it, and those that do most come first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel, QSlider, QToolButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+from gui.features.filter import FilterPanel
+from gui.features.parameter_effects import effect_of
+from gui.state.parameters import DRAG_S
+from gui.work.frame_runs import RunState
+from ilf._runtime.formatting import millimetres
+from ilf.segmentation.editing.patches import patch_between
+
+from .conftest import WAIT_MS
+
+Run = Callable[[MainWindow], None]
+
+
+@pytest.fixture
+def panel(opened: MainWindow, run_all: Run) -> FilterPanel:
+    """The filter's panel; all blocks are completed, and the first is selected."""
+    run_all(opened)
+    opened.workspace.select([1])
+    opened.refresh.now()
+    return opened.feature(FilterPanel)
+
+
+def _effect(panel: FilterPanel, name: str) -> str:
+    label = panel.form.findChild(QLabel, f"effect_{name}")
+    return label.text() if label.isVisible() else ""
+
+
+def _settle(window: MainWindow, panel: FilterPanel, qtbot: QtBot) -> None:
+    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    window.refresh.now()
+    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+
+
+def _drag(panel: FilterPanel, name: str, *steps: int) -> None:
+    slider = panel.form.findChild(QSlider, f"slider_{name}")
+    for step in steps:
+        slider.setValue(slider.value() + step)
+
+
+def test_after_a_drag_the_difference_to_the_depth_before_it_stands_beside_the_parameter(
+    opened: MainWindow, panel: FilterPanel, qtbot: QtBot
+) -> None:
+    before = opened.workspace.current.valid_results()[1].depth
+    assert _effect(panel, "slope_weight") == ""
+    _drag(panel, "slope_weight", 20, 20, 20)
+    _settle(opened, panel, qtbot)
+    difference = np.abs(opened.workspace.current.valid_results()[1].depth - before)
+    changed = difference[difference >= 1e-4]
+    assert changed.size
+    assert _effect(panel, "slope_weight") == (
+        f"{changed.size} px changed: median {millimetres(np.median(changed))}, largest {millimetres(changed.max())} mm"
+    )
+    assert _effect(panel, "noise") == ""
+    _drag(panel, "slope_weight", -60)
+    _settle(opened, panel, qtbot)
+    assert _effect(panel, "slope_weight") == "no pixel changed by 0.1 mm", "the drag goes on, and is back"
+
+
+def test_the_next_drag_is_compared_with_the_depth_before_it(
+    opened: MainWindow, panel: FilterPanel, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = 100.0
+    monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
+    _drag(panel, "slope_weight", 60)
+    _settle(opened, panel, qtbot)
+    first = _effect(panel, "slope_weight")
+    now += 2 * DRAG_S
+    _drag(panel, "slope_weight", -60)
+    _settle(opened, panel, qtbot)
+    assert _effect(panel, "slope_weight") == first, "as much back"
+
+
+@pytest.mark.parametrize("what", ["undo", "edit", "frame"])
+def test_effects_of_another_state_are_not_shown(
+    opened: MainWindow, panel: FilterPanel, qtbot: QtBot, what: str
+) -> None:
+    _drag(panel, "slope_weight", 60)
+    _settle(opened, panel, qtbot)
+    assert _effect(panel, "slope_weight")
+    if what == "undo":
+        opened.actions_["undo"].trigger()
+    elif what == "edit":
+        labels = opened.workspace.current.labels.copy()
+        labels[:10, :10] = 0
+        opened.workspace.current.edit(patch_between(opened.workspace.current.labels, labels), "Erase")
+    else:
+        opened.actions_["close_frame"].trigger()
+    opened.refresh.now()
+    assert _effect(panel, "slope_weight") == ""
+    _settle(opened, panel, qtbot)
+    assert _effect(panel, "slope_weight") == ""
+
+
+@pytest.mark.parametrize("for_selected", [False, True])
+def test_what_acts_most_comes_first_once_it_is_tried(
+    opened: MainWindow, panel: FilterPanel, qtbot: QtBot, for_selected: bool
+) -> None:
+    document = opened.workspace.current
+    panel.set_scope(for_selected)
+    opened.refresh.now()
+    parameters, depth = document.state.common, document.completion().depth.copy()
+    button = next(b for b in panel.form.findChildren(QToolButton) if b.text() == "Try parameters")
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(panel.work.isVisible, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    assert not panel.work.isVisible()
+    opened.refresh.now()
+    rows = {name: panel.form.findChild(QWidget, name).parentWidget() for name in panel.form.shown}
+    order = sorted(rows, key=lambda name: rows[name].mapTo(panel.form.widget(), rows[name].rect().topLeft()).y())
+    acting = [name for name in order if "px changed" in _effect(panel, name)]
+    assert order[: len(acting)] == acting != []
+    assert all(_effect(panel, name).startswith("at ") for name in order)
+    assert "smoothness" not in order, "it acts little when only filling"
+    assert (document.state.common, document.blocks.own) == (parameters, {})
+    np.testing.assert_array_equal(document.completion().depth, depth)
+
+
+def test_a_trial_can_be_cancelled(opened: MainWindow, panel: FilterPanel, qtbot: QtBot) -> None:
+    opened.actions_["try_parameters"].trigger()
+    qtbot.waitUntil(panel.work.isVisible, timeout=WAIT_MS)
+    panel.work.cancel_button.click()
+    qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
+    assert not panel.work.isVisible()
+    assert not any(_effect(panel, name) for name in panel.form.shown)
+
+
+def test_depth_that_comes_or_goes_counts_as_changed() -> None:
+    before = np.array([1.0, 1.0, np.nan, np.nan, 2.0], np.float32)
+    after = np.array([1.00005, 1.003, np.nan, 1.0, np.nan], np.float32)
+    effect = effect_of([(before, after)])
+    assert effect.pixels == 3
+    assert (effect.median, effect.largest) == pytest.approx((0.003, 0.003), rel=1e-3)
+    assert effect_of([]).text == "no pixel changed by 0.1 mm"
