@@ -175,7 +175,6 @@ class MainWindow(QMainWindow):
         parameters.addTab(feature(FilterPanel).widget, "Filter")
         parameters.addTab(feature(ExtractionFeature).panel, "Extraction")
         add = self.panels.add
-        add("Blocks", feature(BlocksFeature).table, PanelGroup.WORK, "ph.stack", is_open=True)
         FramesFeature(self.context)
         HistoryFeature(self.context)
         add("Log", self.log, PanelGroup.WORK, "ph.list-dashes")

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QSizePolicy, QStatusBar, QWi
 from ..state.document import Document
 from ..state.parts import Part
 from ..state.workspace import Workspace
+from ..tools.select import selected_text
 from ..views.cloud.canvas import HINT, MOVES
 from ..views.contents import FLICKERS
 from ..views.material import Material
@@ -109,7 +110,7 @@ class StatusFeature(Feature):
         self._error = context.feature(ErrorFeature)
         add = context.refresh.add
         hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed, context.centre.turned
-        add("hint", self.show_hint, Part.FRAME | Part.LOADING, also=hinted)
+        add("hint", self.show_hint, Part.FRAME | Part.LOADING | Part.SELECTION | Part.LABELS, also=hinted)
         working = documents.exporting_changed, *self._error.busy_changed
         later = Part.SOME_RESULTS | Part.RECORDS | Part.PREVIEWS
         add("progress", self.show_progress, Part.FRAME | Part.RUNNING | Part.LOADING, later, working)
@@ -122,9 +123,11 @@ class StatusFeature(Feature):
         self.readout.show()
 
     def show_hint(self) -> None:
-        """Show what is being played, opened or extracted, or else the effect of a click."""
-        hint = self._hint_of_cloud() or self._editor.tool.hint
-        idle = hint if self._workspace.has_current else _NO_FRAME
+        """Show what is being played, opened or extracted, or else how much is selected and the effect of a click."""
+        idle = _NO_FRAME
+        if self._workspace.has_current:
+            hint = self._hint_of_cloud() or self._editor.tool.hint
+            idle = " | ".join(filter(None, (selected_text(self._workspace.current), hint)))
         self.bar.hint.setText(self._playing or self._loader.present or idle)
         self.bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
 

@@ -81,8 +81,8 @@ class ToolsFeature(Feature):
                 for name, text, keys, act, steps in (
                     ("next_tool", "Next tool", ".", editor.cycle_tool, 1),
                     ("previous_tool", "Previous tool", ",", editor.cycle_tool, -1),
-                    ("brush_smaller", "Smaller brush", "[", editor.step_brush, -1),
-                    ("brush_larger", "Larger brush", "]", editor.step_brush, 1),
+                    ("brush_smaller", "Smaller brush or selection", "[", editor.step_brush, -1),
+                    ("brush_larger", "Larger brush or selection", "]", editor.step_brush, 1),
                 )
             ),
             Command(

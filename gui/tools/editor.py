@@ -170,7 +170,11 @@ class Editor(QObject):
     # options
 
     def step_brush(self, steps: int) -> None:
-        """Change the brush size by steps."""
+        """Change the brush size by steps, or what the wheel changes for the tool."""
+        at = self._pointer
+        if self.tool.wheel and at is not None:
+            self.pointer(PointerEvent(PointerKind.WHEEL, at.x, at.y, pixel=at.pixel, steps=steps))
+            return
         self.options.step_brush(steps)
         self._take_options()
 

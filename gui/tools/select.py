@@ -1,61 +1,139 @@
-"""The tool Select: selects blocks by clicks or by a selection rectangle."""
+"""The tool Select: selects blocks by clicks, by a box or by a stroke, and merges what a stroke crosses."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
 
 import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
+from ilf._runtime.formatting import counted, grouped
+from ilf.segmentation.editing.cleaning import merge, parts_touch
+
+from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from .base import Host, Point, Press, Tool
+from .base import Host, Point, Press, Tool, crossed, line_path
+from .give import piece_preview
+
+
+class _Act(Enum):
+    """What a drag does."""
+
+    BOX = "select"
+    STROKE = "add"
+    MERGE = "merge"
 
 
 class SelectTool(Tool):
     """The tool Select. A click selects a block, with Ctrl adds or removes it, with Shift adds it; a drag pans.
 
-    A drag with Shift selects the blocks of which more than half is inside the rectangle.
+    A drag with Shift selects the blocks of which more than half is inside the box, one with Ctrl those that the stroke
+    crosses, and one with both merges these into the largest. All pieces of the blocks are outlined: of the one under
+    the pointer, and of those that the drag would select or merge.
     """
 
     options = ("amount",)
 
     def __init__(self) -> None:
         self._press: Press | None = None
+        self._act = _Act.BOX
+        self._stroke: list[Point] = []
+        self._found: list[int] = []
+        """The blocks that are outlined."""
+        self._outline = QPainterPath()
+        self._effect = ""
 
     @property
     def hint(self) -> str:
         """Hint: what a click or a drag would do."""
-        return "Click: select | Ctrl+click: add or remove | Shift+drag: select by rectangle | drag: pan | wheel: zoom"
+        if self._effect:
+            return f"Release: {self._effect} | Esc: cancel"
+        return (
+            "Click: select | Ctrl+click: add or remove | Shift+drag: select by box | Ctrl+drag: select what it crosses "
+            "| Ctrl+Shift+drag: merge what it crosses | drag: pan"
+        )
 
     @property
     def busy(self) -> bool:
-        """Whether a selection rectangle is being drawn."""
+        """Whether a box or a stroke is being drawn."""
         return self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Select on press; the view handles the drag unless Shift starts a rectangle."""
-        if event.kind is PointerKind.PRESS:
-            if event.shift:
-                self._press = Press(event)
+        """Select on press, or on release with Shift or Ctrl; the view handles the drag without these."""
+        press = self._press
+        match event.kind:
+            case PointerKind.PRESS if event.shift or event.ctrl:
+                self._press, self._stroke, self._found = Press(event), [(event.x, event.y)], []
+                self._act = (_Act.MERGE if event.shift else _Act.STROKE) if event.ctrl else _Act.BOX
                 return True
-            select_at((event.x, event.y), event, host)
-        elif event.kind is PointerKind.MOVE and self._press is not None and self._press.follow(event):
-            band = QPainterPath()
-            band.addRect(self._press.box_to(event))
-            host.show_preview(Preview(band, dashed=True))
-        elif event.kind is PointerKind.RELEASE and self._press is not None:
-            press = self._press
-            self.cancel(host)
-            if press.drags:
-                add(_inside(press.box_to(event), host), host)
-            else:
-                select_at(press.point, event, host)
+            case PointerKind.PRESS:
+                select_at((event.x, event.y), event, host)
+            case PointerKind.MOVE if press is not None and press.follow(event):
+                self._follow(press, event, host)
+            case PointerKind.RELEASE if press is not None:
+                act, found = self._act, self._found
+                self.cancel(host)
+                if not press.drags:
+                    select_at(press.point, event, host)
+                elif act is _Act.MERGE:
+                    merge_blocks(host, found)
+                else:
+                    add(found, host)
+            case PointerKind.HOVER:
+                label = host.document.label_at(event.x, event.y)
+                self._show([label] if label else [], None, host)
+            case PointerKind.LEAVE if press is None:
+                self._show([], None, host)
         return False
 
     def cancel(self, host: Host) -> bool:
-        """Cancel the rectangle."""
-        pending_work, self._press = self.busy, None
+        """Cancel the drag, and drop the outline, because the label map may have changed."""
+        pending_work, self._press, self._effect = self.busy, None, ""
+        self._found, self._outline = [], QPainterPath()
         host.show_preview(None)
         return pending_work
+
+    def _follow(self, press: Press, event: PointerEvent, host: Host) -> None:
+        document = host.document
+        if self._act is _Act.BOX:
+            drawn = QPainterPath()
+            drawn.addRect(press.box_to(event))
+            found = _inside(press.box_to(event), host)
+        else:
+            self._stroke.append((event.x, event.y))
+            drawn = line_path(self._stroke)
+            found = list(dict.fromkeys([*self._found, *crossed(document.labels, self._stroke[-2:])]))
+        if self._act is _Act.MERGE:
+            free = [label for label in found if label not in document.locked]
+            self._effect = f"merge {_count_text(document, free)}"
+            left_out = _locked_text(document, found)
+            self._effect += f" | {left_out}" if left_out else ""
+        else:
+            chosen = list(dict.fromkeys([*document.selected, *found]))
+            self._effect = f"{self._act.value} {_count_text(document, found)}, {len(chosen)} selected then"
+        self._show(found, drawn, host)
+
+    def _show(self, found: list[int], drawn: QPainterPath | None, host: Host) -> None:
+        """Outline blocks with all their pieces, and show the box or stroke."""
+        document = host.document
+        if found != self._found:
+            merges = drawn is not None and self._act is _Act.MERGE
+            mask = np.isin(document.labels, [one for one in found if not merges or one not in document.locked])
+            self._found, self._outline = found, piece_preview(mask).line if mask.any() else QPainterPath()
+        if drawn is None and not found:
+            host.show_preview(None)
+            return
+        host.show_preview(Preview(drawn or QPainterPath(), dashed=self._act is _Act.BOX, line_preview=self._outline))
+
+
+def selected_text(document: Document) -> str:
+    """Return how many blocks are selected, and their pixels; "" for less than two."""
+    chosen = [label for label in document.selected if label in document.counts()]
+    if len(chosen) < 2:
+        return ""
+    return f"{len(chosen)} selected, {_pixels_text(document, chosen)}"
 
 
 def select_at(point: Point, event: PointerEvent, host: Host) -> None:
@@ -73,6 +151,41 @@ def select_at(point: Point, event: PointerEvent, host: Host) -> None:
 def add(labels: list[int], host: Host) -> None:
     """Add blocks to the selection; 0 is no block."""
     host.select(list(dict.fromkeys([*host.document.selected, *(label for label in labels if label)])))
+
+
+def merge_blocks(host: Host, labels: Sequence[int]) -> None:
+    """Merge blocks into the largest of them as one undo step, and select it; locked ones are left out, with a word."""
+    document = host.document
+    counts = document.counts()
+    free = [label for label in labels if label in counts and label not in document.locked]
+    free.sort(key=lambda label: -counts[label].pixels)
+    left_out = _locked_text(document, labels)
+    if len(free) < 2:
+        few = "Two or more unlocked blocks are needed to merge: select them, or Ctrl+Shift+drag across them."
+        host.show_message(f"{left_out}. {few}" if left_out else few)
+        return
+    apart = not parts_touch(document.labels, free)
+    if host.commit(merge(document.labels, free, document.locked), f"Merge {len(free)} blocks", free[0]):
+        host.select(free[:1])
+        if left_out:
+            host.show_message(f"{left_out}.")
+        if apart:
+            name = document.info(free[0]).name
+            host.show_message(f"{name} now has parts that do not touch: each part is completed separately.")
+
+
+def _locked_text(document: Document, labels: Sequence[int]) -> str:
+    names = [document.info(label).name for label in labels if label in document.locked]
+    return f"{', '.join(names)} left out: locked" if names else ""
+
+
+def _count_text(document: Document, labels: Sequence[int]) -> str:
+    return f"{counted(len(labels), 'block')}, {_pixels_text(document, labels)}"
+
+
+def _pixels_text(document: Document, labels: Sequence[int]) -> str:
+    counts = document.counts()
+    return f"{grouped(sum(counts[label].pixels for label in labels))} px"
 
 
 def _inside(band: QRectF, host: Host) -> list[int]:

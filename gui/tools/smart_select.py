@@ -39,7 +39,7 @@ class _Click:
 
 @dataclass(frozen=True)
 class _Clicks:
-    """What determines a selection: clicks in order, a box, and the steps of the next click."""
+    """What determines a selection: clicks in order, a box, and the steps of the box or of the next click."""
 
     clicks: tuple[_Click, ...] = ()
     box: QRectF | None = None
@@ -54,10 +54,11 @@ class _Clicks:
 
     def added(self, points: tuple[Point, ...], inside: bool) -> _Clicks:
         """The same with another click."""
-        return _Clicks((*self.clicks, _Click(points, inside, self.steps)), self.box)
+        steps = 0 if self.box is not None or not inside else self.steps
+        return _Clicks((*self.clicks, _Click(points, inside, steps)), self.box, self.steps - steps)
 
     def stepped(self, steps: int) -> _Clicks:
-        """The same with further steps at the last click inside, or at the next one if there is none."""
+        """The same with further steps at the last click inside, or else at the box, or else at the next click."""
         inside = [number for number, click in enumerate(self.clicks) if click.inside]
         if not inside:
             return replace(self, steps=self.steps + steps)
@@ -65,11 +66,16 @@ class _Clicks:
         changed = (*self.clicks[: inside[-1]], replace(last, steps=last.steps + steps), *self.clicks[inside[-1] + 1 :])
         return replace(self, clicks=changed)
 
+    @property
+    def sized(self) -> bool:
+        """Whether steps change what is selected."""
+        return self.box is not None or any(click.inside for click in self.clicks)
+
 
 class SmartSelectTool(Tool):
     """The tool Smart select. Clicks add what is under them to the selection, with Alt they take it away; a drag draws a
-    box, with Shift a stroke, which acts like a click. Ctrl+wheel steps from part to object. Enter makes the selection a
-    block.
+    box, with Shift a stroke, which acts like a click. Ctrl+wheel steps to smaller and larger regions, after a click as
+    after a box, or says why not. Enter makes the selection a block.
 
     The first click starts a new block, unless it is in the selected block or with Shift or Alt: then the selection
     starts as that block, to which clicks add or, with Alt, from which they take away, and Enter changes the block; Ctrl
@@ -93,6 +99,8 @@ class SmartSelectTool(Tool):
         """What a click at the pointer would change."""
         self._finishes = False
         """Whether Enter was pressed while the selection was being computed."""
+        self._before_steps: tuple[_Clicks, Mask] | None = None
+        """What was selected before the wheel was turned, and with what, until its effect is known."""
         self._pixel = 1.0
 
     @property
@@ -101,12 +109,12 @@ class SmartSelectTool(Tool):
         if self._clicks:
             end = f"change {self._name}" if self._label else "make it a block"
             return (
-                f"Click or Shift+drag: add | with Alt: take away | Ctrl+wheel: part or object | Enter: {end} | "
-                "Backspace: remove last | Esc: cancel"
+                f"Click or Shift+drag: add | with Alt: take away | wrong size: Ctrl+wheel or [ ], or drag a box | "
+                f"Enter: {end} | Backspace: remove last | Esc: cancel"
             )
         return (
             "Click or drag a box: new block | Shift: add to the selected block | Alt: take away | "
-            "Ctrl: new block in it | Ctrl+wheel: part or object"
+            "Ctrl: new block in it | Ctrl+wheel or [ ]: smaller or larger"
         )
 
     @property
@@ -127,11 +135,7 @@ class SmartSelectTool(Tool):
                 press, self._press = self._press, None
                 self._add(press, event, host)
             case PointerKind.WHEEL:
-                self._clicks = self._clicks.stepped(event.steps)
-                if self._clicks:
-                    self._update(host)
-                else:
-                    self._look_ahead(event, host)
+                self._step(event, host)
             case PointerKind.HOVER if self._mask is not None or not self._clicks:
                 self._look_ahead(event, host)
             case PointerKind.LEAVE if self._press is None:
@@ -142,7 +146,7 @@ class SmartSelectTool(Tool):
     def cancel(self, host: Host) -> bool:
         """Drop the selection."""
         pending_work, self._press, self._clicks = self.busy, None, _Clicks()
-        self._mask, self._next, self._finishes = None, None, False
+        self._mask, self._next, self._finishes, self._before_steps = None, None, False, None
         host.show_preview(None)
         return pending_work
 
@@ -151,7 +155,7 @@ class SmartSelectTool(Tool):
         if not self._clicks:
             return False
         clicks = self._clicks.clicks
-        self._clicks = _Clicks(clicks[:-1], self._clicks.box) if clicks else _Clicks()
+        self._clicks = replace(self._clicks, clicks=clicks[:-1]) if clicks else _Clicks()
         if self._clicks:
             self._update(host)
         else:
@@ -219,9 +223,37 @@ class SmartSelectTool(Tool):
         else:
             self._show(host)
 
+    def _step(self, event: PointerEvent, host: Host) -> None:
+        """Step to a larger or smaller region."""
+        if self._clicks and not self._clicks.sized:
+            host.show_message("Sizes belong to what a click or a box adds: click what you want to add first.")
+            return
+        before = self._before_steps
+        if before is None and self._mask is not None:
+            before = self._clicks, self._mask
+        self._clicks = self._clicks.stepped(event.steps)
+        if self._clicks:
+            self._update(host)
+            self._before_steps = before
+        else:
+            self._look_ahead(event, host)
+
+    def _tell_if_same(self, mask: Mask, host: Host) -> None:
+        """Say why the wheel has changed nothing, and forget its steps, so that the next one back has an effect."""
+        before, self._before_steps = self._before_steps, None
+        if before is None or not np.array_equal(before[1], mask):
+            return
+        larger = sum(click.steps for click in self._clicks.clicks) + self._clicks.steps
+        former = sum(click.steps for click in before[0].clicks) + before[0].steps
+        self._clicks = before[0]
+        if larger > former:
+            host.show_message("There is no larger region here: click what else belongs to it, or drag a box around it.")
+        elif larger < former:
+            host.show_message("There is no smaller region here: take parts away with Alt+click, or drag a box.")
+
     def _update(self, host: Host) -> None:
         """Compute the selection in the background."""
-        self._mask = self._next = None
+        self._mask = self._next = self._before_steps = None
         find = _search(self._clicks, self._label, host)
         host.run_in_background(find, partial(self._take, host, self._clicks))
 
@@ -229,6 +261,7 @@ class SmartSelectTool(Tool):
         if clicks is not self._clicks or self._press is not None:
             return
         self._mask = mask
+        self._tell_if_same(mask, host)
         self._show(host)
         if self._finishes:
             self.finish(host)
@@ -288,14 +321,14 @@ def _start(event: PointerEvent, host: Host) -> int:
 
 def _search(clicks: _Clicks, label: int, host: Host) -> partial[Mask]:
     """Return a function that computes the selection."""
-    box = clicks.box
+    box, steps = clicks.box, [click.steps for click in clicks.clicks if click.inside]
     return partial(
         select_region,
         host.document.frame,
         clicks.strokes(inside=True),
         clicks.strokes(inside=False),
         None if box is None else (box.left(), box.top(), box.right(), box.bottom()),
-        steps=[click.steps for click in clicks.clicks if click.inside],
+        steps=steps or clicks.steps,
         start=host.document.labels == label if label else None,
     )
 

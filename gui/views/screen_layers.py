@@ -20,6 +20,8 @@ from .screen_items import Argb, Rims, Sampling
 _LINE = 0xC0C0C0C0
 _HALO = 0x58000000
 _SELECTED = 0xFFFFFFFF
+_TINT = 0x38383838
+"""Over selected blocks, if there are several."""
 _RIM_HALO = 0xDC000000
 _TO_CHECK = 0xFFFFA020
 _REACH = 4
@@ -32,8 +34,8 @@ class BlockLines:
     """Draws the lines around blocks for any sampling of the frame on the screen.
 
     A bright line with a dark halo separates blocks from each other and from pixels without block. Selected blocks have
-    a wider outline inside them, and so have blocks that need checking, in another colour. With `in_colours`, each
-    block's side of the line has its own colour.
+    a wider outline inside them, and a tint if there are several; blocks that need checking have the outline in another
+    colour. With `in_colours`, each block's side of the line has its own colour.
     """
 
     def __init__(self) -> None:
@@ -57,9 +59,11 @@ class BlockLines:
 
     def set_selected(self, labels: Iterable[int]) -> list[int]:
         """Set the selected blocks; return the labels whose selection changed."""
-        before, self._selected = self._selected, tuple(labels)
+        before, now = self._selected, tuple(labels)
+        self._selected = now
         self._mark()
-        return sorted(set(before) ^ set(self._selected))
+        tints = (len(before) > 1) != (len(now) > 1)
+        return sorted(set(before) | set(now) if tints else set(before) ^ set(now))
 
     def set_to_check(self, labels: Iterable[int]) -> list[int]:
         """Set the blocks that need checking; return the labels that changed."""
@@ -130,6 +134,8 @@ class BlockLines:
         if ratio > 1:
             line[:] = cv2.dilate(line, _SQUARE, iterations=ratio // 2)
         drawn = np.zeros(shown.shape, np.uint32)
+        if len(self._selected) > 1:
+            drawn[self._marked_selected[here] > 0] = _TINT
         drawn[cv2.dilate(line, _SQUARE, iterations=ratio) > 0] = _HALO
         on_line = line > 0
         drawn[on_line] = self._lines[shown[on_line]] if self.in_colours else np.uint32(_LINE)

@@ -1,10 +1,11 @@
-"""Tree of the regions of a frame: small pieces along its edges, merged pair by pair by edges and depth."""
+"""Trees of the regions of a frame: small pieces along its edges, merged pair by pair by edges, depth and colour."""
 
 from __future__ import annotations
 
 import heapq
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -39,12 +40,15 @@ class RegionTree:
     pixels : ndarray of float64, shape (2 n - 1,)
     ends : ndarray of int64, shape (B, 2)
         The two pieces at every border.
-    borders : ndarray of float32, shape (B, 3)
-        Length of every border [pairs of pixels], the sum of the edges along it, and how many of its pairs are weak.
+    borders : ndarray of float32, shape (B, 4)
+        Length of every border [pairs of pixels], the sum of the edges along it, how many of its pairs are weak, and the
+        sum of the steps of log depth.
     colour : ndarray of float32, shape (n, 3)
         Mean colour of the pieces [CIELAB].
     depth : ndarray of float32, shape (n,)
         Mean logarithm of their depth [m]; where it is missing, that of the nearest known depth.
+    others : tuple of RegionTree
+        The same pieces, merged in other orders: by everything, by depth, and by colour.
     """
 
     pieces: NDArray[np.int32]
@@ -57,6 +61,7 @@ class RegionTree:
     borders: NDArray[np.float32]
     colour: NDArray[np.float32]
     depth: NDArray[np.float32]
+    others: tuple[RegionTree, ...] = ()
 
     def above(self, piece: int) -> list[int]:
         """The nodes that contain a piece, from itself to the whole frame."""
@@ -82,18 +87,18 @@ def region_tree(frame: RGBDFrame) -> RegionTree:
     check_cancelled()
     sizes = np.bincount(pieces.ravel()).astype(np.float64)
     lab = cv2.cvtColor(frame.rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)
-    *colour, depth = (
-        np.bincount(pieces.ravel(), values.ravel()).astype(np.float64)
-        for values in (*cv2.split(lab), np.log(filled_depth(frame.depth)))
-    )
-    ends, borders = _borders(pieces, edges)
-    check_cancelled()
-    parents, pixels = _merge(ends, borders, sizes, depth)
-    check_cancelled()
-    means = (np.stack([*colour, depth], axis=1) / sizes[:, None]).astype(np.float32)
-    return RegionTree(
-        pieces, parents, *_in_order(parents, sizes.size), pixels, ends, borders, means[:, :3], means[:, 3]
-    )
+    log_depth = np.log(filled_depth(frame.depth))
+    of_piece = [np.bincount(pieces.ravel(), values.ravel()) for values in (*cv2.split(lab), log_depth)]
+    sums = np.stack(of_piece, axis=1).astype(np.float64)
+    ends, borders = _borders(pieces, edges, log_depth)
+    means = (sums / sizes[:, None]).astype(np.float32)
+    trees: list[RegionTree] = []
+    for order in _ORDERS:
+        check_cancelled()
+        parents, pixels = _merge(ends, borders, sizes, sums, order)
+        nodes = _in_order(parents, sizes.size)
+        trees.append(RegionTree(pieces, parents, *nodes, pixels, ends, borders, means[:, :3], means[:, 3]))
+    return replace(trees[0], others=tuple(trees[1:]))
 
 
 # The pieces of a frame: small regions that follow its edges.
@@ -127,11 +132,28 @@ def _change_of_colour(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     return np.asarray(np.sqrt((across * across + down * down).sum(axis=2)), np.float32)
 
 
-# The tree: pieces merge in order of the edges between them, until one region is left.
+# A tree: pieces merge in order of what parts them, until one region is left.
 
-_DEPTH_WEIGHT, _MAX_DEPTH_STEP = 1.0, 0.5
-"""Weight of the difference of the mean log depth of two regions, and the value at which it is clipped; edges have the
-weight 1."""
+
+class _Order(NamedTuple):
+    """Weights in the cost of a border: of its mean edge, of the mean step of log depth across it, and of the
+    differences of mean log depth and mean colour [CIELAB] of the two regions."""
+
+    edge: float
+    step: float
+    depth: float
+    colour: float
+
+
+_ORDERS = (
+    _Order(edge=1.0, step=0.0, depth=1.0, colour=0.0),
+    _Order(edge=1.0, step=10.0, depth=1.0, colour=1 / 80),
+    _Order(edge=0.15, step=20.0, depth=0.3, colour=0.0),
+    _Order(edge=0.3, step=0.0, depth=0.0, colour=1 / 40),
+)
+
+_MAX_STEP, _MAX_DEPTH, _MAX_COLOUR = 0.05, 0.5, 60.0
+"""Values at which the step across a pair of pixels, and the differences of depth and colour, are clipped."""
 
 _SIZE_EXPONENT = 0.3
 """Exponent of the smaller region's share of the frame in the cost of a border: small regions merge first."""
@@ -140,39 +162,49 @@ _WEAK = 0.25
 """Edge strength below which a border is weak."""
 
 
-def _borders(pieces: NDArray[np.int32], edges: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+def _borders(
+    pieces: NDArray[np.int32], edges: NDArray[np.float32], log_depth: NDArray[np.float32]
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """`ends` and `borders` of a tree."""
     count = int(pieces.max()) + 1
-    keys, strengths = [], []
-    for (one, other), (edge, beyond) in zip(sides(pieces), sides(edges), strict=True):
+    keys, strengths, steps = [], [], []
+    for (one, other), (edge, beyond), (near, far) in zip(sides(pieces), sides(edges), sides(log_depth), strict=True):
         parted = one != other
         both = np.sort(np.stack([one[parted], other[parted]], axis=1).astype(np.int64), axis=1)
         keys.append(both @ [count, 1])
         strengths.append(np.maximum(edge, beyond)[parted])
+        steps.append(np.minimum(np.abs(near - far)[parted], np.float32(_MAX_STEP)))
     pairs, owner = np.unique(np.concatenate(keys), return_inverse=True)
     strength = np.concatenate(strengths)
-    sums = [np.bincount(owner, values) for values in (np.ones(owner.size), strength, strength < _WEAK)]
+    values = np.ones(owner.size), strength, strength < _WEAK, np.concatenate(steps)
+    sums = [np.bincount(owner, value) for value in values]
     return np.stack(np.divmod(pairs, count), axis=1), np.stack(sums, axis=1).astype(np.float32)
 
 
 def _merge(
-    ends: NDArray[np.int64], borders: NDArray[np.float32], sizes: Array, depths: Array
+    ends: NDArray[np.int64], borders: NDArray[np.float32], sizes: Array, sums: Array, order: _Order
 ) -> tuple[NDArray[np.int64], Array]:
     """`parents` and `pixels` of a tree: neighbours merge in order of the cost of their border.
 
-    Sizes and sums of log depth are those of the pieces.
+    Sizes and sums, of colour and log depth, are those of the pieces.
     """
     count, whole = sizes.size, float(sizes.sum())
-    pixels, depth, parents = sizes.tolist(), depths.tolist(), [-1] * (2 * count - 1)
+    pixels, parents = sizes.tolist(), [-1] * (2 * count - 1)
+    features: list[tuple[float, float, float, float]] = [tuple(one) for one in sums.tolist()]
     near: list[dict[int, tuple[float, float]]] = [{} for _ in range(count)]
-    for (one, other), (length, edge) in zip(ends.tolist(), borders[:, :2].tolist(), strict=True):
-        near[one][other] = near[other][one] = length, edge
+    walls = order.edge * borders[:, 1].astype(np.float64) + order.step * borders[:, 3]
+    for (one, other), length, wall in zip(ends.tolist(), borders[:, 0].tolist(), walls.tolist(), strict=True):
+        near[one][other] = near[other][one] = length, wall
 
     def cost(one: int, other: int) -> float:
-        length, edge = near[one][other]
-        step = abs(depth[one] / pixels[one] - depth[other] / pixels[other])
-        size = (min(pixels[one], pixels[other]) / whole) ** _SIZE_EXPONENT
-        return float((edge / length + _DEPTH_WEIGHT * min(step, _MAX_DEPTH_STEP)) * size)
+        length, wall = near[one][other]
+        here, there = pixels[one], pixels[other]
+        (x1, y1, z1, d1), (x2, y2, z2, d2) = features[one], features[other]
+        apart = order.depth * min(abs(d1 / here - d2 / there), _MAX_DEPTH)
+        if order.colour:
+            colour = math.hypot(x1 / here - x2 / there, y1 / here - y2 / there, z1 / here - z2 / there)
+            apart += order.colour * min(colour, _MAX_COLOUR)
+        return float((wall / length + apart) * (min(here, there) / whole) ** _SIZE_EXPONENT)
 
     heap = [(cost(one, other), one, other) for one, other in ends.tolist()]
     heapq.heapify(heap)
@@ -183,12 +215,13 @@ def _merge(
         new = len(pixels)
         parents[one] = parents[other] = new
         pixels.append(pixels[one] + pixels[other])
-        depth.append(depth[one] + depth[other])
+        (x1, y1, z1, d1), (x2, y2, z2, d2) = features[one], features[other]
+        features.append((x1 + x2, y1 + y2, z1 + z2, d1 + d2))
         del near[one][other], near[other][one]
         joined, fewer = sorted((near[one], near[other]), key=len, reverse=True)
-        for beyond, (length, edge) in fewer.items():
+        for beyond, (length, wall) in fewer.items():
             before = joined.get(beyond, (0.0, 0.0))
-            joined[beyond] = length + before[0], edge + before[1]
+            joined[beyond] = length + before[0], wall + before[1]
         near.append(joined)
         for beyond, border in joined.items():
             near[beyond].pop(one, None)

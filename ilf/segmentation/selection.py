@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from .._runtime.arrays import plain_array
 from ..data.frame import RGBDFrame, checked_frame
+from ..data.label_map import Box
 from ..errors import InputError
 from .editing.patches import Points
 from .region_tree import RegionTree, region_tree
@@ -58,8 +59,9 @@ class _Stroke:
 
 # The selection: every point changes it by the likeliest of some parts.
 
-_STEP = 1.2
-"""Minimum ratio of the sizes of two parts that count as different steps from part to object."""
+_STEP, _LONG_STEP = 1.2, 2.0
+"""Minimum ratio of the sizes of two parts that count as different steps from part to object, and the ratio up to which
+the likeliest one is the next."""
 
 _MAX_PARTS = 60
 """Approximate maximum number of parts among which that of a stroke is chosen."""
@@ -96,8 +98,8 @@ def select_region(
         A box around the object [px]; regions that continue beyond it are not selected. Without points inside, the large
         regions in it are.
     steps : int or sequence of int
-        Steps from the likeliest region at the last point inside, or at each: positive to larger regions (the object),
-        negative to smaller ones (its parts).
+        Steps from the likeliest region at the last point inside, or at each, or without any from what lies in the box:
+        positive to larger regions (the object), negative to smaller ones (its parts).
     start : ndarray of bool, shape (H, W), optional
         A selection that the points change.
 
@@ -137,21 +139,21 @@ def select_region(
     added, removed = ([_Stroke.of(tree, points) for points in side] for side in (inside, outside))
     wanted, unwanted = (sorted({piece for stroke in side for piece in stroke.pieces}) for side in (added, removed))
     pixels = tree.pixels[: tree.order.size]
-    fits = np.ones(tree.parents.size, bool) if shown is None else _fitting(tree, shown)
     before = np.zeros(pixels.size, bool)
     if start is not None:
         before = np.bincount(tree.pieces[start], minlength=pixels.size) > pixels / 2
     chosen, changed = before.copy(), np.zeros(pixels.size, bool)
     if shown is not None and not wanted:
-        chosen |= _largest(tree, fits, _BOX_SHARE * np.count_nonzero(tree.pieces[shown] >= 0))
+        chosen |= _largest(tree, shown, steps if isinstance(steps, int) else 0)
         changed |= chosen & ~before
     for stroke, stepped in zip(added, each[: len(added)], strict=True):
-        parts = regions_around(tree, stroke.pieces, [], fits)
-        if chosen[stroke.pieces].all():  # the largest region that is selected already
-            found = max(int(np.count_nonzero((chosen | ~parts).all(axis=1))) - 1, 0)
-        else:
-            found = int(np.argmax(part_scores(tree, chosen, parts, stroke.points, adds=True)))
-        part = parts[_stepped(parts @ pixels, found, stepped)]
+        parts = regions_around(tree, stroke.pieces, [], shown)
+        known = chosen[stroke.pieces].all()
+        scores = part_scores(tree, np.zeros_like(chosen) if known else chosen, parts, stroke.points, adds=True)
+        found = int(np.argmax(scores))
+        if known:  # the largest region that is selected already
+            found = max(int(np.flatnonzero((chosen | ~parts).all(axis=1)).max(initial=0)), 0)
+        part = parts[_stepped(parts @ pixels, parts, found, stepped, scores)]
         chosen, changed = chosen | part, changed | part
     for stroke in removed:
         pieces = [piece for piece in stroke.pieces if chosen[piece] and piece not in wanted]
@@ -169,12 +171,20 @@ def prepare_selection(frame: RGBDFrame) -> None:
     region_tree(frame)
 
 
-def regions_around(tree: RegionTree, pieces: Sequence[int], others: Sequence[int], fits: Mask | None = None) -> Mask:
-    """Return the parts that a point or stroke may add, bool (K, n), from small to large.
+def regions_around(tree: RegionTree, pieces: Sequence[int], others: Sequence[int], box: Box | None = None) -> Mask:
+    """Return the parts that a point or stroke may add, bool (K, n), from small to large, in every order of merging.
 
     They are the regions around a piece that contain none of others; for more pieces, one region around each, of at most
     the same size.
     """
+    parts = np.concatenate([_in_one_order(one, pieces, others, box) for one in (tree, *tree.others)])
+    _, first = np.unique(np.packbits(parts, axis=1), axis=0, return_index=True)
+    parts = parts[np.sort(first)]
+    return parts[np.argsort(parts @ tree.pixels[: tree.order.size], kind="stable")]
+
+
+def _in_one_order(tree: RegionTree, pieces: Sequence[int], others: Sequence[int], box: Box | None) -> Mask:
+    fits = None if box is None else _fitting(tree, box)
     chains = [[k for k in _without(tree, piece, others) if fits is None or fits[k]] or [piece] for piece in pieces]
     limits = np.unique(np.concatenate([tree.pixels[chain] for chain in chains]))
     limits = limits[limits >= max(tree.pixels[chain[0]] for chain in chains)]
@@ -191,29 +201,46 @@ def _without(tree: RegionTree, piece: int, others: Sequence[int]) -> list[int]:
     return [k for k in nodes if not ((tree.first[k] <= places) & (places < tree.stop[k])).any()] or [piece]
 
 
-def _stepped(sizes: Array, found: int, steps: int) -> int:
-    """The index some steps from another, among parts from small to large."""
-    for k in range(found + 1, sizes.size) if steps > 0 else range(found - 1, -1, -1):
-        if steps == 0:
+def _stepped(sizes: Array, parts: Mask, found: int, steps: int, scores: Array | None = None) -> int:
+    """The index some steps from another, among parts from small to large: each part lies in the larger ones.
+
+    A step leads to the likeliest part of the next sizes, or to the nearest one without scores.
+    """
+    larger, number = steps > 0, np.arange(sizes.size)
+    for _ in range(abs(steps)):
+        here = parts[found]
+        nested = ~(here & ~parts).any(axis=1) if larger else ~(parts & ~here).any(axis=1)
+        ratio = sizes / sizes[found] if larger else sizes[found] / sizes
+        last = sizes.size - 1 if larger else 0
+        possible = nested & ((ratio >= _STEP) | (number == last)) & (number != found)
+        if not possible.any():
             break
-        ratio = sizes[k] / sizes[found]
-        if max(ratio, 1 / ratio) >= _STEP:
-            found, steps = k, steps - (1 if steps > 0 else -1)
+        nearest = ratio[possible].min()
+        possible &= ratio <= max(_LONG_STEP, nearest)
+        found = int(np.argmax(np.where(possible, -ratio if scores is None else scores, -np.inf)))
     return found
 
 
-def _fitting(tree: RegionTree, shown: tuple[slice, slice]) -> Mask:
+def _fitting(tree: RegionTree, shown: Box) -> Mask:
     """The nodes that lie in a box."""
     within = np.bincount(tree.pieces[shown].ravel(), minlength=tree.order.size)[tree.order]
     before = np.concatenate([[0], np.cumsum(within)])
     return np.asarray(before[tree.stop] - before[tree.first] >= _INSIDE_BOX * tree.pixels)
 
 
-def _largest(tree: RegionTree, fits: Mask, pixels: float) -> Mask:
-    """The pieces of the largest fitting nodes: of all with at least so many pixels, or of one."""
+def _largest(tree: RegionTree, box: Box, steps: int) -> Mask:
+    """The pieces of the largest regions in a box: of all that cover enough of it, or of one; steps add or leave out
+    regions, in order of their size."""
+    fits = _fitting(tree, box)
     whole = np.flatnonzero(fits & ~((tree.parents >= 0) & fits[tree.parents]))
+    if not whole.size:
+        return np.zeros(tree.order.size, bool)
+    whole = whole[np.argsort(-tree.pixels[whole], kind="stable")]
     sizes = tree.pixels[whole]
-    return np.asarray(tree.masks(whole[sizes >= min(pixels, sizes.max(initial=0))].tolist()).any(axis=0))
+    enough = _BOX_SHARE * (box[0].stop - box[0].start) * (box[1].stop - box[1].start)
+    found = np.count_nonzero(sizes >= min(enough, sizes[0])) - 1
+    together = np.logical_or.accumulate(tree.masks(whole.tolist()))
+    return np.asarray(together[_stepped(np.cumsum(sizes), together, found, steps)])
 
 
 # What a point outside may take away.
@@ -256,24 +283,28 @@ KINDS = ("first", "further", "outside")
 
 COEFFICIENTS = np.array(
     [
-        (4.731, 0.658, 0.254),  # mean edge along the border of the part
-        (-7.601, -3.266, 2.153),  # share of the border that is weak
-        (-0.655, 1.441, 1.089),  # its length in relation to the size
-        (-1.03, -0.531, -0.333),  # share of the frame as a logarithm
-        (-0.169, -0.033, 0.094),  # its square
-        (-14.589, -6.697, 13.887),  # share of the frame
-        (4.731, 4.151, 6.991),  # of the selection after the change: mean edge
-        (-7.601, -3.399, -4.279),  # weak share
-        (-0.655, 0.1, -2.542),  # length
-        (0.0, 9.547, -3.568),  # share of the part's border to the rest of the selection
-        (0.0, 3.09, 7.592),  # mean edge there
-        (0.0, -0.367, -0.468),  # ratio of the sizes
-        (0.0, -0.022, -0.227),  # its square
-        (0.531, -1.74, 1.611),  # difference of colour
-        (-0.372, -0.754, -0.02),  # difference of depth
-        (8.815, 3.959, 6.123),  # nearness of the points to the middle
-        (0.722, 2.238, 0.616),  # its logarithm
-        (-1.1, 0.854, 1.091),  # distance of the points from the border
+        (7.021, 0.28, -1.962),  # mean edge along the border of the part
+        (-8.341, -3.431, 0.152),  # share of the border that is weak
+        (-1.202, 0.904, -1.837),  # its length in relation to the size
+        (-0.95, -1.016, -0.791),  # share of the frame as a logarithm
+        (-0.257, -0.018, 0.055),  # its square
+        (-27.545, -10.809, -13.757),  # share of the frame
+        (7.021, 3.062, 8.327),  # of the selection after the change: mean edge
+        (-8.341, -7.96, -6.61),  # weak share
+        (-1.202, 0.268, -0.498),  # length
+        (20.245, -62.245, 125.267),  # mean step of log depth
+        (20.245, 36.849, -5.342),  # of the part's border: mean step of log depth
+        (5.473, 1.295, 1.447),  # share between pieces of other colours
+        (-8.79, -9.646, -1.503),  # share of the frame's rim
+        (0.0, 12.551, -2.576),  # share of the part's border to the rest of the selection
+        (-0.0, -3.795, 9.047),  # mean edge there
+        (0.0, -0.638, -0.986),  # ratio of the sizes
+        (0.0, -0.185, -0.315),  # its square
+        (0.7, -1.26, 0.488),  # difference of colour
+        (-0.16, -0.444, 0.306),  # difference of depth
+        (15.075, 6.975, 5.723),  # nearness of the points to the middle
+        (0.274, 1.881, 2.872),  # its logarithm
+        (-0.702, 0.83, 1.095),  # distance of the points from the border
     ]
 )
 """Coefficient of every property of `part_properties` for each kind: fitted once on 60 generated scenes, so that with
@@ -290,7 +321,7 @@ def part_scores(tree: RegionTree, chosen: Mask, parts: Mask, points: Array, adds
 
 
 def part_properties(tree: RegionTree, chosen: Mask, parts: Mask, points: Array, adds: bool) -> Array:
-    """Return the properties of parts that points, float64 (N, 2), add to a selection or take away, float64 (K, 18).
+    """Return the properties of parts that points, float64 (N, 2), add to a selection or take away, float64 (K, 22).
 
     Of a part: mean edge along its border, share of the border that is weak, length of the border in relation to the
     size, logarithm of the share of the frame, its square, and the share. Of the selection after the change: the first
@@ -322,6 +353,8 @@ def part_properties(tree: RegionTree, chosen: Mask, parts: Mask, points: Array, 
             share**2,
             np.exp(share),
             *_border_properties(new, np.maximum(after @ pixels, 1)),
+            new[:, 3] / np.maximum(new[:, 0], 1),
+            *_beside(tree, parts, outer),
             shared[:, 0] / np.maximum(outer[:, 0], 1),
             np.where(shared[:, 0] > 0, shared[:, 1] / np.maximum(shared[:, 0], 1), 0.3),
             ratio,
@@ -335,8 +368,25 @@ def part_properties(tree: RegionTree, chosen: Mask, parts: Mask, points: Array, 
     )
 
 
+def _beside(tree: RegionTree, parts: Mask, outer: Array) -> list[Array]:
+    """Of the border of parts: mean step of log depth, share where pieces differ in colour, and share of the frame's."""
+    length = np.maximum(outer[:, 0], 1)
+    apart = np.linalg.norm(tree.colour[tree.ends[:, 0]] - tree.colour[tree.ends[:, 1]], axis=1) > _OTHER_COLOUR
+    crossed = parts[:, tree.ends[:, 0]] != parts[:, tree.ends[:, 1]]
+    rim = np.concatenate([tree.pieces[[0, -1]].ravel(), tree.pieces[:, [0, -1]].ravel()])
+    at_rim = parts @ np.bincount(rim, minlength=tree.order.size).astype(np.float64)
+    return [
+        outer[:, 3] / length,
+        crossed @ (apart * tree.borders[:, 0]).astype(np.float64) / length,
+        at_rim / (length + at_rim),
+    ]
+
+
+_OTHER_COLOUR = 10.0
+
+
 def _borders_of(tree: RegionTree, sets: Mask) -> Array:
-    """Length of the border of sets of pieces, edges along it and how many of its pairs are weak, float64 (K, 3)."""
+    """What `borders` of the tree say of the border of sets of pieces, float64 (K, 4)."""
     return np.asarray((sets[:, tree.ends[:, 0]] != sets[:, tree.ends[:, 1]]) @ tree.borders.astype(np.float64))
 
 
@@ -360,7 +410,7 @@ def _depths(tree: RegionTree, parts: Mask, points: Array) -> tuple[Array, Array]
     return here, largest
 
 
-def _inside_box(shape: tuple[int, int], box: tuple[float, float, float, float]) -> tuple[slice, slice]:
+def _inside_box(shape: tuple[int, int], box: tuple[float, float, float, float]) -> Box:
     left, top, right, bottom = box
     rows = slice(max(math.floor(top), 0), min(math.ceil(bottom), shape[0]))
     columns = slice(max(math.floor(left), 0), min(math.ceil(right), shape[1]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -32,6 +33,7 @@ QUICK = (
     ("peaks", "--sizes 320x240 --only info --threads 1", "320x240"),
     ("pipeline", "FRAME --sizes 160x120 --threads 1 --rounds 1", "all steps"),
     ("quality_checks", "WHOLE", "| all |"),
+    ("selection", "FRAMES --outlines OUTLINES", "1 objects, after 1, 2, 3 clicks"),
     ("sequences", "SEQUENCE --length 2 --threads 1", "stream, rate"),
     ("shards", "--count 1000", "bytes a key"),
     ("soak", "--frames 2 --limit 1000", "memory has grown"),
@@ -51,7 +53,10 @@ def data(tmp_path: Path) -> dict[str, str]:
     frame = scaled((320, 240))
     cv2.imwrite(str(whole / "rgb.png"), frame.rgb[..., ::-1])
     cv2.imwrite(str(whole / "gt.png"), (1000 * np.nan_to_num(frame.depth, nan=5.0)).astype(np.uint16))
+    outlines = tmp_path / "outlines.json"
+    outlines.write_text(json.dumps({"frame": {"middle": [[60, 40], [100, 40], [100, 80], [60, 80]]}}))
     return {
+        "OUTLINES": str(outlines),
         "FRAME": str(write_sample(tmp_path / "frame", (160, 120))),
         "FRAMES": str(tmp_path),
         "SEQUENCE": str(write_sequence(tmp_path / "sequence")),

@@ -207,3 +207,58 @@ def test_steps_of_a_click_stay_when_another_is_added(selecting: MainWindow, qtbo
     key(selecting, _Key.Key_Return)
     _wait(selecting, qtbot)
     assert (document.labels == document.selected[0]).all()
+
+
+@pytest.mark.parametrize("how", ["wheel", "keys"])
+@pytest.mark.parametrize("start", ["click", "box"])
+def test_sizes_step_after_a_click_as_after_a_box_and_their_end_is_said(
+    selecting: MainWindow, qtbot: QtBot, start: str, how: str
+) -> None:
+    said = list[str]()
+    selecting.editor.message.connect(said.append)
+    height, width = selecting.workspace.current.labels.shape
+
+    def step(steps: int) -> float:
+        """The size of the preview's extent after a step."""
+        if how == "wheel":
+            turn_wheel(selecting, (50, 20), steps, CTRL)
+        else:
+            selecting.actions_["brush_larger" if steps > 0 else "brush_smaller"].trigger()
+        _wait(selecting, qtbot)
+        left, top, right, bottom = _shown(selecting)
+        return (right - left) * (bottom - top)
+
+    if start == "click":
+        click(selecting, (50, 20))
+    else:
+        drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
+    hover(selecting, (50, 20))
+    _wait(selecting, qtbot)
+    sizes = [step(1)]
+    while not said:
+        sizes.append(step(1))
+    assert sizes == sorted(sizes)
+    assert said == ["There is no larger region here: click what else belongs to it, or drag a box around it."]
+    said.clear()
+    smaller = [step(-1)]
+    assert not said, "a step that had no effect is not counted"
+    while not said:
+        smaller.append(step(-1))
+    assert said == ["There is no smaller region here: take parts away with Alt+click, or drag a box."]
+    assert smaller[-1] < sizes[-1]
+
+
+def test_sizes_of_what_is_taken_away_are_told_to_be_none(selecting: MainWindow, qtbot: QtBot) -> None:
+    said = list[str]()
+    selecting.editor.message.connect(said.append)
+    selecting.workspace.select([int(selecting.workspace.current.labels[20, 5])])
+    click(selecting, (5, 20), ALT)
+    _wait(selecting, qtbot)
+    turn_wheel(selecting, (5, 20), 1, CTRL)
+    assert said == ["Sizes belong to what a click or a box adds: click what you want to add first."]
+
+
+def test_the_hint_offers_a_box_after_a_click(selecting: MainWindow, qtbot: QtBot) -> None:
+    click(selecting, (50, 20))
+    _wait(selecting, qtbot)
+    assert "or drag a box" in selecting.editor.tool.hint

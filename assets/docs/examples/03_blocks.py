@@ -29,7 +29,7 @@ for axis, granularity in zip(axes, (0.1, 0.5, 0.9), strict=True):
 # Blocks can be edited as an array. Here, an object is selected by a point on it and becomes a block of its own.
 
 blocks = ilf.extract_blocks(frame)
-vase = ilf.select_region(frame, inside=[(345, 300)])
+vase = ilf.select_region(frame, inside=[(350, 322)])
 blocks[vase] = blocks.max() + 1
 print(np.count_nonzero(vase), "pixels selected")
 ilf.Run.of(frame, blocks).plot()

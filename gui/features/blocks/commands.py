@@ -7,13 +7,14 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.formatting import counted
-from ilf.segmentation.editing.cleaning import clean_up, count_slivers, delete, grow, merge, parts_touch, shrink, smooth
+from ilf.segmentation.editing.cleaning import clean_up, count_slivers, delete, grow, merge, shrink, smooth
 from ilf.segmentation.editing.cutting import piece_at
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ...state.workspace import Workspace
 from ...tools.editor import Editor, sliver_size
 from ...tools.give import give_piece
+from ...tools.select import merge_blocks
 from ...tools.split import cut_suggested
 
 
@@ -42,23 +43,9 @@ class BlockCommands(QObject):
 
     def merge(self) -> None:
         """Merge the selected blocks into the largest of them."""
-        document = self._workspace.current
-        if self._warn_if_locked("merge"):
-            return
-        counts = document.counts()
-        chosen = sorted(
-            (label for label in document.selected if label in counts), key=lambda label: -counts[label].pixels
-        )
-        if len(chosen) < 2:
-            self.message.emit("Select two or more blocks to merge: Ctrl+click adds one.")
-            return
-        apart = not parts_touch(document.labels, chosen)
+        chosen = list(self._workspace.current.selected)
         self._editor.cancel()
-        if self._editor.commit(merge(document.labels, chosen, document.locked), self._text("Merge"), chosen[0]):
-            self._workspace.select(chosen[:1])
-            if apart:
-                name = document.info(chosen[0]).name
-                self.message.emit(f"{name} now has parts that do not touch: each part is completed separately.")
+        merge_blocks(self._editor, chosen)
 
     def toggle_locks(self) -> None:
         """Lock the selected blocks, or unlock them if all are locked."""

@@ -7,7 +7,6 @@ import random
 from collections.abc import Sequence
 
 from PySide6.QtCore import QPoint
-from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QMenu
 
 from ilf._runtime.formatting import counted
@@ -20,9 +19,12 @@ from ...base.needs import Need, sentence
 from ...state.block_counts import BlockCounts
 from ...state.document import Document
 from ...state.parameters import parameter_labels
+from ...state.parts import Part
+from ...widgets.docks import PanelGroup
 from ...work.runs import RunController
-from ..context import Context, Feature
+from ..context import Context
 from ..menus import BLOCK_MENU, entries
+from ..panel import Panel
 from ..views import ViewsFeature
 from .commands import BlockCommands
 from .model import BlockRow
@@ -108,39 +110,35 @@ _COLOURS = 1000
 """Upper limit of the start number of shuffled colours."""
 
 
-class BlocksFeature(Feature):
+class BlocksFeature(Panel):
     """The table of blocks, the commands on the selected ones, and both context menus."""
 
+    title, icon, group, open_at_first = "Blocks", "ph.stack", PanelGroup.WORK, True
+    parts = Part.FRAME | Part.LABELS | Part.INFOS | Part.SELECTION | Part.PARAMETERS | Part.RESULTS | Part.RUNNING
+    parts |= Part.BLOCK_ERRORS
+    deferred = Part.SOME_RESULTS | Part.RECORDS
+
     def __init__(self, context: Context) -> None:
+        self.commands = BlockCommands(context.workspace, context.editor)
         super().__init__(context)
-        self._workspace = workspace = context.workspace
-        self._runs = context.runs
-        self.commands = BlockCommands(workspace, context.editor)
         self.commands.message.connect(context.notes.show_message)
         context.actions.add(self._declared())
+        context.views.contextMenuRequested.connect(self._show_menu_at)
+
+    def make(self) -> BlockTable:
+        """Make the table, whose changes by the user are edits."""
+        workspace = self.context.workspace
         self.table = table = BlockTable()
         table.selectionChanged.connect(workspace.select)
         table.renamed.connect(lambda label, name: workspace.current.edit_info(label, "Rename block", name=name))
-        table.recoloured.connect(self._recolour)
+        table.recoloured.connect(
+            lambda label, colour: workspace.current.edit_info(label, "Recolour block", colour=colour.getRgb()[:3])
+        )
         table.visibilityChanged.connect(lambda label, on: workspace.current.set_visible(label, on))
         table.lockChanged.connect(lambda label, on: workspace.current.set_lock(label, on))
-        table.contextMenuRequested.connect(lambda place, _: self.show_menu(place))
-        table.activated.connect(lambda _: context.feature(ViewsFeature).presenter.zoom_to_blocks())
-        context.views.contextMenuRequested.connect(self._show_menu_at)
-
-    def begin(self) -> None:
-        """Add the table, which is drawn after the parts that change the errors of the blocks."""
-        workspace, runs = self._workspace, self._runs
-        self.context.refresh.add(
-            "table",
-            self.show,
-            (
-                *(workspace.frames.session_changed, workspace.labels_changed, workspace.blocks.infos_changed),
-                *(workspace.blocks.selection_changed, workspace.parameters.changed, workspace.runs.results_changed),
-                *(runs.state_changed, workspace.blocks.block_errors_changed),
-            ),
-            (workspace.runs.results_added, workspace.runs.records_added),
-        )
+        table.contextMenuRequested.connect(lambda place, _: self._run(self._with_commands(QMenu(table)), place))
+        table.activated.connect(lambda _: self.context.feature(ViewsFeature).presenter.zoom_to_blocks())
+        return table
 
     def _declared(self) -> Sequence[Command]:
         do = self.commands
@@ -253,39 +251,35 @@ class BlocksFeature(Feature):
                 "Assign other colours to the blocks, as one undo step",
                 icon="ph.shuffle",
                 handler=self.shuffle_colours,
+                needs=Need.BLOCKS,
             ),
         )
 
     def _why_none_selected(self) -> str:
         """Unlike for other commands, a selected block may have no pixels yet."""
-        return "" if self._workspace.current.selected else "Select a block first."
+        return "" if self.context.workspace.current.selected else "Select a block first."
 
     def _why_none_to_check(self) -> str:
-        document = self._workspace.current
+        document = self.context.workspace.current
         to_check = document.state.to_check & set(document.selected) & document.counts().keys()
         return "" if to_check else "The selected blocks need no check."
 
-    def show(self) -> None:
+    def refresh(self, parts: Part) -> None:
         """Update the rows and the selection."""
-        no_frame = sentence(Need.FRAME & self.context.missing())
-        self.table.view.hint = no_frame or "Extract blocks from the frame, or paint one"
-        if self._workspace.has_current:
-            document = self._workspace.current
-            rows = block_rows(document, self._runs)
-            self.table.set_error_source(document.block_errors.source)
-            self.table.set_rows(rows)
-            if self.table.selected() != [label for label in self.table.labels() if label in document.selected]:
-                self.table.select(document.selected)
-        else:
-            self.table.set_rows([])
-
-    def show_menu(self, place: QPoint) -> None:
-        """Show the context menu of the selected blocks."""
-        self._run(self._with_commands(QMenu(self.table)), place)
+        table, workspace = self.table, self.context.workspace
+        table.view.hint = sentence(Need.FRAME & self.context.missing()) or "Extract blocks from the frame, or paint one"
+        if not workspace.has_current:
+            table.set_rows([])
+            return
+        document = workspace.current
+        table.set_error_source(document.block_errors.source)
+        table.set_rows(block_rows(document, self.context.runs))
+        if table.selected() != [label for label in table.labels() if label in document.selected]:
+            table.select(document.selected)
 
     def _show_menu_at(self, place: QPoint, x: float, y: float) -> None:
         """Show the context menu of the views at a screen position, which is x, y in the image."""
-        if self._workspace.has_current:
+        if self.context.workspace.has_current:
             self._run(self.menu_at(x, y), place)
 
     def menu_at(self, x: float, y: float) -> QMenu:
@@ -315,19 +309,12 @@ class BlocksFeature(Feature):
 
     def shuffle_colours(self) -> None:
         """Assign new colours with distinct hues to all blocks, as one undoable step."""
-        if not self._workspace.has_current:
-            return
-        document = self._workspace.current
+        document = self.context.workspace.current
         labels = list(document.counts())
         in_use = {document.info(label).colour for label in labels}
         start = random.randrange(1, _COLOURS)
         numbers = random.sample(range(start, start + len(labels)), len(labels))
         more = range(start + len(labels), start + 2 * len(labels))
         unused = [colour for colour in map(block_colour, [*numbers, *more]) if colour not in in_use]
-        document.undo_stack.beginMacro("Shuffle colours")
-        for label, colour in zip(labels, unused, strict=False):
-            self._workspace.current.edit_info(label, "Recolour block", colour=colour)
-        document.undo_stack.endMacro()
-
-    def _recolour(self, label: int, colour: QColor) -> None:
-        self._workspace.current.edit_info(label, "Recolour block", colour=(colour.red(), colour.green(), colour.blue()))
+        changes = {label: {"colour": colour} for label, colour in zip(labels, unused, strict=False)}
+        self.context.workspace.current.edit_infos(changes, "Shuffle colours")

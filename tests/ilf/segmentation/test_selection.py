@@ -60,7 +60,9 @@ def test_a_stroke_selects_what_is_under_it_and_one_outside_takes_it_away() -> No
     across = [(x, 50.0) for x in range(20, 70, 5)]
     everything = ilf.select_region(FRAME, [across])
     assert everything[50, 20:66].all()
-    assert share(ilf.select_region(FRAME, [across], [[(65, 40), (80, 60)]]), ~OBJECT) > 0.8
+    around = [(10.0, 10.0), (20.0, 80.0), (110.0, 85.0)]
+    assert ilf.select_region(FRAME, [around], steps=20).all()
+    assert share(ilf.select_region(FRAME, [around], [[(65, 40), (80, 60)]], steps=20), ~OBJECT) > 0.9
     assert np.array_equal(ilf.select_region(FRAME, [[(65, 50)]]), ilf.select_region(FRAME, [(65, 50)]))
 
 
@@ -97,6 +99,42 @@ def test_steps_go_from_part_to_object(point: tuple[float, float]) -> None:
     masks = [ilf.select_region(FRAME, [point], steps=steps) for steps in range(-2, 4)]
     for smaller, larger in pairwise(masks):
         assert not (smaller & ~larger).any()
+
+
+def test_what_a_box_selects_has_sizes_too() -> None:
+    masks = [ilf.select_region(FRAME, [], box=(2, 2, 126, 94), steps=steps) for steps in range(-2, 30)]
+    for smaller, larger in pairwise(masks):
+        assert not (smaller & ~larger).any()
+    assert np.count_nonzero(masks[0]) < np.count_nonzero(masks[-1])
+
+
+PRINTED = np.zeros_like(OBJECT)
+PRINTED[44:56, 58:72] = True
+
+
+def test_a_click_on_print_selects_the_object_and_a_step_back_the_print() -> None:
+    colour = FRAME.rgb.copy()
+    colour[PRINTED] = (235, 235, 230)
+    frame = ilf.RGBDFrame(rgb=colour, depth=FRAME.depth)
+    assert share(ilf.select_region(frame, [(65, 50)]), OBJECT) > 0.9
+    smaller = [ilf.select_region(frame, [(65, 50)], steps=-steps) for steps in range(1, 20)]
+    assert max(share(mask, PRINTED) for mask in smaller) > 0.85, "about 12 pixels wide"
+
+
+def test_an_object_of_the_colour_of_its_surroundings_is_selected_by_its_depth() -> None:
+    rng = np.random.default_rng(1)
+    grey = np.clip(120 + rng.normal(0, 3, (HEIGHT, WIDTH, 3)), 0, 255).astype(np.uint8)
+    assert share(ilf.select_region(ilf.RGBDFrame(rgb=grey, depth=FRAME.depth), [(70, 60)]), OBJECT) > 0.9
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_the_other_orders_divide_the_same_pieces(order: int) -> None:
+    tree = region_tree(FRAME)
+    other = tree.others[order]
+    assert other.pieces is tree.pieces
+    assert sorted(other.order.tolist()) == sorted(tree.order.tolist())
+    assert (other.parents[:-1] > np.arange(other.parents.size - 1)).all()
+    assert other.masks([other.parents.size - 1]).all()
 
 
 def test_a_hierarchy_divides_the_frame_and_every_node_is_its_two_parts() -> None:

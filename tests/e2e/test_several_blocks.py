@@ -1,0 +1,151 @@
+"""Several blocks in the real window: a table of seven strips is selected and merged by pointer, list and keys."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPointF, Qt
+from pytestqt.qtbot import QtBot
+
+from gui.app.main_window import MainWindow
+from gui.features.blocks.feature import BlocksFeature
+from gui.features.status import StatusFeature
+from ilf.segmentation.editing.patches import patch_between
+
+from .conftest import WAIT_MS
+from .hand import CTRL, SHIFT, click, drag, hover, key
+
+STRIPS = range(1, 8)
+LOCKED = 4
+
+
+@pytest.fixture
+def strips(opened: MainWindow, qtbot: QtBot) -> MainWindow:
+    """The window with seven strips, the upper half of which is block 8; strip 3 has a piece apart."""
+    window, document = opened, opened.workspace.current
+    labels = np.repeat(np.linspace(1, 7.99, document.labels.shape[1]).astype(np.int32)[None], len(document.labels), 0)
+    labels[:10] = 8
+    labels[:4, :8] = 3
+    window.workspace.current.edit(patch_between(document.labels, labels), "Seven strips")
+    window.workspace.select([])
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow, timeout=WAIT_MS)
+    window.actions_["tool_select"].trigger()
+    window.refresh.now()
+    return window
+
+
+def middle(window: MainWindow, label: int) -> tuple[float, float]:
+    rows, columns = np.nonzero(window.workspace.current.labels[20:] == label)
+    return float(columns.mean()) + 0.5, float(rows.mean()) + 20.5
+
+
+def across(window: MainWindow) -> list[tuple[float, float]]:
+    return [middle(window, label) for label in STRIPS]
+
+
+def status(window: MainWindow) -> str:
+    window.refresh.now()
+    return window.feature(StatusFeature).bar.hint.text()
+
+
+def test_one_stroke_merges_the_seven_strips_in_one_step(strips: MainWindow) -> None:
+    document, before = strips.workspace.current, strips.workspace.current.labels.copy()
+    steps, start, end = document.undo_stack.count(), middle(strips, 1), middle(strips, 7)
+    drag(strips, across(strips), CTRL | SHIFT, release=False)
+    assert "merge 7 blocks" in status(strips)
+    assert np.array_equal(document.labels, before), "only shown so far"
+    outlined = strips.views.cells["colour"].view.preview.boundingRect()
+    assert outlined.contains(QPointF(*start))
+    assert outlined.contains(QPointF(*end))
+    drag(strips, across(strips), CTRL | SHIFT)
+    assert len(np.unique(document.labels[10:])) == 1
+    assert document.undo_stack.count() == steps + 1
+    assert document.selected == [document.labels[20, 20]]
+    key(strips, Qt.Key.Key_Z, CTRL)
+    assert np.array_equal(document.labels, before)
+
+
+def test_a_merging_stroke_leaves_locked_blocks_out_and_says_so(strips: MainWindow) -> None:
+    document, said = strips.workspace.current, list[str]()
+    strips.editor.message.connect(said.append)
+    strips.workspace.current.set_lock(LOCKED, True)
+    locked = document.labels == LOCKED
+    drag(strips, across(strips), CTRL | SHIFT, release=False)
+    assert "merge 6 blocks" in status(strips)
+    assert f"{document.info(LOCKED).name} left out: locked" in status(strips)
+    drag(strips, across(strips), CTRL | SHIFT)
+    assert np.array_equal(document.labels == LOCKED, locked)
+    assert len(np.unique(document.labels[10:])) == 2
+    assert said[0].startswith(f"{document.info(LOCKED).name} left out: locked")
+
+
+def test_a_merging_stroke_in_one_block_says_what_is_needed(strips: MainWindow) -> None:
+    said, steps = list[str](), strips.workspace.current.undo_stack.count()
+    strips.editor.message.connect(said.append)
+    x, y = middle(strips, 2)
+    drag(strips, [(x, y), (x, y + 6)], CTRL | SHIFT)
+    assert said == ["Two or more unlocked blocks are needed to merge: select them, or Ctrl+Shift+drag across them."]
+    assert strips.workspace.current.undo_stack.count() == steps
+
+
+@pytest.mark.parametrize("way", ["clicks", "stroke", "box", "list", "keys"])
+def test_several_blocks_are_selected_alike_by_every_way(strips: MainWindow, way: str) -> None:
+    document, table = strips.workspace.current, strips.feature(BlocksFeature).table
+    if way == "clicks":
+        for point, modifier in zip(across(strips), (CTRL, SHIFT) * 4, strict=False):
+            click(strips, point, modifier)
+    elif way == "stroke":
+        drag(strips, across(strips), CTRL)
+    elif way == "box":
+        drag(strips, [(0.5, 11), (40, 30), (document.labels.shape[1] - 0.5, len(document.labels) - 0.5)], SHIFT)
+    else:
+        table.view.setFocus()
+        table.view.selectRow(0)
+        for _ in range(6):
+            key(strips, Qt.Key.Key_Down, SHIFT)
+        if way == "keys":
+            key(strips, Qt.Key.Key_A, CTRL)
+            click(strips, (30, 5), CTRL)
+    assert sorted(document.selected) == list(STRIPS)
+    pixels = np.count_nonzero(np.isin(document.labels, STRIPS))
+    assert status(strips).startswith(f"7 selected, {pixels:,} px | Click: select")
+    assert sorted(table.selected()) == list(STRIPS)
+    key(strips, Qt.Key.Key_M, CTRL)
+    assert len(np.unique(document.labels[10:])) == 1
+    assert "selected" not in status(strips)
+
+
+def test_the_whole_block_under_the_pointer_is_outlined_until_it_leaves(strips: MainWindow) -> None:
+    view = strips.views.cells["colour"].view
+    hover(strips, middle(strips, 2))
+    hover(strips, middle(strips, 3))
+    outlined = view.preview.boundingRect()
+    assert outlined.contains(QPointF(*middle(strips, 3)))
+    assert outlined.top() <= 1, "the piece apart too"
+    assert outlined.left() <= 1
+    assert not outlined.contains(QPointF(*middle(strips, 5)))
+
+
+def test_a_stroke_can_be_cancelled(strips: MainWindow) -> None:
+    document, before = strips.workspace.current, strips.workspace.current.labels.copy()
+    drag(strips, across(strips), CTRL | SHIFT, release=False)
+    key(strips, Qt.Key.Key_Escape)
+    assert not strips.editor.busy
+    assert status(strips) == strips.editor.tool.hint
+    assert np.array_equal(document.labels, before)
+
+
+def test_several_selected_blocks_are_tinted(strips: MainWindow) -> None:
+    def seen(label: int) -> int:
+        view = strips.views.cells["colour"].view
+        at = view.viewportTransform().map(QPointF(*middle(strips, label))).toPoint()
+        return view.viewport().grab().toImage().pixelColor(at).lightness()
+
+    plain = seen(2)
+    click(strips, middle(strips, 2))
+    hover(strips, (1, 1))
+    assert seen(2) == plain
+    click(strips, middle(strips, 5), CTRL)
+    hover(strips, (1, 1))
+    assert seen(2) > plain
