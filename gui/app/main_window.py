@@ -15,7 +15,7 @@ from ..features.accuracy.panel import AccuracyPanel
 from ..features.additional_depth import AdditionalDepthPanel
 from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
-from ..features.colour_range import ColourRangeFeature
+from ..features.colour_range import ColourRange
 from ..features.compare import CompareFeature
 from ..features.context import Context, Feature
 from ..features.curves import CurvesFeature
@@ -89,7 +89,7 @@ _FURTHER: tuple[type[Feature], ...] = (
     AdditionalDepthPanel,
     InspectPanel,
     CompareFeature,
-    ColourRangeFeature,
+    ColourRange,
     DepthColoursFeature,
     RecentFeature,
     StartPageFeature,

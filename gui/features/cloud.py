@@ -161,8 +161,6 @@ class CloudFeature(Feature):
         cloud.canvas.failed.connect(self._report)
         views.cursorMoved.connect(self._show_value)
         self.links = CloudLinks(workspace, context.editor, cloud.canvas, views, self._shows_present)
-        for signal in (cloud.colours_changed, views.ranges.changed):
-            signal.connect(self.changed)
         errors = context.feature(ErrorFeature)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
         context.refresh.add(
@@ -180,8 +178,11 @@ class CloudFeature(Feature):
             | Part.NEIGHBOURS
             | Part.PROPOSAL
             | Part.ITERATION,
-            Part.SOME_RESULTS,
-            also=(self.changed, views.shownChanged, context.centre.turned),
+            deferred_on=Part.SOME_RESULTS,
+            also=(
+                *(self.changed, views.shownChanged, context.centre.turned),
+                *(cloud.colours_changed, views.ranges.changed),
+            ),
         )
 
     @property

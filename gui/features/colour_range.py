@@ -8,7 +8,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QColor, QFont, QShowEvent
+from PySide6.QtGui import QAction, QColor, QFont
 from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
 from ..base import theme
@@ -17,7 +17,8 @@ from ..state.parts import Part
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
 from ..widgets.basics import PlainLabel, Themed
 from ..widgets.docks import PanelGroup
-from .context import Context, Feature
+from .context import Context
+from .panel import Panel
 from .views import ViewsFeature
 
 # A histogram with the two limits of the colour range, which can be dragged.
@@ -149,14 +150,11 @@ class RangePanel(Themed, QWidget):
         The user typed a number or dragged a level.
     mapChosen(str)
         One of `colour_maps.DEPTH_MAPS`.
-    shown()
-        The panel has become visible.
     """
 
     modeChosen = Signal(str)
     levelsSet = Signal(float, float)
     mapChosen = Signal(str)
-    shown = Signal()
 
     def __init__(self, actions: Sequence[QAction]) -> None:
         super().__init__()
@@ -267,12 +265,7 @@ class RangePanel(Themed, QWidget):
         font.setPointSizeF(font.pointSizeF() * 0.85)
         self.histogram.set_colours(theme.colours(self.palette()), font)
 
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self.shown.emit()
 
-
-_TITLE = "Range"
 _ROBUST = 1, 99
 """Percentiles of the values at the ends of a range that is set from them."""
 
@@ -297,12 +290,26 @@ def range_of(values: NDArray[np.floating], kind: str) -> Levels | None:
     return (low, high) if low < high else None
 
 
-class ColourRangeFeature(Feature):
+class ColourRange(Panel):
     """Colour range of the active view; one range for all depths, one for all differences and errors."""
+
+    title = "Range"
+    icon = "ph.chart-bar"
+    group = PanelGroup.INSPECTION
+    parts = Part.FRAME | Part.RESULTS | Part.EXPECTED_ERROR | Part.COMPARED | Part.GROUND_TRUTH
+    deferred = Part.SOME_RESULTS | Part.PREVIEWS
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        views, actions = context.views, context.actions
+        views = context.views
+        context.feature(ViewsFeature).bar.add_entry(context.actions["fit_range"])
+        context.refresh.add("range_lock", self._show_lock, Part.FRAME, also=(views.rangeChanged, views.shownChanged))
+        for signal in (views.rangeChanged, views.shownChanged):
+            signal.connect(self.redraw)
+
+    def make(self) -> RangePanel:
+        """Make the panel and its commands."""
+        actions = self.context.actions
         self._has_range = True
         """Whether the active view has a range."""
         actions.add(
@@ -313,7 +320,7 @@ class ColourRangeFeature(Feature):
                     "Open the histogram of the shown values with the limits of the colour range",
                     icon="ph.chart-bar",
                     keys="Ctrl+Shift+G",
-                    handler=lambda: context.panels.reveal(_TITLE),
+                    handler=self.reveal,
                 ),
                 Command(
                     "fit_range",
@@ -336,38 +343,37 @@ class ColourRangeFeature(Feature):
             )
         )
         self._lock = actions["lock_range"]
-        self.panel = RangePanel([actions["fit_range"], self._lock])
-        context.feature(ViewsFeature).bar.add_entry(actions["fit_range"])
-        context.panels.add(_TITLE, self.panel, PanelGroup.INSPECTION, "ph.chart-bar")
-        context.refresh.add(
-            "range",
-            self.show,
-            Part.FRAME | Part.RESULTS | Part.EXPECTED_ERROR | Part.COMPARED | Part.GROUND_TRUTH,
-            Part.SOME_RESULTS | Part.PREVIEWS,
-            also=(views.rangeChanged, views.shownChanged, self.panel.shown),
-        )
-        self.panel.modeChosen.connect(self._set_mode)
-        self.panel.levelsSet.connect(self._set_levels)
-        self.panel.mapChosen.connect(views.ranges.set_depth_map)
+        panel = RangePanel([actions["fit_range"], self._lock])
+        panel.modeChosen.connect(self._set_mode)
+        panel.levelsSet.connect(self._set_levels)
+        panel.mapChosen.connect(self.context.views.ranges.set_depth_map)
+        self.panel = panel
+        return panel
 
-    def show(self) -> None:
-        """Show the range of the active view if the panel is visible; always show whether it is locked."""
-        views = self.context.views
-        cell, kind = views.ranged, views.ranged.range_kind
-        there = self.context.workspace.has_current and bool(kind) and cell.bar.levels is not None
+    def refresh(self, parts: Part) -> None:
+        """Show the range of the active view."""
+        ranges, cell = self.context.views.ranges, self.context.views.ranged
+        self.panel.show_map(ranges.depth_map)
+        if self._is_there() and cell.bar.levels is not None:
+            kind = cell.range_kind
+            values = cell.picture.values()
+            self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, ranges.of(kind))
+        else:
+            self.panel.show_placeholder(cell.strip.title, "Click a view of depth, a difference or an error")
+
+    def _is_there(self) -> bool:
+        """Whether the active view has a range now."""
+        cell = self.context.views.ranged
+        return self.context.workspace.has_current and bool(cell.range_kind) and cell.bar.levels is not None
+
+    def _show_lock(self) -> None:
+        """Show whether the range is locked, and whether there is one."""
+        views, there = self.context.views, self._is_there()
         with QSignalBlocker(self._lock):
-            self._lock.setChecked(there and views.ranges.of(kind).locked)
+            self._lock.setChecked(there and views.ranges.of(views.ranged.range_kind).locked)
         if there != self._has_range:
             self._has_range = there
             self.context.actions.refresh()
-        if not self.panel.isVisible():
-            return
-        self.panel.show_map(views.ranges.depth_map)
-        if there and cell.bar.levels is not None:
-            values = cell.picture.values()
-            self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, views.ranges.of(kind))
-        else:
-            self.panel.show_placeholder(cell.strip.title, "Click a view of depth, a difference or an error")
 
     def fit(self) -> None:
         """Set the range of the active view to the values of the selected blocks, or of its visible part."""
@@ -395,7 +401,7 @@ class ColourRangeFeature(Feature):
             views.ranges.set(views.ranged.range_kind, FIXED, (low, high))
         else:
             self.context.notes.show_message("The lower limit of the colour range must be below the upper one.")
-            self.context.refresh.mark("range")
+            self.redraw()
 
     def _set_lock(self, on: bool) -> None:
         """Fix the current range, or compute it again."""

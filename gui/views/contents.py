@@ -24,25 +24,16 @@ FLICKERS = {"flicker": ("result", BEFORE_OUT), "flicker-in": ("depth-in", BEFORE
 SIDES = ("a", "b")
 
 TITLES = {
-    "colour": "Colour + blocks",
     "depth-in": "Depth in",
     "result": "Depth out",
     "ground_truth": "Ground truth",
     "guide": "Guide, fitted",
     DIFFERENCE: "Difference",
     "error": "Error: result \N{MINUS SIGN} ground truth",
-    "expected-error": "Expected error",
     "flicker": "Flicker of depth out",
     "flicker-in": "Flicker of depth in",
-    "strength": "Edge strength",
-    "creases": "Creases",
-    "extraction": "Extraction",
-    "extrapolated": "Extrapolated",
-    "invalid_mask": "Invalid",
-    "from_neighbours": "From neighbours",
-    "spectrum": "Spectrum",
 }
-"""Titles of the contents with a fixed title."""
+"""Titles of depths and differences with a fixed title; the other contents have theirs in the table of layers."""
 
 _SHORT = {
     "depth-in": "depth in",
@@ -82,14 +73,6 @@ def operands_of(content: str) -> tuple[str, str] | None:
         return FLICKERS[content]
     kind, *depths = content.split(":")
     return (depths[0], depths[1]) if kind == DIFFERENCE and len(depths) == 2 else None
-
-
-def checked(content: str) -> str:
-    """Return the name; raise ValueError if it is not a content's."""
-    pair = operands_of(content)
-    if content in (*TITLES, *DEPTHS, EVALUATION, *SIDES) or (pair and set(pair) <= set(COMPARABLE)):
-        return content
-    raise ValueError(f"a cell cannot show {content!r}; it can show {', '.join((*TITLES, *RUNS, *SIDES))}")
 
 
 def short_title(depth: str, names: dict[str, str]) -> str:

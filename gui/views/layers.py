@@ -19,10 +19,13 @@ from .contents import (
     BEFORE_IN,
     BEFORE_OUT,
     COMPARABLE,
+    DEPTHS,
     EARLIER,
+    EVALUATION,
     FLICKERS,
     INTERPOLATED,
     RUNS,
+    SIDES,
     TITLES,
     capital,
     operands_of,
@@ -87,14 +90,24 @@ class Layer:
 
 
 class Content(NamedTuple):
-    """Function that finds the layer of a content, parts of the material that it uses, kind of its colour range ("" for
-    none), unit of its colour bar, and what is striped over it besides what is striped everywhere."""
+    """Title of a content, function that finds its layer, parts of the material that it uses, kind of its colour range
+    ("" for none), unit of its colour bar, and what is striped over it besides what is striped everywhere."""
 
+    title: str
     find: Callable[[Material, str, Look], Layer]
     uses: frozenset[str] = frozenset()
     range_kind: str = ""
     unit: str = ""
     stripes: str = ""
+
+
+def checked(content: str) -> str:
+    """Return the name; raise ValueError if it is not a content's."""
+    pair = operands_of(content)
+    there = *TITLES, *CONTENTS, *DEPTHS, EVALUATION, *SIDES
+    if content in there or (pair and set(pair) <= set(COMPARABLE)):
+        return content
+    raise ValueError(f"a cell cannot show {content!r}; it can show {', '.join(dict.fromkeys(there))}")
 
 
 def content_of(name: str) -> Content:
@@ -137,6 +150,8 @@ def title_of(name: str, material: Material) -> str:
         return f"A: {first} | B: {second}"
     if name in TITLES:
         return TITLES[name]
+    if name in CONTENTS:
+        return CONTENTS[name].title
     pair = operands_of(name)
     if pair is None:
         return capital(short_title(name, names))
@@ -399,24 +414,26 @@ def expected(material: Material, name: str, look: Look) -> Layer:
 
 # The table.
 
-_DEPTH = Content(depth, frozenset({"levels"}), "depth", "m")
-_DIFFERENCE = Content(difference, frozenset({"levels", "runs"}), "signed", "mm")
+_DEPTH = Content("", depth, frozenset({"levels"}), "depth", "m")
+_DIFFERENCE = Content("", difference, frozenset({"levels", "runs"}), "signed", "mm")
 
 CONTENTS = {
-    "colour": Content(colour, frozenset({"frame", "swipe", "runs"}), stripes="missing"),
+    "colour": Content("Colour + blocks", colour, frozenset({"frame", "swipe", "runs"}), stripes="missing"),
     "expected-error": Content(
+        "Expected error",
         expected,
         frozenset({"invalid_mask", "expected", "levels", "moment", "result"}),
         "expected",
         "mm",
         stripes="unsupported",
     ),
-    "strength": Content(edges, frozenset({"edges"})),
-    "creases": Content(edges, frozenset({"edges"})),
-    "extraction": Content(stage, frozenset({"stage"})),
-    "extrapolated": Content(mask, frozenset({"frame", "result"})),
-    "invalid_mask": Content(mask, frozenset({"frame", "invalid_mask"})),
-    "from_neighbours": Content(mask, frozenset({"frame", "from_neighbours"})),
-    "spectrum": Content(spectrum, frozenset({"spectrum"})),
+    "strength": Content("Edge strength", edges, frozenset({"edges"})),
+    "creases": Content("Creases", edges, frozenset({"edges"})),
+    "extraction": Content("Extraction", stage, frozenset({"stage"})),
+    "extrapolated": Content("Extrapolated", mask, frozenset({"frame", "result"})),
+    "invalid_mask": Content("Invalid", mask, frozenset({"frame", "invalid_mask"})),
+    "from_neighbours": Content("From neighbours", mask, frozenset({"frame", "from_neighbours"})),
+    "spectrum": Content("Spectrum", spectrum, frozenset({"spectrum"})),
 }
-"""Content -> how it is drawn, beside depths and differences, of which there are many."""
+"""Content -> its title and how it is drawn, in the order of the menu, beside depths and differences, of which there are
+many."""

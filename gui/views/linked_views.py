@@ -16,7 +16,7 @@ from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base import theme
 from ..widgets.basics import Themed
-from .cells import Cell, Sheet
+from .cell import Cell
 from .colour_ranges import ColourRanges
 from .image_view import ImageView, ViewTransform
 from .interaction import PointerHandler, Preview
@@ -26,6 +26,7 @@ from .navigation import Navigation
 from .pixel_items import BlockOverlay
 from .scene_items import missing_brush
 from .screen_layers import ScreenLayers
+from .sheet import Sheet
 from .side_comparison import SideComparison
 from .stages import StageModel
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.colour_range import ColourRangeFeature
+from gui.features.colour_range import ColourRange
 from gui.features.compare import CompareFeature
 from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
@@ -217,8 +217,8 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(
     opened: MainWindow, run_all: Run, qtbot: QtBot, tmp_path, small_frame
 ) -> None:
     run_all(opened)
-    ranges = part(opened, ColourRangeFeature)
-    assert isinstance(ranges, ColourRangeFeature)
+    ranges = part(opened, ColourRange)
+    assert isinstance(ranges, ColourRange)
     panel, views = ranges.panel, opened.views
     opened.actions_["show_range"].trigger()
     opened.refresh.now()

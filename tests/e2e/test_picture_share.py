@@ -17,7 +17,7 @@ from gui.features.frame_list.feature import FramesFeature
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.layouts.layout import BUILT_IN, CORRECT, STANDARD
 from gui.state.document import Document
-from gui.views.view_cell import ViewCell
+from gui.views.cell import Cell
 from ilf.run.run import Run
 from tests.bench.window import settled, wait
 
@@ -38,7 +38,7 @@ def made_frame(number: int = 0) -> ilf.RGBDFrame:
     return ilf.RGBDFrame(rgb, depth, name=f"made {number}")
 
 
-def on_screen(window: MainWindow, cell: ViewCell) -> QRect:
+def on_screen(window: MainWindow, cell: Cell) -> QRect:
     """Return the visible part of a cell's picture, in the window."""
     view = cell.view
     height, width = window.workspace.current.frame.shape

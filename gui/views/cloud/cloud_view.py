@@ -23,7 +23,7 @@ from PySide6.QtWidgets import QHBoxLayout, QMenu, QSizePolicy, QToolBar, QToolBu
 
 from ...base import theme
 from ...widgets.basics import PlainLabel, Themed
-from ..view_cell import TitleStrip
+from ..title_strip import TitleStrip
 from .canvas import EMPTY_TEXT, CloudCanvas
 from .colouring import ColourBy
 from .scene import Scene

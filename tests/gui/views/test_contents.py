@@ -9,9 +9,8 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
-from gui.views.colours import FULL, ROBUST
-from gui.views.contents import checked
-from gui.views.layers import missing_reason
+from gui.views.colours import FULL, ROBUST, strength_table
+from gui.views.layers import CONTENTS, Content, Layer, checked, missing_reason
 from gui.views.layouts import CELLS
 from gui.views.linked_views import LinkedViews
 from gui.views.material import ShownRun
@@ -342,3 +341,27 @@ def test_without_another_run_the_result_is_compared_with_depth_in(views):
     views.set_result(flat(2.0))
     views.show_data(runs=(ShownRun("Mine", flat(2.0), number=4),), earlier=None, result_number=4)
     assert views.sides.names == ("depth-in", "result")
+
+
+def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):
+    def nearness(material, name, look):
+        return Layer(
+            (material.depth_in,), lambda depth: 1 / depth, (0.0, 1.0), table=strength_table(), text="of depth in"
+        )
+
+    monkeypatch.setitem(CONTENTS, "nearness", Content("Nearness", nearness, frozenset({"invalid_mask"}), unit="1/m"))
+    views.set_content("colour", "nearness")
+    cell = views.cells["colour"]
+    assert cell.strip.title == "Nearness"
+    assert cell.picture.value_at(30, 30) == pytest.approx(0.5)
+    assert cell.picture.value_at(5, 30) == pytest.approx(1.0)
+    assert cell.picture.value_at(15, 15) is None
+    assert colour_at(cell, 30, 30) == tuple(strength_table()[128][:3])
+    mask = np.zeros((HEIGHT, WIDTH), bool)
+    mask[30, 30] = True
+    views.show_data(invalid_mask=mask)
+    assert cell.picture.value_at(30, 30) is None
+    cell.open_menu()
+    chosen = [action for action in cell._menu.actions() if action.isChecked()]
+    cell._menu.close()
+    assert [action.text() for action in chosen] == ["Nearness"]

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QComboBox, QToolButton
 
 from gui.base import theme
 from gui.features.extraction.panel import ExtractionPreview, StageRequest
-from gui.views.cells import Cell
+from gui.views.cell import Cell
 from gui.views.material import Material
 from gui.views.pixel_items import BlockOverlay
 from gui.views.stages import StageModel

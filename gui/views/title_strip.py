@@ -1,20 +1,15 @@
-"""One cell of the linked views: a thin title strip with legend and colour bar, and the picture."""
+"""The strip over a picture: title with content menu, legend, a text about the picture, and its colour bar."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-
-from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QPolygonF, QRegion, QResizeEvent
-from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QPolygonF, QResizeEvent
+from PySide6.QtWidgets import QWidget
 
 from ..base.theme import Colours
 from .colour_bar import ColourBar
-from .image_view import ImageView
 
-# The strip over a picture: title with content menu, legend, a text about the picture, and its colour bar.
-
-_PAD = 6
+PAD = 6
 _SWATCH = 10
 _ARROW = 7
 _MIN_TITLE_WIDTH = 40
@@ -84,15 +79,15 @@ class TitleStrip(QWidget):
     @property
     def title_end(self) -> int:
         """Right end of the title [px from the left], where other items may begin."""
-        swatch = _SWATCH + _PAD if self._swatch is not None else 0
-        wanted = 2 * _PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + _PAD
-        text = self.fontMetrics().horizontalAdvance(self._text) + 2 * _PAD if self._text else 0
+        swatch = _SWATCH + PAD if self._swatch is not None else 0
+        wanted = 2 * PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + PAD
+        text = self.fontMetrics().horizontalAdvance(self._text) + 2 * PAD if self._text else 0
         return min(wanted, max(self._right - text, _MIN_TITLE_WIDTH + swatch))
 
     @property
     def _right(self) -> int:
         """Right end of text and legend [px from the left]: the colour bar, if it is shown, or the strip's."""
-        return self.width() if self.bar.isHidden() else self.bar.x() - _PAD
+        return self.width() if self.bar.isHidden() else self.bar.x() - PAD
 
     def _place_bar(self) -> None:
         """Show the colour bar where it has values and room."""
@@ -100,7 +95,7 @@ class TitleStrip(QWidget):
         least = bar.minimumSizeHint().width()
         width = max(least, min(round(_BAR_SHARE * self.width()), bar.sizeHint().width()))
         bar.setVisible(bar.levels is not None and self.width() - least >= 2 * _MIN_TITLE_WIDTH)
-        bar.setGeometry(self.width() - width - _PAD, 0, width, self.height())
+        bar.setGeometry(self.width() - width - PAD, 0, width, self.height())
         self._place_title_widget()
         self.update()
 
@@ -145,17 +140,17 @@ class TitleStrip(QWidget):
         painter = QPainter(self)
         painter.fillRect(self.rect(), self._colours.panel)
         self._paint_title(painter)
-        right = self._right - _PAD
+        right = self._right - PAD
         metrics = self.fontMetrics()
         painter.setPen(self._colours.muted)
         painter.drawText(QRect(0, 0, right, self.height()), _RIGHT, self._text)
         if self._text:
-            right -= metrics.horizontalAdvance(self._text) + _PAD + 2
+            right -= metrics.horizontalAdvance(self._text) + PAD + 2
         taken = self.title_end
         if self._title_widget is not None:
-            taken = max(taken, self._title_widget.geometry().right() + _PAD)
+            taken = max(taken, self._title_widget.geometry().right() + PAD)
         room = right - taken
-        named = sum(metrics.horizontalAdvance(text) + _SWATCH + _PAD + 7 for _, text in self._legend) <= room
+        named = sum(metrics.horizontalAdvance(text) + _SWATCH + PAD + 7 for _, text in self._legend) <= room
         for brush, text in reversed(self._legend):
             left = right - metrics.horizontalAdvance(text) if named else right + 5
             swatch = QRect(left - 5 - _SWATCH, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
@@ -165,20 +160,20 @@ class TitleStrip(QWidget):
                 painter.drawText(QRect(left, 0, right - left + 1, self.height()), Qt.AlignmentFlag.AlignVCenter, text)
             painter.setBrush(brush)
             painter.drawRect(swatch.adjusted(0, 0, -1, -1))
-            right = swatch.left() - _PAD - 2
+            right = swatch.left() - PAD - 2
 
     def _paint_title(self, painter: QPainter) -> None:
         assert self._colours is not None
-        left, end = _PAD, self.title_end
+        left, end = PAD, self.title_end
         if self._swatch is not None:
             painter.fillRect(left, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH, self._swatch)
-            left += _SWATCH + _PAD
+            left += _SWATCH + PAD
         colour = self._colours.text if self._hovered else self._colours.muted
         painter.setPen(colour)
-        room = QRect(left, 0, end - left - 2 * _PAD - _ARROW, self.height())
-        title = self.fontMetrics().elidedText(self.title, Qt.TextElideMode.ElideRight, room.width() + _PAD // 2)
-        painter.drawText(room.adjusted(0, 0, _PAD, 0), _LEFT, title)
-        x, y = left + self.fontMetrics().horizontalAdvance(title) + _PAD - 1.0, self.height() / 2 - 1.5
+        room = QRect(left, 0, end - left - 2 * PAD - _ARROW, self.height())
+        title = self.fontMetrics().elidedText(self.title, Qt.TextElideMode.ElideRight, room.width() + PAD // 2)
+        painter.drawText(room.adjusted(0, 0, PAD, 0), _LEFT, title)
+        x, y = left + self.fontMetrics().horizontalAdvance(title) + PAD - 1.0, self.height() / 2 - 1.5
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
@@ -209,87 +204,3 @@ class TitleStrip(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._place_bar()
-
-
-EventHandler = Callable[[ImageView, QEvent], bool]
-
-_STRIPES = {
-    "missing": (QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern),
-    "outside view": (QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern),
-    "suspect": (QColor(230, 190, 0), Qt.BrushStyle.FDiagPattern),
-    "invalid": (QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern),
-    "by hand": (QColor(158, 110, 206), Qt.BrushStyle.FDiagPattern),
-    "unsupported": (QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern),
-}
-"""What is striped, in the order of the legend -> its brush there."""
-
-
-FOCUS_WIDTH = 2
-
-
-class FocusFrame(QFrame):
-    """Frame over a view in the theme's accent colour while it has the keyboard focus; it covers only its lines."""
-
-    def __init__(self, parent: QWidget, view: ImageView) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self.hide()
-        view.installEventFilter(self)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the focus of the view."""
-        if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
-            self.setVisible(event.type() == QEvent.Type.FocusIn)
-        return False
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        inside = self.rect().adjusted(FOCUS_WIDTH, FOCUS_WIDTH, -FOCUS_WIDTH, -FOCUS_WIDTH)
-        self.setMask(QRegion(self.rect()) - QRegion(inside))
-
-
-class ViewCell(QWidget):
-    """Title strip over an image view."""
-
-    def __init__(self, on_event: EventHandler) -> None:
-        super().__init__()
-        self.strip = TitleStrip()
-        self.view = ImageView(on_event)
-        self.strip.titled.connect(self.view.setAccessibleName)
-        self.bar = self.strip.bar
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self.strip)
-        layout.addWidget(self.view, 1)
-        self.focus_frame = FocusFrame(self, self.view)
-        self._legend: list[tuple[QBrush, str]] = []
-        self._stripe_legend: list[tuple[QBrush, str]] = []
-
-    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        """Apply the theme's colours."""
-        self.strip.set_colours(colours)
-        self.view.set_colours(colours, hatch)
-        self.focus_frame.setStyleSheet(f"border: {FOCUS_WIDTH}px solid {colours.accent.name()};")
-
-    def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
-        """Set the meaning of the picture's own colours."""
-        self._legend = legend
-        self.strip.set_legend([*self._stripe_legend, *legend])
-
-    def set_stripe_legend(self, names: Collection[str]) -> None:
-        """Set which stripes lie over the picture, for the legend."""
-        self._stripe_legend = [(QBrush(*brush), name) for name, brush in _STRIPES.items() if name in names]
-        self.set_legend(self._legend)
-
-    def show_cursor(self, pixel: tuple[int, int] | None) -> None:
-        """Put the crosshair on a pixel (x, y); None hides it."""
-        self.view.show_cursor(pixel)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        # at once, not in a later Qt event: what the view shows depends on its size
-        strip = self.strip.height()
-        self.strip.setGeometry(0, 0, self.width(), strip)
-        self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
-        self.focus_frame.setGeometry(self.view.geometry())

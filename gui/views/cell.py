@@ -1,0 +1,221 @@
+"""A cell of the linked views: it shows one content, which the user selects in the menu of its title."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Set
+
+from PySide6.QtCore import QEvent, QPoint, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ..base.theme import Colours
+from .content_menu import content_menu
+from .focus_frame import FOCUS_WIDTH, FocusFrame
+from .image_view import ImageView
+from .layer_picture import LayerPicture
+from .layers import Layer, Legend, Look, checked, content_of, title_of, uses
+from .material import Material
+from .pixel_items import BlockOverlay
+from .spectrum_picture import SpectrumPicture
+from .stages import StagePicker
+from .title_strip import TitleStrip
+
+EventHandler = Callable[[ImageView, QEvent], bool]
+
+_STRIPES = {
+    "missing": (QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern),
+    "outside view": (QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern),
+    "suspect": (QColor(230, 190, 0), Qt.BrushStyle.FDiagPattern),
+    "invalid": (QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern),
+    "by hand": (QColor(158, 110, 206), Qt.BrushStyle.FDiagPattern),
+    "unsupported": (QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern),
+}
+"""What is striped, in the order of the legend -> its brush there."""
+
+
+class Cell(QWidget):
+    """View of one content: title strip with the colour bar over an image view. Draws only while it is visible.
+
+    Signals
+    -------
+    chosen(str)
+        The user selected another content.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self, content: str, on_event: EventHandler, material: Material, overlay: BlockOverlay) -> None:
+        super().__init__()
+        self.content = content
+        """Name of the content; `concrete` is the content that it currently resolves to."""
+        self.concrete = ""
+        self.strip = TitleStrip()
+        self.view = ImageView(on_event)
+        self.strip.titled.connect(self.view.setAccessibleName)
+        self.bar = self.strip.bar
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.strip)
+        layout.addWidget(self.view, 1)
+        self.focus_frame = FocusFrame(self, self.view)
+        self._legend: Legend = []
+        self._stripe_legend: Legend = []
+        self.picture = LayerPicture(self.view, self.bar)
+        self._material = material
+        self._overlay = overlay
+        # fills of the blocks, and of those of the two sides, if divided and different from the current ones
+        self._fills = [self.view.place(overlay.new_item()), self.view.add_layer(1), self.view.add_layer(1)]
+        self._widget: SpectrumPicture | StagePicker | None = None
+        self._look: Look | None = None
+        self._needs_draw = False
+        self._pixel: tuple[int, int] | None = None
+        self._menu = content_menu(self)
+        self._menu.triggered.connect(lambda action: self.chosen.emit(action.data()))
+        self.strip.menuRequested.connect(self.open_menu)
+        self.strip.doubleClicked.connect(self._menu.close)
+        self.follow()
+
+    @property
+    def uses(self) -> frozenset[str]:
+        """Parts of the material that the content depends on."""
+        return uses(self.concrete, self._material)
+
+    @property
+    def range_kind(self) -> str:
+        """Kind of the content's colour range; "" for none."""
+        return content_of(self.concrete).range_kind
+
+    def set_content(self, content: str) -> None:
+        """Show another content.
+
+        Raises
+        ------
+        ValueError
+            If the content does not exist.
+        """
+        self.content = checked(content)
+        self.follow()
+
+    def follow(self) -> None:
+        """Change to another layer if the content resolves to another concrete content."""
+        concrete = self._material.concrete(self.content)
+        if concrete == self.concrete:
+            return
+        self.concrete = concrete
+        self._replace_widget()
+        content = content_of(concrete)
+        self.picture.draw(Layer())
+        self.set_legend([])
+        self.strip.set_text("")
+        self.strip.set_title(title_of(concrete, self._material))
+        self.bar.set_unit(content.unit)
+        self.view.shows_missing = content.stripes == "missing"
+        self.view.shows_unsupported = content.stripes == "unsupported"
+        self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
+        for item in self._fills:
+            item.setVisible(concrete == "colour")
+        self.draw_again()
+
+    def _replace_widget(self) -> None:
+        self.strip.set_title_widget(None)
+        if isinstance(self._widget, SpectrumPicture):
+            self._widget.hide()
+            self._widget.setParent(None)
+            self._widget.deleteLater()
+        self._widget = None
+        if self.concrete == "spectrum":
+            self._widget = SpectrumPicture(self.view)
+        elif self.concrete == "extraction":
+            self._widget = StagePicker(self.strip)
+            self._widget.chosen.connect(self._material.stage.set_stage)
+            self._widget.setFont(self.strip.font())
+            self.strip.set_title_widget(self._widget)
+
+    def set_legend(self, legend: Legend) -> None:
+        """Set the meaning of the picture's own colours."""
+        self._legend = legend
+        self.strip.set_legend([*self._stripe_legend, *legend])
+
+    def set_stripe_legend(self, names: Collection[str]) -> None:
+        """Set which stripes lie over the picture, for the legend."""
+        self._stripe_legend = [(QBrush(*brush), name) for name, brush in _STRIPES.items() if name in names]
+        self.set_legend(self._legend)
+
+    def redraw(self, parts: Set[str]) -> None:
+        """Redraw if the content depends on any of these changed parts of the material."""
+        if not self.uses.isdisjoint(parts):
+            self.draw_again()
+
+    def point_at(self, pixel: tuple[int, int] | None) -> None:
+        """Put the crosshair on a pixel (x, y) and mark its value on the colour bar; None hides both."""
+        self._pixel = pixel
+        self.view.show_cursor(pixel)
+        self._show_value()
+
+    def _show_value(self) -> None:
+        pixel = None if self._needs_draw or self.bar.isHidden() else self._pixel
+        self.bar.set_value(None if pixel is None else self.picture.value_at(*pixel))
+
+    def open_menu(self, place: QPoint | None = None) -> None:
+        """Open the content menu."""
+        self._menu.offer(self._material, self.content)
+        self._menu.popup(self.strip.menu_position() if place is None else place)
+
+    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
+        """Apply the theme's colours; `draw_again` draws the picture with them."""
+        self.strip.set_colours(colours)
+        self.view.set_colours(colours, hatch)
+        self.focus_frame.setStyleSheet(f"border: {FOCUS_WIDTH}px solid {colours.accent.name()};")
+        self._look = Look(colours, hatch)
+
+    def draw_again(self) -> None:
+        """Draw what has changed, at once or when the cell becomes visible."""
+        self._needs_draw = not self.isVisible()
+        if not self._needs_draw and self._look is not None:
+            self._draw(self._look)
+            self._show_value()
+
+    def _draw(self, look: Look) -> None:
+        material, run = self._material, self._material.run(self.concrete)
+        layer = content_of(self.concrete).find(material, self.concrete, look)
+        self.strip.set_title(title_of(self.concrete, material), None if run is None else run.colour)
+        self.strip.set_text(layer.text)
+        self.set_legend(layer.legend)
+        self.picture.draw(layer)
+        if self.concrete == "colour":
+            self._draw_sides()
+        if isinstance(self._widget, StagePicker):
+            self._widget.show_stage(material.stage.stage)
+            self._widget.set_hints(material.stage.hints)
+        elif self._widget is not None:
+            self._widget.set_colours(look.colours)
+            self._widget.show_spectrum(material.spectrum)
+
+    def _draw_sides(self) -> None:
+        """Draw the blocks of the two sides in their columns, and the current blocks in the others."""
+        column, blocks = self._material.swipe_column, self._material.side_blocks
+        width = 0 if self._material.rgb is None else self._material.rgb.shape[1]
+        spans = [(0, width), (width, width)] if column is None else [(0, column), (column, width)]
+        own = [0, width]
+        for index, (item, given, span) in enumerate(zip(self._fills[1:], blocks, spans, strict=True)):
+            if column is None or given is None:
+                item.clear()
+                continue
+            item.set_pixels(self._overlay.fills_of(*given))
+            item.set_span(span)
+            own[index] = column
+        self._fills[0].set_span((own[0], own[1]) if own != [0, width] else None)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self._needs_draw:
+            self.draw_again()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        # at once, not in a later Qt event: what the view shows depends on its size
+        strip = self.strip.height()
+        self.strip.setGeometry(0, 0, self.width(), strip)
+        self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
+        self.focus_frame.setGeometry(self.view.geometry())
