@@ -23,6 +23,7 @@ from ..base import theme
 from ..base.commands import Command
 from ..state.document import Document
 from ..state.edits import DrawnChange, Edit
+from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..widgets.basics import Themed
 from ..work.frame_runs import RunState
@@ -179,11 +180,10 @@ _UNKNOWN = "too little known depth nearby to evaluate it"
 
 @dataclass(frozen=True, eq=False)
 class _Request:
-    """An edit, the run of the frame after it, and the completions before and after it."""
+    """An edit of the label map, the run of the frame after it, and the completions before and after it."""
 
+    edit: Edit
     patch: LabelPatch
-    forward: bool
-    drawn: DrawnChange
     run: Run
     before: Completion | None
     after: Completion | None
@@ -221,15 +221,8 @@ class EditSummaryPresenter(QObject):
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
         workspace.edited.connect(self._take)
-        workspace.frames.session_changed.connect(self._forget)
-        workspace.blocks.replaced.connect(self._forget)
-        workspace.blocks.guide_changed.connect(self._forget)
-        workspace.blocks.neighbours_changed.connect(self._forget)
-        workspace.blocks.invalid_mask_changed.connect(self._take_invalid_mask)
-        workspace.by_hand.changed.connect(self._take_by_hand)
-        workspace.blocks.ground_truth_changed.connect(self._ask_again)
-        for changed in (workspace.parameters.changed, workspace.runs.results_changed, runs.state_changed):
-            changed.connect(self._go_on)
+        workspace.changed.connect(self._follow)
+        runs.state_changed.connect(self._go_on)
         line.clear(workspace.has_current)
 
     @property
@@ -244,7 +237,7 @@ class EditSummaryPresenter(QObject):
             self._views.show_present()
             return
         labels = self._workspace.current.labels
-        if self._change is not None:
+        if self._change is not None and self._change.patch is not None:
             labels = _labels_before(self._change.patch, self._change.forward, labels)
         self._views.show_other(labels, None if self._before is None else self._before.depth)
 
@@ -252,26 +245,36 @@ class EditSummaryPresenter(QObject):
         """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
-    def _take(self, change: Edit) -> None:
-        if change.patch is None:
+    def _take(self, edit: Edit) -> None:
+        """Note an edit at once: results of the blocks before it are gone by the next turn."""
+        if not self._workspace.is_shown(edit.document):
             return
-        self._change, self._asked, self._edited = change, False, True
+        if edit.patch is not None:
+            self._take_labels(edit, edit.patch)
+        elif edit.part is Part.BY_HAND:
+            by_hand = edit.document.blocks.by_hand
+            self._take_other("Depth by hand", 0 if by_hand is None else int(np.count_nonzero(by_hand.pixels)))
+        elif edit.part is Part.INVALID_MASK:
+            frame = edit.document.frame
+            self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.own)))
+        else:
+            self._forget()
+
+    def _take_labels(self, edit: Edit, patch: LabelPatch) -> None:
+        self._change, self._asked, self._edited = edit, False, True
         self._before = self._present
         self._questions.forget()
-        self._line.show_message(
-            _title(change), EditSummary(int(np.count_nonzero(change.patch.before != change.patch.after)))
-        )
+        self._line.show_message(_title(edit), EditSummary(int(np.count_nonzero(patch.before != patch.after))))
         self._go_on()
 
-    def _take_invalid_mask(self) -> None:
-        """Handle a change of the invalid mask, which affects all blocks."""
-        frame = self._workspace.current.frame
-        self._take_other("Invalid depth", int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.own)))
-
-    def _take_by_hand(self, change: Edit) -> None:
-        """Handle a change of depth by hand."""
-        by_hand = change.document.blocks.by_hand
-        self._take_other("Depth by hand", 0 if by_hand is None else int(np.count_nonzero(by_hand.pixels)))
+    def _follow(self, parts: Part) -> None:
+        edited = self._change is not None and self._workspace.is_shown(self._change.document)
+        if parts & Part.REPLACED or (parts & Part.FRAME and not edited):
+            self._forget()
+        if parts & Part.GROUND_TRUTH:
+            self._ask_again()
+        if parts & (Part.PARAMETERS | Part.RESULTS):
+            self._go_on()
 
     def _take_other(self, title: str, count: int) -> None:
         """Show what an edit of depth leaves, in pixels; the state before it can be viewed."""
@@ -290,16 +293,16 @@ class EditSummaryPresenter(QObject):
         if self._runs.state is not RunState.IDLE or not self._workspace.has_current:
             return
         self._note_present()
-        if self._asked or self._change is None:
+        change = self._change
+        if self._asked or change is None or change.patch is None:
             return
-        document = self._change.document
+        document = change.document
         solved = bool(document.results.kept) or not self._live.isChecked()
         if solved and not all(document.is_up_to_date(label) for label in self._there(document)):
             return  # they are not completed yet
         self._asked = True
         run = document.run(self._workspace.parameters.current)
-        change = self._change
-        self._questions.ask(_Request(change.patch, change.forward, change.drawn, run, self._before, self._present))
+        self._questions.ask(_Request(change, change.patch, run, self._before, self._present))
 
     def _ask_again(self) -> None:
         """Evaluate the edit again, because the ground truth has changed."""
@@ -314,7 +317,7 @@ class EditSummaryPresenter(QObject):
 
     def _say(self, question: _Request, effect: EditSummary | None, note: str = "") -> None:
         change = self._change
-        if change is not None and (change.patch, change.forward) == (question.patch, question.forward):
+        if change is not None and change is question.edit:
             unknown = effect is not None and effect.held_out is None and effect.by_ground_truth is None
             self._line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
 
@@ -342,13 +345,11 @@ class EditSummaryFeature(Feature):
         context.centre.add_strip(self.line)
         views = context.feature(ViewsFeature).presenter
         self.presenter = EditSummaryPresenter(workspace, runs, views, self.line, actions["live"])
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.blocks.invalid_mask_changed
-        for changed in (
-            *(workspace.frames.session_changed, *edits),
-            *(workspace.by_hand.changed, workspace.blocks.neighbours_changed),
-        ):
-            # an edit shows the current state again
-            changed.connect(lambda *_: actions["show_before_edit"].setChecked(False))
+        edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
+        # an edit shows the current state again
+        context.refresh.add(
+            "state before the edit", lambda: actions["show_before_edit"].setChecked(False), Part.FRAME | edits
+        )
         runs.resolved.connect(self._tell_resolved)
 
     def _tell_resolved(self, text: str) -> None:
@@ -362,9 +363,9 @@ def _title(change: Edit) -> str:
 
 def _find(question: _Request) -> EditSummary:
     """Compute the summary; called in a worker thread."""
-    run, patch = question.run, question.patch
-    labels = _labels_before(patch, question.forward, run.blocks.labels)
-    drawn = _drawn_before(question.drawn, question.forward, run)
+    run, edit, patch = question.run, question.edit, question.patch
+    labels = _labels_before(patch, edit.forward, run.blocks.labels)
+    drawn = run.blocks.drawn if edit.drawn is None else _drawn_before(edit.drawn, edit.forward, run)
     before = replace(run, blocks=replace(run.blocks, labels=labels, drawn=drawn))
     there = set(np.unique(labels[patch.box]).tolist()) - {0}
     known = question.before is not None and there <= question.before.results.keys()

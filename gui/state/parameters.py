@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -59,9 +59,6 @@ class SharedParameters(NamedTuple):
 
 class DocumentParameters:
     """The parameters of all frames, of one frame, or of blocks."""
-
-    changed: Any
-    extraction_changed: Any
 
     def __init__(self, frames: Frames) -> None:
         self._frames = frames

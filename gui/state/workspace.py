@@ -19,7 +19,6 @@ from ilf.segmentation.editing.patches import patch_between
 
 from .document import Document
 from .frames import Frames
-from .old_signals import Old
 from .parameters import DocumentParameters
 from .parts import Part
 from .results import FrameResults
@@ -41,18 +40,10 @@ class Workspace(Frames):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.frames = self.blocks = self.runs = self.by_hand = self.old = Old(self)
-        self.edited.connect(lambda edit: self.old.changed.emit(edit) if edit.part & Part.BY_HAND else None)
         self.parameters = DocumentParameters(self)
-        self.parameters.changed = self.old.parameters_changed
-        self.parameters.extraction_changed = self.old.extraction_changed
         self.viewed_iteration: ViewedIteration | None = None
         self._with_key_frames: WeakKeyDictionary[Document, None] = WeakKeyDictionary()
         """Frames with key frames, the last run at the end."""
-
-    def note(self, part: Part, document: object = None) -> None:
-        super().note(part, document)
-        self.old.tell(part if document is None or document is self._shown else Part.LIST)
 
     def show(self, document: Document | None) -> None:
         """Make a frame the current one."""

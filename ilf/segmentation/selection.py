@@ -238,7 +238,7 @@ def _largest(tree: RegionTree, box: Box, steps: int) -> Mask:
     whole = whole[np.argsort(-tree.pixels[whole], kind="stable")]
     sizes = tree.pixels[whole]
     enough = _BOX_SHARE * (box[0].stop - box[0].start) * (box[1].stop - box[1].start)
-    found = np.count_nonzero(sizes >= min(enough, sizes[0])) - 1
+    found = int(np.count_nonzero(sizes >= min(enough, sizes[0]))) - 1
     together = np.logical_or.accumulate(tree.masks(whole.tolist()))
     return np.asarray(together[_stepped(np.cumsum(sizes), together, found, steps)])
 

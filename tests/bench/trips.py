@@ -98,6 +98,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
     from PySide6.QtWidgets import QApplication
 
     from gui.features.filter import FilterPanel
+    from gui.state.parts import Part
 
     from .window import new_window, open_frame, paint_across, pause, settled, wait
 
@@ -113,7 +114,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
         wait(lambda: settled(window))
         recorder.start()
         news: list[None] = []
-        workspace.runs.results_added.connect(lambda: news.append(None))
+        workspace.changed.connect(lambda parts: news.append(None) if parts & Part.SOME_RESULTS else None)
         label = max(document.counts(), key=lambda label: document.counts()[label].pixels)
         if trip == "slider":
             workspace.select([label])

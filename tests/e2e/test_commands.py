@@ -31,7 +31,7 @@ def test_a_new_command_is_one_record(window: MainWindow, opened: MainWindow, qtb
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow)
     opened.workspace.select([])
-    view, blocks = opened.views.cells["colour"].view, opened.workspace.blocks
+    view, document = opened.views.cells["colour"].view, opened.workspace.current
     entry = next(entry for entry in action_entries(opened) if entry.key == "count_blocks")
     assert (entry.text, entry.keys, entry.hint) == ("Count the blocks", "Ctrl+Alt+J", "Count the selected blocks")
 
@@ -42,14 +42,14 @@ def test_a_new_command_is_one_record(window: MainWindow, opened: MainWindow, qtb
         return " ".join(toast.message for toast in opened.toasts.shown)
 
     assert pressed() == "Count the blocks: Select a block first."
-    blocks.select([1])
+    document.select([1])
     assert (pressed(), done) == ("", [1])
-    blocks.set_lock(1, True)
+    document.set_lock(1, True)
     assert pressed() == "Count the blocks: The selected blocks are locked: unlock them first."
     action = opened.actions_["count_blocks"]
     action.hover()
     assert action.toolTip() == (
-        "<b>Count the blocks</b> Ctrl+Alt+J<br>Count the selected blocks<br>"
+        "<b>Count the blocks (Ctrl+Alt+J)</b><br>Count the selected blocks<br>"
         "The selected blocks are locked: unlock them first."
     )
     opened.documents.close_frame()

@@ -17,6 +17,7 @@ from gui.features.blocks.feature import block_rows
 from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
 from gui.state.document import Document
+from gui.state.parts import Part
 from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import BlockResult
@@ -82,7 +83,7 @@ def test_of_many_values_the_last_one_stays(opened: MainWindow, qtbot: QtBot) -> 
     chosen = next(iter(workspace.current.counts()))
     workspace.select([chosen])
     stored: list[int] = []
-    workspace.runs.results_changed.connect(lambda: stored.append(0))
+    workspace.changed.connect(lambda parts: stored.append(0) if parts & Part.RESULTS else None)
     slider = _slider(opened, "padding")
     for position in [*range(12, 0, -1), *range(13)]:
         slider.setValue(position)
@@ -218,7 +219,7 @@ def test_blocks_that_run_at_once_give_what_they_give_alone(
     previews: list[int] = []
     opened.runs.records.connect(lambda *_: together.append(opened.workspace.current.results.running))
     results = workspace.current.results
-    workspace.runs.previews_changed.connect(lambda: previews.append(len(results.previews)))
+    workspace.changed.connect(lambda parts: previews.append(len(results.previews)) if parts & Part.PREVIEWS else None)
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert max(map(len, together)) == len(labels)

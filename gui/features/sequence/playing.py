@@ -191,8 +191,8 @@ class PlayFeature(Feature):
         self._clock = deque[float](maxlen=_RECENT)
         context.loader.listed.connect(self._note_times)
         workspace = context.workspace
-        workspace.frames.session_changed.connect(self._follow)
         context.views.pressed.connect(lambda: self._on.setChecked(False))
+        context.refresh.add("opened frame", self._follow, Part.FRAME)
         context.refresh.add("played", self._settle, Part.FRAME | Part.LIST | Part.LOADING)
         self.bar = _PlayBar(context.actions)
         context.centre.add_before(self._frames.place.bar, self.bar)
@@ -294,7 +294,7 @@ class PlayFeature(Feature):
         self._status.show_playing("")
         if self.context.workspace.has_current:
             return
-        self._opening = True
+        self._opening, self._place = True, self.context.views.place
         if self.shown is not None and self._is_listed(entry := self._entries[self.shown.row]):
             self._frames.open(entry)
         self.context.refresh.mark("played")
@@ -308,7 +308,7 @@ class PlayFeature(Feature):
         workspace = self.context.workspace
         if workspace.has_current:
             same = self.shown is not None and self._entries[self.shown.row].id == workspace.current.id
-            self._place = self.context.views.place if same else None
+            self._place = self._place if same else None
             self.shown, self._left, self._opening = None, None, False
             self._on.setChecked(False)
             self._frames.show_played(None)

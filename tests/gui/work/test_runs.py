@@ -254,7 +254,7 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench: B
     for name in ("runs.results_changed", "runs.results_added", "runs.records_added", "runs.previews_changed"):
         attrgetter(name)(bench.workspace).connect(lambda *_, name=name: seen.append(name))
     listed: list[int] = []
-    bench.workspace.frames.sessions_changed.connect(lambda: listed.append(len(bench.document.valid_results())))
+    bench.workspace.changed.connect(lambda _: listed.append(len(bench.document.valid_results())))
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.said[0].startswith("first: ")
