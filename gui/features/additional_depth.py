@@ -317,6 +317,7 @@ class AdditionalDepthPanel(Panel):
         sides = around([one.source for one in same if one.source is not None], same.index(entry), len(same))
         before, after = (side[: self._count.value() * step] for side in sides)
         self.ask(_Search(self._document, self._frame, before, after, step))
+        self.work.begin()
 
     def compare(self, kind: str) -> None:
         """Compute what one kind of depth changes."""

@@ -148,8 +148,10 @@ class _Derived(QObject):
 
     failed = Signal(object)
 
-    def __init__(self, part: str, nothing: Any, views: LinkedViews) -> None:
+    def __init__(self, part: str, nothing: Any, views: LinkedViews, belongs: Callable[[], bool]) -> None:
         super().__init__(views)
+        self._belongs = belongs
+        """Whether what was requested is of the frame that the views show."""
         self._part = part
         self._views = views
         self._nothing = nothing
@@ -182,7 +184,7 @@ class _Derived(QObject):
         return self._questions.shutdown()
 
     def _take(self, question: _Request, answer: Any) -> None:
-        if self._requested is not None and question == self._requested:
+        if self._requested is not None and question == self._requested and self._belongs():
             self._views.show_data(**{self._part: answer})
 
     def _fail(self, question: _Request, error: Exception) -> None:
@@ -206,10 +208,10 @@ class DerivedPresenter(QObject):
         self._workspace = workspace
         self._views = views
         self._document: Document | None = None
-        self._edges = _Derived("edges", None, views)
-        self._interpolated = _Derived("interpolated", None, views)
-        self._guide = _Derived("guide", None, views)
-        self._spectrum = _Derived("spectrum", "", views)
+        self._edges = _Derived("edges", None, views, self._is_shown)
+        self._interpolated = _Derived("interpolated", None, views, self._is_shown)
+        self._guide = _Derived("guide", None, views, self._is_shown)
+        self._spectrum = _Derived("spectrum", "", views, self._is_shown)
         self._all = self._edges, self._interpolated, self._guide, self._spectrum
         for one in self._all:
             one.failed.connect(self.failed)
@@ -218,6 +220,9 @@ class DerivedPresenter(QObject):
     def busy(self) -> bool:
         """Whether a result is pending."""
         return any(one.busy for one in self._all)
+
+    def _is_shown(self) -> bool:
+        return self._document is not None and self._workspace.is_shown(self._document)
 
     def show(self) -> None:
         """Request what is visible and not yet computed."""

@@ -220,6 +220,7 @@ class EditSummaryPresenter(QObject):
         self._questions = LatestRequest[_Request, EditSummary](_find, self)
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
+        workspace.about_to_change.connect(self._note_idle)
         workspace.edited.connect(self._take)
         workspace.changed.connect(self._follow)
         runs.state_changed.connect(self._go_on)
@@ -311,6 +312,11 @@ class EditSummaryPresenter(QObject):
 
     def _there(self, document: Document) -> frozenset[int]:
         return frozenset() if self._change is None else self._change.blocks & document.counts().keys()
+
+    def _note_idle(self) -> None:
+        """Note the completion before an edit, unless a run is changing it."""
+        if self._runs.state is RunState.IDLE:
+            self._note_present()
 
     def _note_present(self) -> None:
         self._present = self._workspace.current.completion() if self._workspace.has_current else None

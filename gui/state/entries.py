@@ -158,6 +158,7 @@ class Entries(QObject):
             while rows and rows[-1] == first - 1:
                 first = rows.pop()
             for entry in self._entries[first : last + 1]:
+                entry.document = None  # a list that is not drawn would keep it alive
                 del self._by_id[entry.id]
                 if self._by_key.get(entry.key) is entry:
                     del self._by_key[entry.key]

@@ -575,8 +575,8 @@ class LinkedViews(Themed, QWidget):
         return self.cells[self._name_of(view)].concrete
 
     def activate(self, view: ImageView) -> None:
-        """Make a view the active one."""
-        name = self._name_of(view)
+        """Make a view the active one, if it is one of these."""
+        name = next((name for name, cell in self.cells.items() if cell.view is view), self._active)
         if name != self._active:
             self._active = name
             self.rangeChanged.emit()

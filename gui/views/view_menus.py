@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QSlider, QToolButton, QWidget, QWidgetAction
 
@@ -17,6 +17,41 @@ from .linked_views import LinkedViews
 
 _OPACITY = 45
 _SPACE = 6
+
+
+class OpacityAction(QWidgetAction):
+    """A slider of the opacity of the blocks [%], in every menu that has the action.
+
+    Signals
+    -------
+    turned(int)
+    """
+
+    turned = Signal(int)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.value = 0
+
+    def set_value(self, value: int) -> None:
+        """Set the opacity, in all menus."""
+        if value != self.value:
+            self.value = value
+            self.turned.emit(value)
+
+    def createWidget(self, parent: QWidget) -> QWidget:
+        """Make the slider of one menu."""
+        row, slider = QWidget(parent), QSlider(Qt.Orientation.Horizontal)
+        slider.setRange(0, 100)
+        slider.setAccessibleName("Opacity of the blocks")
+        slider.setToolTip("Opacity of the blocks over the colour image")
+        slider.setValue(self.value)
+        slider.valueChanged.connect(self.set_value)
+        self.turned.connect(slider.setValue)
+        line = QHBoxLayout(row)
+        line.addWidget(PlainLabel("Opacity of the blocks"))
+        line.addWidget(slider)
+        return row
 
 
 class ViewBar(QWidget):
@@ -32,12 +67,9 @@ class ViewBar(QWidget):
 
     def __init__(self, views: LinkedViews, centre: Centre, actions: Iterable[QAction]) -> None:
         super().__init__()
-        self.opacity = QSlider(Qt.Orientation.Horizontal)
-        self.opacity.setRange(0, 100)
-        self.opacity.setAccessibleName("Opacity of the blocks")
-        self.opacity.setToolTip("Opacity of the blocks over the colour image")
-        self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
-        self.opacity.setValue(_OPACITY)
+        self.opacity = OpacityAction(self)
+        self.opacity.turned.connect(lambda value: views.set_overlay_opacity(value / 100))
+        self.opacity.set_value(_OPACITY)
         self.layouts = QComboBox()
         self.layouts.setAccessibleName("View set")
         for name, text in LAYOUT_TEXTS.items():
@@ -52,7 +84,7 @@ class ViewBar(QWidget):
         self.shown.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._menu = QMenu(self.shown)
         self._menu.setToolTipsVisible(True)
-        self._menu.addAction(self._opacity_entry())
+        self._menu.addAction(self.opacity)
         self._menu.addActions(list(actions))
         self.shown.setMenu(self._menu)
         layout = QHBoxLayout(self)
@@ -67,15 +99,6 @@ class ViewBar(QWidget):
     def add_entry(self, action: QAction) -> None:
         """Add an action to the menu of what is drawn."""
         self._menu.addAction(action)
-
-    def _opacity_entry(self) -> QWidgetAction:
-        row = QWidget()
-        line = QHBoxLayout(row)
-        line.addWidget(PlainLabel("Opacity of the blocks"))
-        line.addWidget(self.opacity)
-        entry = QWidgetAction(self._menu)
-        entry.setDefaultWidget(row)
-        return entry
 
     @property
     def hidden(self) -> list[QAction]:

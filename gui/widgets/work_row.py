@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from ..work.jobs import Pace
 from ..work.latest_request import LatestRequest
+
+_SOON_MS = 200
+"""Time [ms] that requests take without progress being shown."""
 
 
 class WorkRow(QWidget):
@@ -45,11 +48,15 @@ class WorkRow(QWidget):
     def follow(self, requests: LatestRequest[Any, Any]) -> None:
         """Show the progress of requests, and cancel them by *Cancel*."""
         self.cancelled.connect(requests.cancel)
+        soon = QTimer(self, singleShot=True, interval=_SOON_MS)
+        soon.timeout.connect(self.begin)
+        requests.begun.connect(soon.start)
         requests.progressed.connect(self._take_share)
+        requests.ended.connect(soon.stop)
         requests.ended.connect(self.end)
 
     def _take_share(self, share: float) -> None:
-        """Show a share; the first one shows the row."""
+        """Show a share."""
         if self.isHidden():
             self.begin()
         self.show_share(share)

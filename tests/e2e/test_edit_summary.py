@@ -76,6 +76,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     opened.actions_["show_before_edit"].trigger()
     assert "Before the edit" in opened.feature(EditSummaryFeature).line.label.text()
     opened.actions_["undo"].trigger()
+    opened.refresh.now()
     assert not opened.actions_["show_before_edit"].isChecked(), "no edit is made blindly"
     assert "Before the edit" not in opened.feature(EditSummaryFeature).line.label.text()
 

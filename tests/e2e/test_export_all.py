@@ -114,7 +114,7 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     texts = [dialog.scope.itemText(row) for row in range(dialog.scope.count())]
     assert texts == [
         "This frame: frame-0", "Frames marked as done: 0", "Frames that have been worked on: 0",
-        "Selected rows of the list: 0", "All frames of the list: 3",
+        "Selected rows of the list: 1", "All frames of the list: 3",
     ]  # fmt: skip
     assert not list(unnamed(dialog))
     assert dialog.scope.currentData() == ALL

@@ -14,6 +14,8 @@ from pytestqt.qtbot import QtBot
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.cloud import CloudFeature
+from gui.features.export.dialog import Export
+from gui.features.export.feature import ExportFeature
 from gui.features.status import StatusFeature
 from gui.views.cloud.colouring import ColourBy
 from gui.work.frame_runs import RunState
@@ -52,8 +54,8 @@ def _extrapolation(window: MainWindow, qtbot: QtBot) -> None:
 
 
 def _export(window: MainWindow, qtbot: QtBot, folder: Path) -> None:
-    with qtbot.waitSignal(window.documents.exported, timeout=WAIT_MS):
-        window.documents.export(folder, ExportOptions())
+    with qtbot.waitSignal(window.feature(ExportFeature).ended, timeout=WAIT_MS):
+        window.feature(ExportFeature).start(Export(folder, ExportOptions()))
 
 
 def _open_run(window: MainWindow, qtbot: QtBot, record: Path) -> None:

@@ -109,7 +109,7 @@ def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path,
 
     panel = window.feature(AdditionalDepthPanel)
     actions["use_neighbours"].trigger()
-    assert panel.work.isVisible()
+    qtbot.waitUntil(panel.work.isVisible, timeout=WAIT_MS)
     panel.work.cancel_button.click()
     qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
     assert not panel.work.isVisible()

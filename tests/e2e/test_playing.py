@@ -151,6 +151,7 @@ def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out
     qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2, timeout=WAIT_MS)
     assert feature.shown.unreadable >= 1  # once a loop
     window.loader.open_entry(workspace.entries[0])
+    window.refresh.now()
     assert not feature.playing
     _settle(window, qtbot)
     assert workspace.current.id == workspace.entries[0].id

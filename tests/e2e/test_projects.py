@@ -24,6 +24,7 @@ from gui.features.project.closing import CloseDialog, Unsaved
 from gui.features.project.missing import MissingFilesDialog
 from gui.features.project.save_as import SaveAsDialog
 from gui.features.project.saving import SaveRequest
+from gui.features.run_history import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
 from gui.widgets.basics import Message
@@ -105,6 +106,7 @@ def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], No
     document.change_run(document.state.runs[0], note="the first")
     workspace.current.compare_runs(document.state.runs[:1])
     kept = document.state.runs[0]
+    window.feature(RunsPanel).reveal()
     qtbot.waitUntil(lambda: kept.ground_truth_error is not None and kept.expected_error is not None, timeout=WAIT_MS)
     return document
 

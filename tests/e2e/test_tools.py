@@ -203,6 +203,7 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
         "spin box": spin,
     }[focus]
     editing.workspace.select([1])
+    editing.refresh.now()
     widget.setFocus()
     assert widget.hasFocus()
     key(editing, _Key.Key_D)

@@ -62,7 +62,7 @@ class RandomUser:
 
     def report(self) -> None:
         """Report the state of all frames; not during a stroke."""
-        if not self.workspace.current.stroke_in_progress:
+        if not self.workspace.stroke_in_progress:
             begun = filter(has_content, self.workspace.open)
             states = {document.id: digest_of_session(document) for document in begun}
             report_action(state=states, unsaved=self.window.project.present.unsaved)

@@ -148,6 +148,7 @@ def test_other_blocks_leave_nothing_to_look_back_to(
     bench.workspace.current.replace_blocks(
         np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks"
     )
+    bench.workspace.tell()
     assert "Paint" not in line.label.text()
     shown: list[np.ndarray] = []
     views._views.set_blocks = lambda labels, _: shown.append(labels.copy())  # type: ignore[method-assign]

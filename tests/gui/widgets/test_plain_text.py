@@ -12,6 +12,7 @@ import gui
 from gui.widgets.basics import PlainLabel, literal_text
 
 RICH = {
+    "app/splash.py",
     "features/about.py",
     "features/edit_summary.py",
     "features/extraction/panel.py",

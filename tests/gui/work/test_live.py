@@ -206,6 +206,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
     bench.document.undo_stack.undo()
     assert "Undone: Paint" in line.label.text()
     bench.open("second")
+    bench.workspace.tell()
     assert "appears here" in line.label.text()
 
 
@@ -243,6 +244,7 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert "Paint" in line.label.text()
     bench.workspace.current.replace_blocks(np.ones_like(bench.document.labels), "Load blocks")
+    bench.workspace.tell()
     assert "Paint" not in line.label.text()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     wrong = np.zeros(bench.document.labels.shape, bool)
