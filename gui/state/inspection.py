@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from PySide6.QtCore import QObject, Signal
 
@@ -56,10 +55,7 @@ class Inspection(QObject):
 
     def set_measurements(self, lines: Sequence[Line]) -> None:
         """Set all measurements."""
-        document = self._workspace.current
-        document.change(looked=replace(document.state.looked, measurements=tuple(lines)))
-        document.touch()
-        self._workspace.note(Part.MARKS)
+        self._workspace.current.look(Part.MARKS, viewing=False, measurements=tuple(lines))
 
     def has_depth(self, point: Point) -> bool:
         """Whether the pixel at image coordinates x, y has a position in space; else False, with `refused`."""

@@ -49,8 +49,8 @@ class Refresh(QObject):
         self,
         name: str,
         draw: Callable[[], None],
-        on: Part | tuple[SignalInstance, ...],
-        deferred_on: Part | tuple[SignalInstance, ...] = NO_PART,
+        on: Part,
+        deferred_on: Part = NO_PART,
         also: tuple[SignalInstance, ...] = (),
     ) -> None:
         """Add something to be drawn.
@@ -66,14 +66,9 @@ class Refresh(QObject):
         """
         self._draw[name] = draw
         self._changed[name] = EVERY_PART
-        self._parts[name] = (
-            on if isinstance(on, Part) else NO_PART,
-            deferred_on if isinstance(deferred_on, Part) else NO_PART,
-        )
-        for signal in (*also, *(() if isinstance(on, Part) else on)):
+        self._parts[name] = on, deferred_on
+        for signal in also:
             signal.connect(lambda *_: self.mark(name))
-        for signal in () if isinstance(deferred_on, Part) else deferred_on:
-            signal.connect(lambda *_: self.mark_deferred(name))
 
     def changed(self, name: str) -> Part:
         """Return what has changed since this was asked last, for one that draws only that."""

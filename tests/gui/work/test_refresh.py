@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from gui.state.parts import NO_PART, Part
 from gui.state.workspace import Workspace
 from gui.work import refresh as refresh_module
 from gui.work.refresh import Refresh
@@ -17,7 +18,6 @@ from gui.work.refresh import Refresh
 class _Source(QObject):
     urgent = Signal()
     urgent_with_data = Signal(object)
-    patient = Signal()
 
 
 class _Bench:
@@ -25,12 +25,14 @@ class _Bench:
 
     def __init__(self) -> None:
         self.source = _Source()
-        self.refresh = Refresh(Workspace())
+        self.workspace = Workspace()
+        self.refresh = Refresh(self.workspace)
         self.drawn: list[str] = []
         source = self.source
-        self.refresh.add("first", self._note("first"), (source.urgent, source.urgent_with_data))
-        self.refresh.add("second", self._note("second"), (source.urgent,), (source.patient,))
-        self.refresh.add("third", self._note("third"), ())
+        also = source.urgent, source.urgent_with_data
+        self.refresh.add("first", self._note("first"), Part.LABELS, also=also)
+        self.refresh.add("second", self._note("second"), Part.LABELS, Part.PREVIEWS, also=(source.urgent,))
+        self.refresh.add("third", self._note("third"), NO_PART)
 
     def _note(self, name: str) -> Callable[[], None]:
         return lambda: self.drawn.append(name)
@@ -59,6 +61,16 @@ def test_what_changes_often_is_drawn_once_and_in_order(bench: _Bench) -> None:
     assert bench.drawn == ["first", "second", "first"], "and the next change is drawn like the first"
 
 
+def test_parts_of_the_state_are_drawn_in_the_turn_that_tells_them(bench: _Bench) -> None:
+    bench.workspace.note(Part.LABELS)
+    bench.workspace.note(Part.RESULTS)
+    assert bench.drawn == []
+    _turn()
+    assert bench.drawn == ["first", "second"]
+    assert Part.LABELS | Part.RESULTS in bench.refresh.changed("third"), "also what it was not drawn for"
+    assert bench.refresh.changed("third") == NO_PART
+
+
 def test_many_changes_order_one_turn(bench: _Bench) -> None:
     turns: list[bool] = []
     bench.refresh._wanted.connect(lambda: turns.append(True))
@@ -77,15 +89,15 @@ def test_now_draws_at_once_and_leaves_nothing_for_the_next_turn(bench: _Bench) -
 
 
 def test_a_part_that_makes_a_later_one_stale_has_it_drawn_in_the_same_turn(bench: _Bench) -> None:
-    bench.refresh.add("before", lambda: bench.refresh.mark("after"), ())
-    bench.refresh.add("after", lambda: bench.drawn.append("after"), ())
+    bench.refresh.add("before", lambda: bench.refresh.mark("after"), NO_PART)
+    bench.refresh.add("after", lambda: bench.drawn.append("after"), NO_PART)
     bench.refresh.mark("before")
     bench.refresh.now()
     assert bench.drawn == ["after"]
 
 
 def test_a_part_that_makes_an_earlier_one_stale_has_it_drawn_in_the_next_turn(bench: _Bench, qtbot: QtBot) -> None:
-    bench.refresh.add("late", lambda: bench.refresh.mark("first"), ())
+    bench.refresh.add("late", lambda: bench.refresh.mark("first"), NO_PART)
     bench.refresh.mark("late")
     bench.refresh.now()
     assert bench.drawn == []
@@ -93,11 +105,11 @@ def test_a_part_that_makes_an_earlier_one_stale_has_it_drawn_in_the_next_turn(be
 
 
 def test_what_can_wait_is_drawn_after_a_while_and_not_with_every_other_part(bench: _Bench, qtbot: QtBot) -> None:
-    bench.source.patient.emit()
+    bench.workspace.note(Part.PREVIEWS)
     qtbot.waitUntil(lambda: bench.drawn == ["second"])
     bench.drawn.clear()
     for _ in range(3):
-        bench.source.patient.emit()
+        bench.workspace.note(Part.PREVIEWS)
         bench.refresh.mark("first")
         bench.refresh.now()
     assert bench.drawn == ["first"] * 3, "the window has just drawn it"
@@ -119,7 +131,7 @@ def test_expensive_drawing_leaves_the_window_its_time(bench: _Bench, monkeypatch
         bench.drawn.append("slow")
         clock[0] += 0.1
 
-    bench.refresh.add("slow", draw, ())
+    bench.refresh.add("slow", draw, NO_PART)
     bench.refresh.mark_deferred("slow")
     bench.refresh._turn()
     assert bench.drawn == ["slow"]
@@ -139,8 +151,8 @@ def test_an_error_in_one_part_keeps_no_other_from_being_drawn(bench: _Bench, qtb
         raise RuntimeError("broken part")
 
     refresh = Refresh(Workspace())
-    refresh.add("broken", broken, ())
-    refresh.add("whole", lambda: bench.drawn.append("whole"), ())
+    refresh.add("broken", broken, NO_PART)
+    refresh.add("whole", lambda: bench.drawn.append("whole"), NO_PART)
     refresh.mark("broken", "whole")
     with pytest.raises(RuntimeError, match="broken part"):
         refresh.now()
