@@ -25,6 +25,8 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
+from gui.features.export.dialog import Export
+from gui.features.export.feature import ExportFeature
 from gui.widgets.notices import ProblemBox
 from ilf.run.options import ExportOptions
 
@@ -46,8 +48,9 @@ def one_frame(window: MainWindow, folder: Path, out: Path) -> None:
     wait(lambda: settled(window), _RARELY_MS)
     paint_across(window, max(workspace.current.counts()))
     wait(lambda: settled(window), _RARELY_MS)
-    window.documents.export(out, ExportOptions(mesh="ply"))
-    wait(lambda: not window.documents.exporting, _RARELY_MS)
+    exporting = window.feature(ExportFeature)
+    exporting.start(Export(out, ExportOptions(mesh="ply")))
+    wait(lambda: not exporting.worker.busy, _RARELY_MS)
     for box in window.findChildren(ProblemBox):  # that some pixels are nobody's word, which is told in a box
         box.close()
     window.documents.close_frame()
