@@ -188,7 +188,7 @@ def run_tour(tour: Tour) -> None:
 
     # which block
     window.panels.reveal("Accuracy")
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     window.feature(BlocksFeature).table.view.sortByColumn(_column(window, "Error"), Qt.SortOrder.DescendingOrder)
     tour.settle()
     tour.save(PICTURES / "1-which.jpg")
@@ -196,7 +196,7 @@ def run_tour(tour: Tour) -> None:
     # why
     tour.do("layout_inspect")
     tour.settle()
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     tour.do("zoom_block", "tool_profile")
     pause(300)
     tour.drag("colour", *PROFILE)
@@ -204,7 +204,7 @@ def run_tour(tour: Tour) -> None:
     tour.save(PICTURES / "2-why.jpg")
 
     # what helps
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     window.panels.reveal("Parameters")
     sweep = window.feature(SweepFeature)
     sweep.open("edge_scale")
@@ -228,7 +228,7 @@ def run_tour(tour: Tour) -> None:
     workspace.current.compare_runs([document.state.runs[0]])
     tour.do("compare_two")
     tour.settle()
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     tour.do("zoom_block")
     tour.settle()
     tour.save(PICTURES / "5-compare.jpg")
@@ -237,7 +237,7 @@ def run_tour(tour: Tour) -> None:
     tour.do("layout_tune")
     tour.settle()
     tour.do("fit")
-    workspace.blocks.select([BLOCK])
+    workspace.select([BLOCK])
     accuracy = window.feature(AccuracyPanel)
     tour.do("hold_out_test")
     dialog = window.findChild(HoldOutDialog)
