@@ -70,8 +70,12 @@ class ToolKeys(QObject):
             if self._keyboard_focus and self._editor.ready:
                 self.crosshair.show()
             self._keyboard_focus = False
-        elif old is not None and isValid(old) and not old.isVisible() and self._belongs(old) and self._belongs(new):
+        elif self._was_hidden(old) and self._views.isVisible() and self._belongs(new):
             self._views.take_focus()
+
+    def _was_hidden(self, old: QWidget | None) -> bool:
+        """Whether a part of the window lost the focus because it was hidden."""
+        return old is not None and isValid(old) and not old.isVisible() and self._belongs(old)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Handle the keys of the tools. Called for every event of the widgets that have had the focus."""

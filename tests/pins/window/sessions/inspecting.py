@@ -146,6 +146,9 @@ def arrange_views(user: Hand) -> None:
         user.do("save_picture")
     user.keep("picture was written", (user.folder / "window.png").stat().st_size > 0)
     _end(user)
+    if user.has("next_tool"):
+        for name in ("only_icons", "next_tool", "previous_tool", "only_icons"):
+            user.do(name)
 
 
 def find_a_command(user: Hand) -> None:
