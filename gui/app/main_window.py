@@ -36,7 +36,7 @@ from ..features.project.recent import RecentFeature
 from ..features.project.start_page import StartPageFeature
 from ..features.propagation.feature import PropagationFeature
 from ..features.quality import QualityPanel
-from ..features.run_history import RunsPanel
+from ..features.run_history.panel import RunsPanel
 from ..features.runs import RunsFeature
 from ..features.sequence.flicker import FlickerFeature
 from ..features.sequence.playing import PlayFeature

@@ -15,6 +15,7 @@ import tempfile
 import traceback
 from collections import deque
 from collections.abc import Callable
+from contextlib import chdir
 from pathlib import Path
 from types import TracebackType
 
@@ -152,7 +153,7 @@ class Monkey:
 def exceptions_of(seed: int, steps: int, folder: Path) -> list[str]:
     """Return the exceptions of a window in which a monkey acts, as texts."""
     met: list[str] = []
-    with isolated(folder):
+    with isolated(folder), chdir(folder):  # files that it names may be relative
         window = new_window()
         for number in range(3):
             open_frame(window, write_sample(folder / f"frame-{number}", (160, 120), number))

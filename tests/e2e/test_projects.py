@@ -24,7 +24,7 @@ from gui.features.project.closing import CloseDialog, Unsaved
 from gui.features.project.missing import MissingFilesDialog
 from gui.features.project.save_as import SaveAsDialog
 from gui.features.project.saving import SaveRequest
-from gui.features.run_history import RunsPanel
+from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
 from gui.widgets.basics import Message

@@ -15,7 +15,8 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.filter import FilterPanel
-from gui.features.run_history import Column, RunsPanel
+from gui.features.run_history.panel import RunsPanel
+from gui.features.run_history.table import Column
 from gui.work.frame_runs import RunState
 from ilf import preset
 

@@ -16,7 +16,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from gui.features.run_history import RunModel, best_of, measure, values_of, write_runs
+from gui.features.run_history.errors import best_of, measure
+from gui.features.run_history.file import write_runs
+from gui.features.run_history.table import RunModel, values_of
 from gui.state.document import Document
 from gui.state.parameters import DRAG_S
 from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays

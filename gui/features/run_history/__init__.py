@@ -1,0 +1,1 @@
+"""The run history of a frame: errors, table, file and panel."""

@@ -1,0 +1,339 @@
+"""The panel *Runs*: the run history of the current frame with its errors, to compare, restore, accept and export."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from PySide6.QtCore import QModelIndex, QPoint, QSize, QSortFilterProxyModel
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QMenu,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf._runtime.formatting import counted
+from ilf.data.results import BlockResult
+from ilf.project.run_history import StoredRun
+from ilf.run.run import Run
+
+from ...base.commands import Command
+from ...base.needs import Need
+from ...state.document import Document
+from ...state.parts import Part
+from ...state.run_history import MAX_COMPARED, title_of
+from ...widgets.docks import PanelGroup
+from ...widgets.file_choice import ask_path, save
+from ...widgets.tables import ICON_SIZE
+from ...work.frame_runs import RunState
+from ...work.run_recorder import RunRecorder
+from ..context import Context
+from ..panel import Panel
+from .errors import GroundTruth, RunErrors, measure
+from .file import write_runs
+from .table import Column, RunModel, RunView
+
+_MENU = "compare_runs accept_run restore_run | rename_run note_run delete_runs | export_runs clear_runs"
+_BUTTONS = "compare_runs accept_run restore_run | delete_runs export_runs"
+
+
+class _Request(NamedTuple):
+    """A stored run with its current results, and the ground truth to compare them with."""
+
+    document: Document
+    stored: StoredRun
+    run: Run
+    results: Mapping[int, BlockResult]
+    ground_truth: GroundTruth
+
+
+class RunsPanel(Panel):
+    """Stores finished runs, and shows them in a table with their errors, which are computed one run after the other
+    while the panel is visible and the frame is not running."""
+
+    title, icon, group = "Runs", "ph.list-numbers", PanelGroup.SETTINGS
+    parts = Part.FRAME | Part.HISTORY | Part.COMPARED | Part.RESULTS | Part.INFOS | Part.GROUND_TRUTH | Part.RUNNING
+    deferred = Part.SOME_RESULTS
+    what = "computation of a run's errors"
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.keeper = RunRecorder(context.workspace, context.runs, self)
+        self.keeper.message.connect(context.notes.show_message)
+        self._export: tuple[Document, str] | None = None
+        """A list that is to be written to this file when all of its errors are computed."""
+
+    def make(self) -> QWidget:
+        """Make the table, with its commands above it as icons."""
+        actions = self.context.actions
+        actions.add(self._commands())
+        self.model = RunModel(self.context.window)
+        self.view = RunView(self.model)
+        widget = QWidget()
+        row = QHBoxLayout()
+        row.setContentsMargins(4, 2, 4, 2)
+        row.setSpacing(2)
+        for name in _BUTTONS.split():
+            if name == "|":
+                row.addSpacing(10)
+                continue
+            button = QToolButton(autoRaise=True)
+            button.setDefaultAction(actions[name])
+            button.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
+            row.addWidget(button)
+        row.addStretch()
+        layout = QVBoxLayout(widget)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(row)
+        layout.addWidget(self.view, 1)
+        widget.setFocusProxy(self.view)
+        self.model.edited.connect(self._edit)
+        self.view.delete_requested.connect(self.delete)
+        self.view.selectionModel().selectionChanged.connect(lambda *_: actions.refresh())
+        self.model.rowsRemoved.connect(lambda *_: actions.refresh())
+        self.view.customContextMenuRequested.connect(self._show_menu)
+        return widget
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "show_runs",
+                "Run histor&y",
+                "Open the list of this frame's runs",
+                icon="ph.list-numbers",
+                keys="Ctrl+Shift+R",
+                handler=self.reveal,
+            ),
+            Command(
+                "compare_runs",
+                "Co&mpare with current",
+                "Show the selected runs (max. four) beside the current result, in views and curves; again to stop",
+                icon="ph.columns",
+                keys="Ctrl+Shift+D",
+                handler=self.compare,
+                needs=Need.FRAME,
+                why_off=self._why_none_selected,
+            ),
+            Command(
+                "restore_run",
+                "Restore &parameters",
+                "Set the parameters of the selected run, common and per-block ones; results stay as they are",
+                icon="ph.arrow-u-up-left",
+                handler=self.restore,
+                needs=Need.FRAME,
+                why_off=self._why_not_one,
+            ),
+            Command(
+                "accept_run",
+                "&Accept as the result",
+                "Use the results and parameters of the selected run for all blocks that are unchanged since",
+                icon="ph.check-circle",
+                keys="Ctrl+Shift+A",
+                handler=self.accept,
+                needs=Need.FRAME,
+                why_off=self._why_not_one,
+            ),
+            Command(
+                "rename_run",
+                "Re&name run",
+                "Rename the selected run (F2 in the list)",
+                icon="ph.pencil-simple",
+                handler=lambda: self.edit_cell(Column.NAME),
+                needs=Need.FRAME,
+                why_off=self._why_not_one,
+            ),
+            Command(
+                "note_run",
+                "Edit n&ote",
+                "Edit the note on the selected run",
+                icon="ph.note-pencil",
+                handler=lambda: self.edit_cell(Column.NOTE),
+                needs=Need.FRAME,
+                why_off=self._why_not_one,
+            ),
+            Command(
+                "delete_runs",
+                "&Delete runs",
+                "Delete the selected runs (Del in the list)",
+                icon="ph.trash",
+                handler=self.delete,
+                needs=Need.FRAME,
+                why_off=self._why_none_selected,
+            ),
+            Command(
+                "export_runs",
+                "Export runs as CS&V…",
+                "Write the list of runs, with all parameters, as CSV",
+                icon="ph.export",
+                handler=self.ask_export,
+                needs=Need.FRAME,
+                why_off=self._why_none,
+            ),
+            Command(
+                "clear_runs",
+                "Clear ru&ns",
+                "Delete all runs of the frame",
+                icon="ph.backspace",
+                handler=self.clear,
+                needs=Need.FRAME,
+                why_off=self._why_none,
+            ),
+        )
+
+    def refresh(self, parts: Part) -> None:
+        """Show a row per run, and measure those without errors."""
+        document = self.context.workspace.current if self.context.workspace.has_current else None
+        self.model.show_runs(document)
+        self.view.show_errors(self.model.runs)
+        if document is not None:
+            self._measure(document)
+
+    def _measure(self, document: Document) -> bool:
+        """Measure the latest run without errors, unless the frame is running; return whether one is being measured."""
+        ground_truth = document.frame.ground_truth
+        lacking = (run for run in reversed(document.state.runs) if None in (run.ground_truth_error, run.expected_error))
+        stored = next(lacking, None)
+        if stored is not None and not self.busy and self.context.runs.state in (RunState.IDLE, RunState.PAUSED):
+            self.ask(_Request(document, stored, stored.run, stored.results, ground_truth))
+        return stored is not None and self.busy
+
+    def compute(self, request: _Request) -> RunErrors:
+        """Measure a run."""
+        return measure(request.run, request.results, request.ground_truth)
+
+    def take(self, request: _Request, answer: RunErrors) -> None:
+        """Store the errors of a run, and go on to the next one; write the list if it waits for them."""
+        stored, document = request.stored, request.document
+        if stored.results is request.results and document.frame.ground_truth is request.ground_truth:
+            stored.ground_truth_error, stored.expected_error = answer
+            document.note_run_measured()
+        if self._export is not None:
+            self.export(self._export[1], self._export[0])
+
+    def fail(self, request: _Request, error: Exception) -> None:
+        """Report the error once: the run has no errors."""
+        self.take(request, RunErrors())
+        super().fail(request, error)
+
+    def shutdown(self) -> bool:
+        """Stop permanently. True if no thread is left."""
+        self.keeper.shutdown()
+        return super().shutdown()
+
+    # commands
+
+    def compare(self) -> None:
+        """Compare exactly the selected runs with the current result; stop if they are compared already."""
+        document = self.context.workspace.current
+        chosen = self.selected()[:MAX_COMPARED]
+        same = len(chosen) == len(document.compared) and all(run in document.compared for run in chosen)
+        self.context.workspace.current.compare_runs([] if same else chosen)
+        if not same:
+            title = title_of(chosen[0].name, document, chosen[0].run)
+            what = f"{title} is" if len(chosen) == 1 else f"{len(chosen)} runs are"
+            text = f"{what} compared with the current result: hold V to show it."
+            self.context.notes.offer(text, self.context.actions["compare_two"])
+
+    def restore(self) -> None:
+        """Set the parameters of the selected run."""
+        (stored,) = self.selected()
+        if self.context.workspace.parameters.restore(stored):
+            left = len(self.context.workspace.current.changed_blocks())
+            more = f" {counted(left, 'block')} must be run with them (F5)." if left else ""
+            self.context.notes.show_message(f"Parameters of {stored.name} restored.{more}")
+        else:
+            self.context.notes.show_message(f"The parameters equal those of {stored.name} already.")
+
+    def accept(self) -> None:
+        """Use the results of the selected run as the current ones for unchanged blocks."""
+        (stored,) = self.selected()
+        taken, count = len(self.context.workspace.accept_run(stored)), len(stored.results)
+        if not taken:
+            text = f"{stored.name} cannot be accepted: the pixels or known depth of all its blocks have changed since."
+        elif taken < count:
+            text = f"{stored.name} is the result now, except {count - taken} of {count} blocks that have changed since."
+        else:
+            text = f"{stored.name} is the result now."
+        self.context.notes.show_message(text)
+
+    def delete(self) -> None:
+        """Delete the selected runs."""
+        if chosen := self.selected():
+            self.context.workspace.current.delete_runs(chosen)
+
+    def clear(self) -> None:
+        """Delete all runs of the frame."""
+        document = self.context.workspace.current
+        document.delete_runs(list(document.state.runs))
+
+    def ask_export(self) -> None:
+        """Write the list to a file that the user chooses."""
+        name = f"{self.context.workspace.current.name}-runs.csv"
+        if path := ask_path(self.context.window, "Export runs", name, "Table (*.csv)"):
+            self.export(path)
+
+    def export(self, path: str, document: Document | None = None) -> None:
+        """Write the list of a frame, the current one if none is given, as CSV once its errors are computed."""
+        document = document or self.context.workspace.current
+        self._export = (document, path) if self._measure(document) else None
+        if self._export is None:
+            save(self.context.notes, path, lambda: write_runs(path, document))
+
+    # the selection
+
+    def select(self, stored: StoredRun) -> None:
+        """Select only this run, and scroll to it."""
+        index = self._proxy.mapFromSource(self.model.index(self.model.runs.index(stored), Column.NAME))
+        self.view.selectRow(index.row())
+        self.view.scrollTo(index)
+
+    def selected(self) -> list[StoredRun]:
+        """Return the selected runs of the current frame in table order; a hidden table may show another frame."""
+        workspace = self.context.workspace
+        there = workspace.current.state.runs if workspace.has_current else ()
+        rows = sorted(self.view.selectionModel().selectedRows(), key=QModelIndex.row)
+        chosen = [self.model.runs[self._proxy.mapToSource(index).row()] for index in rows]
+        return [stored for stored in chosen if stored in there]
+
+    def edit_cell(self, column: Column) -> None:
+        """Edit the name or the note of the selected run in the table."""
+        for index in self.view.selectionModel().selectedRows(column)[:1]:
+            self.view.setCurrentIndex(index)
+            self.view.edit(index)
+
+    @property
+    def _proxy(self) -> QSortFilterProxyModel:
+        proxy = self.view.model()
+        assert isinstance(proxy, QSortFilterProxyModel)
+        return proxy
+
+    def _edit(self, stored: StoredRun, what: str, value: Any) -> None:
+        workspace = self.context.workspace
+        if what == "compared":
+            others = [one for one in workspace.current.compared if one is not stored]
+            workspace.current.compare_runs([*others, stored] if value else others)
+        else:
+            workspace.current.change_run(stored, **{what: value})
+
+    def _why_none(self) -> str:
+        return "" if self.context.workspace.current.state.runs else "There are no runs yet."
+
+    def _why_none_selected(self) -> str:
+        return self._why_none() or ("" if self.selected() else "Select a run first.")
+
+    def _why_not_one(self) -> str:
+        return self._why_none() or ("" if len(self.selected()) == 1 else "Select one run first.")
+
+    def _show_menu(self, place: QPoint) -> None:
+        menu = QMenu(self.view)
+        menu.setToolTipsVisible(True)
+        for name in _MENU.split():
+            if name == "|":
+                menu.addSeparator()
+            else:
+                menu.addAction(self.context.actions[name])
+        menu.exec(self.view.viewport().mapToGlobal(place))
+        menu.deleteLater()
