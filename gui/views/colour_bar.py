@@ -195,7 +195,11 @@ class ColourBar(QWidget):
     def _paint_value(self, painter: QPainter, colours: Colours, value: float, levels: tuple[float, float]) -> None:
         share, text, bar = self._share(value, levels), self._text(value), self._bar()
         place = self._label(text, share)
-        painter.fillRect(place.adjusted(-_GAP // 2, 0, _GAP // 2, 0), colours.panel)
+        taken = place.adjusted(-_GAP // 2, 0, _GAP // 2, 0)
+        for label in (self._label(*tick) for tick in self.ticks):
+            if label.intersects(taken):  # half a number would be read as another one
+                taken = taken.united(label)
+        painter.fillRect(taken, colours.panel)
         painter.setPen(colours.accent)
         self._write(painter, place, text)
         painter.setPen(colours.text)
