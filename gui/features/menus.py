@@ -111,10 +111,9 @@ class ToolBar(_Bar):
 
     def __init__(self, actions: Actions, options: OptionsRow, window: QWidget) -> None:
         super().__init__("Tools", actions["only_icons"], window)
-        _fill(self, entries(actions, "open export | run live | undo redo |"))
+        _fill(self, entries(actions, "open export | run live | undo redo"))
         self._undo = [self.widgetForAction(actions[name]) for name in ("undo", "redo")]
         self._options = self.addWidget(options)
-        self.addSeparator()
         for name in ("pause", "step", "cancel", "run_selected", "merge_blocks", "delete_blocks"):
             self._add_while_usable(actions[name], actions["pause" if name == "step" else name])
         self.toolButtonStyleChanged.connect(self._leave_out_steps)
