@@ -124,6 +124,7 @@ class Refresh(QObject):
         self._scheduled = False
         if self._stopped:
             return
+        self._workspace.tell()  # all that is drawn in a turn is of one state
         begun = time.perf_counter()
         waited = bool(self._deferred) and begun >= self._not_before
         if waited:

@@ -71,6 +71,16 @@ def test_parts_of_the_state_are_drawn_in_the_turn_that_tells_them(bench: _Bench)
     assert bench.refresh.changed("third") == NO_PART
 
 
+def test_a_turn_for_something_else_draws_what_has_changed_meanwhile_too(bench: _Bench) -> None:
+    """Else a result would be drawn over the picture of the frame that was shown before."""
+    bench.refresh.mark_deferred("third")
+    bench.workspace.note(Part.LABELS)
+    bench.refresh._turn()
+    assert sorted(bench.drawn) == ["first", "second", "third"]
+    _turn()
+    assert len(bench.drawn) == 3
+
+
 def test_many_changes_order_one_turn(bench: _Bench) -> None:
     turns: list[bool] = []
     bench.refresh._wanted.connect(lambda: turns.append(True))
