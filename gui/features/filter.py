@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from PySide6.QtCore import Qt
@@ -40,7 +41,8 @@ class _Change(NamedTuple):
     before: Mapping[int, BlockResult]
 
 
-class _Difference(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Difference:
     """Request: depth [m] of blocks before a change, and now."""
 
     change: _Change

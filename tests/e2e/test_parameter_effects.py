@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import Event
 
 import numpy as np
 import pytest
@@ -67,6 +68,27 @@ def test_after_a_drag_the_difference_to_the_depth_before_it_stands_beside_the_pa
     _drag(panel, "slope_weight", -60)
     _settle(opened, panel, qtbot)
     assert _effect(panel, "slope_weight") == "no pixel changed by 0.1 mm", "the drag goes on, and is back"
+
+
+def test_a_drag_goes_on_while_the_depth_before_it_is_compared(
+    opened: MainWindow, panel: FilterPanel, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, go_on = Event(), Event()
+
+    def find(depths: object) -> object:
+        begun.set()
+        assert go_on.wait(WAIT_MS / 1000)
+        return effect_of(depths)
+
+    monkeypatch.setattr("gui.features.filter.effect_of", find)
+    _drag(panel, "slope_weight", 20)
+    qtbot.waitUntil(begun.is_set, timeout=WAIT_MS)
+    _drag(panel, "slope_weight", 20)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    opened.refresh.now()
+    go_on.set()
+    _settle(opened, panel, qtbot)
+    assert " px changed: median " in _effect(panel, "slope_weight")
 
 
 def test_the_next_drag_is_compared_with_the_depth_before_it(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from PySide6.QtCore import QModelIndex, QPoint, QSize, QSortFilterProxyModel
 from PySide6.QtWidgets import (
@@ -39,7 +40,8 @@ _MENU = "compare_runs accept_run restore_run | rename_run note_run delete_runs |
 _BUTTONS = "compare_runs accept_run restore_run | delete_runs export_runs"
 
 
-class _Request(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Request:
     """A stored run with its current results, and the ground truth to compare them with."""
 
     document: Document
@@ -47,6 +49,12 @@ class _Request(NamedTuple):
     run: Run
     results: Mapping[int, BlockResult]
     ground_truth: GroundTruth
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are of the same objects; arrays are not compared."""
+        if not isinstance(other, _Request):
+            return False
+        return all(value is getattr(other, name) for name, value in vars(self).items())
 
 
 class RunsPanel(Panel):
