@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import configparser
 import json
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -17,11 +18,12 @@ from .._runtime.files import FileContent, read_file
 from ..data.camera import camera_from_numbers, camera_of, lens_problem
 from ..errors import FormatError, InputError
 from .float_images import read_npy
+from .realsense_raw import table_of_names
 
 ENTRY_MARK = "#"
 """Separates the path of a file from the name of one of its cameras."""
 
-CAMERA_FILES = ".json", ".yaml", ".yml", ".txt", ".npy", ".xml", ".ini", ".conf", ".pincam"
+CAMERA_FILES = ".json", ".yaml", ".yml", ".txt", ".npy", ".xml", ".ini", ".conf", ".pincam", ".csv"
 """Extensions of files of cameras."""
 
 
@@ -33,7 +35,7 @@ def read_camera_file(path: Path, entry: str = "") -> dict[str, Any]:
     path : Path
         JSON, YAML, XML (all three also as OpenCV's FileStorage), or "name = value" in sections, with the keys of
         Open3D, nerfstudio, librealsense, ROS, OpenCV, Kalibr, ORB-SLAM, KITTI and similar programs; text with numbers
-        alone, see `_of_numbers`; or NPY with a camera matrix.
+        alone, see `_of_numbers`; a snapshot's table of the RealSense Viewer; or NPY with a camera matrix.
     entry : str
         The name of one of several cameras: a key above its numbers, or all of these, separated by /.
 
@@ -81,11 +83,12 @@ def chosen_camera(tree: Any, where: str, entry: str = "") -> dict[str, Any]:
 _ALIASES = {
     "fx": "fx flx focallengthx fu", "fy": "fy fly focallengthy fv",
     "cx": "cx ppx principalpointx cu u0", "cy": "cy ppy principalpointy cv v0",
-    "width": "width w imagewidth xres", "height": "height h imageheight yres",
+    "width": "width w imagewidth xres resolutionx", "height": "height h imageheight yres resolutiony",
     "K": "k cameramatrix intrinsics intrinsicmatrix camk",
     "lens": "lens cameramodel cammodel cameratype distortionmodel distortiontype model modeltype type projection",
     "distortion": "coeffs d", "angle_x": "cameraanglex anglex", "angle_y": "cameraangley angley",
-    "size": "size imagesize resolution imageresolution", "focal": "focallength", "principal": "principalpoint",
+    "size": "size imagesize resolution imageresolution renderproductresolution",
+    "focal": "focallength", "principal": "principalpoint",
 }  # fmt: skip
 """Name -> the names that files have for it, in lower case and without punctuation."""
 _NAMES = {alias: name for name, aliases in _ALIASES.items() for alias in aliases.split()}
@@ -207,6 +210,9 @@ def _facts(tree: Mapping[str, Any]) -> dict[str, Any]:
     if {"fl_x", "camera_angle_x"} & tree.keys():  # measured from the corner of the top left pixel
         found |= {name: found[name] - 0.5 for name in ("cx", "cy") if isinstance(found.get(name), int | float)}
         found |= {"fy": found["fx"]} if "fx" in found and not {"fy", "angle_y"} & found.keys() else {}
+    if {"cameraFocalLength", "cameraAperture"} <= tree.keys():  # of Isaac Sim, whose pixels are square
+        aperture, focal = (_numbers(tree["cameraAperture"]) or [0.0])[0], tree["cameraFocalLength"]
+        found["angle_x"] = 2 * math.atan2(aperture, 2 * focal) if isinstance(focal, int | float) else 0.0
     return found
 
 
@@ -274,6 +280,8 @@ def _tree_of(content: FileContent) -> Any:
             return {"K": data} if isinstance(data, list) and _numbers(data) else data
         if text.lstrip()[:1] == "<":
             return _parsed(_of_xml(text))
+        if suffix == ".csv" and "resolution x" in (table := table_of_names(text)):
+            return _parsed(table)
         lines = [line.partition("#")[0] for line in text.splitlines()]
         if cameras := [found.groups() for line in lines if (found := _COLMAP.fullmatch(line))]:
             return _once((number, _of_colmap(*camera)) for number, *camera in cameras)

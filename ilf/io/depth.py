@@ -22,6 +22,7 @@ from ..errors import ExportError, FormatError, ParameterError, path_first
 from .float_images import (
     COLMAP_SUFFIX,
     HDF5_SUFFIXES,
+    is_kinect_v2,
     read_bin,
     read_exr,
     read_hdf5,
@@ -35,6 +36,7 @@ from .heic import HEIC_SUFFIXES, read_heic_depth
 from .images import encode_image, is_common_image, read_image
 from .kinds import wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_depth, read_pclzf_depth
+from .realsense_raw import read_viewer_raw
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 """Suffixes that `write_depth` supports."""
@@ -51,7 +53,7 @@ DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
     ".exr": read_exr,
     ".pfm": read_pfm,
     COLMAP_SUFFIX: read_bin,
-    ".raw": read_kinect_v2,
+    ".raw": lambda file: read_kinect_v2(file) if is_kinect_v2(file) else read_viewer_raw(file),
     **dict.fromkeys(HDF5_SUFFIXES, read_hdf5),
     PCD_SUFFIX: read_pcd_depth,
     PCLZF_SUFFIX: read_pclzf_depth,
@@ -62,16 +64,20 @@ DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
 _DEPTH_FORMATS = "a PNG, TIFF, PGM, NPY, NPZ, EXR, PFM, HDF5, PCD, PCLZF or HEIC file"
 
 
-def read_depth_values(path: FileSource) -> NDArray[Any]:
+def read_depth_values(path: FileSource, channels: str = "") -> NDArray[Any]:
     """Read depth in file units, without marking missing values.
 
     Parameters
     ----------
     path : path-like
         16-bit PNG or PGM, integer or floating-point TIFF, NPY or NPZ, EXR, PFM, HDF5, a depth map of COLMAP (.bin),
-        512 x 424 float32 of a Kinect v2 without a header (.bin, .raw), an organised cloud (.pcd, its z), depth of PCL's
+        512 x 424 float32 of a Kinect v2 without a header (.bin, .raw), a snapshot of the RealSense Viewer (.raw, with
+        its _metadata.csv beside it), an organised cloud (.pcd, its z), depth of PCL's
         grabbers (.pclzf), or a phone's photo with depth (.heic). One channel may be an axis of its own, (H, W, 1) or
         (1, H, W).
+    channels : str
+        The three channels of an 8-bit image that contain a value, from its lowest bits to its highest, as in "rgb"; ""
+        for depth in one channel.
 
     Returns
     -------
@@ -86,10 +92,28 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
         If it is damaged or contains something other than depth, such as a rendered depth image.
     """
     content = read_file(path)
+    if channels:
+        return _joined_channels(content, channels)
     reader = DEPTH_READERS.get(content.path.suffix.lower())
     if reader is None and not is_common_image(content.data[:64].tobytes()):
         raise wrong_kind(content, content.data, _DEPTH_FORMATS)
     return checked_depth_values(without_channel((reader or read_image)(content)), path)
+
+
+def _joined_channels(file: FileContent, channels: str) -> NDArray[np.uint32]:
+    """Values of 24 bits, (H, W), from the channels of an 8-bit image; its opacity is ignored."""
+    if file.data[:2].tobytes() == b"\xff\xd8":
+        raise FormatError(f"{file}: JPEG compression has changed the bits of its values. Export depth as PNG.")
+    image = read_image(file)
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] < 3:
+        raise FormatError(
+            f"{file}: depth in three channels of 8 bits was expected, but its pixels are {image.dtype} of shape "
+            f"{image.shape[2:] or 1}. Give the encoding of this file, or export it without conversion."
+        )
+    values = np.zeros(image.shape[:2], np.uint32)
+    for at, channel in enumerate(channels):
+        values |= image[..., "bgr".index(channel)].astype(np.uint32) << np.uint32(8 * at)  # the decoder's order
+    return values
 
 
 def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:
@@ -110,9 +134,12 @@ def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:
 def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     """The error to raise for an image of 8 bits in place of depth."""
     what = "an 8-bit image" if channels == 1 else f"an 8-bit image, {channels} channels"
+    simulated = (
+        "" if channels < 3 else " If a simulator put the bits of depth into them, give rgb24:METRES as encoding."
+    )
     return FormatError(
         f"{path}: this is {what}, not depth: export the raw 16-bit or float depth with one channel. If it is the "
-        "colour image, the two were swapped."
+        f"colour image, the two were swapped.{simulated}"
     )
 
 

@@ -18,7 +18,16 @@ from .._runtime.formatting import counted
 from ..data.frame import MEDIAN_DEPTH_RANGE, USUAL_MEDIAN_DEPTH, scale_warning
 from ..errors import FormatError
 from .depth import UINT16_MAX, checked_depth_values, read_depth_values
-from .encodings import ENCODINGS, DepthEncoding, EncodingSpec, beyond_sensor_range, chosen_encoding, is_name
+from .encodings import (
+    ENCODINGS,
+    KINECT_DISPARITY,
+    DepthEncoding,
+    EncodingSpec,
+    beyond_sensor_range,
+    chosen_encoding,
+    is_name,
+    packed_channels,
+)
 from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
 from .other_values import distance_doubt, normalised_doubt
 
@@ -254,7 +263,7 @@ def plausibility_warnings_of(
     if is_plain and values.dtype == np.uint16:
         found += [doubt for doubt in (_other_storage(values, metres, encoding.invalid),) if doubt]
     storage = next((ENCODINGS[doubt.encoding] for doubt in found if doubt.encoding), encoding)
-    if encoding.invalid is None and not storage.is_disparity:  # which decodes its own invalid value
+    if encoding.invalid is None and storage.name not in KINECT_DISPARITY:  # which decode their own invalid value
         found += [doubt for doubt in (marker_doubt(values, metres),) if doubt]
     if is_plain and is_known and not found:
         found += [doubt for doubt in (_scale(values, metres, encoding, path),) if doubt]
@@ -508,7 +517,8 @@ def read_depth(
     """
     if stated is None and file.path.suffix.lower() in KINECT_V2_SUFFIXES and is_kinect_v2(file):
         stated = ENCODINGS["mm"].units
-    return interpret_depth(read_depth_values(file), file.path, given, stated, invalid)
+    values = read_depth_values(file, packed_channels(stated if given is None else given))
+    return interpret_depth(values, file.path, given, stated, invalid)
 
 
 def interpret_depth(

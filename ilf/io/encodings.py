@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.camera import Camera, fitted
-from ..data.frame import FARTHEST_DEPTH, FrameInputs
+from ..data.frame import DEPTH_LIMITS, FARTHEST_DEPTH, FrameInputs
 from ..errors import FormatError, InputError, ParameterError
 from .cameras import camera_of_image
-from .depth import checked_number, checked_units, default_depth_units, depth_in_metres
+from .depth import UINT16_MAX, checked_number, checked_units, default_depth_units, depth_in_metres
 
 _FARTHEST_KINECT = 10.0
-_BOP = "bop"
-_DISPARITY = "disparity"
-_RAY = "ray"
+_BOP, _DISPARITY, _RAY, _ZBUFFER, _SHARE = "bop", "disparity", "ray", "zbuffer", "m/FAR"
+_PACKED = {"rgb24": "rgb", "bgr24": "bgr"}
+"""Name of an encoding in three channels of 8 bits -> the channels, from the lowest bits of a value to the highest."""
+
+_LARGEST_PACKED = 2**24 - 1
 
 EncodingSpec = str | float
-"""A name of `ENCODINGS`, "bop", "bop:SCALE", "disparity:FB", "ray:UNITS,FX,FY,CX,CY", or a number of file units per
-metre."""
+"""A name of `ENCODING_DESCRIPTIONS`, with its numbers, or a number of file units per metre."""
 
 
 @dataclass(frozen=True)
@@ -40,30 +43,22 @@ class DepthEncoding:
         None if `units` define the encoding.
     units : float
         File units per metre; for named encodings, of the decoded values, and 1 if these have no fixed steps.
-    is_swapped : bool
-        The two bytes of each value are swapped.
-    is_rotated : bool
-        The lowest three bits of each value are its highest, as in SUN RGB-D and SUN3D.
-    is_disparity : bool
-        Values are the raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox.
+    decode : callable or None
+        Converts the values of a file to depth in `units`; None if they are that.
+    farthest : float
+        Depth [m] beyond which values count as missing: the sensor's range, or a renderer's far plane.
+    channels : str
+        The three channels that contain a value, from its lowest bits to its highest; "" for one channel.
     invalid : float or None
         The file's value that marks missing depth, besides zero, negative and non-finite values.
-    focal_baseline : float or None
-        Values are the disparity of a rectified stereo pair; this is its focal length times baseline, in the file's
-        unit of disparity times metres: depth = this / value.
-    ray : tuple of float or None
-        Values are distances along the rays of a camera with these fx, fy, cx, cy [px]; then, if known, the width and
-        height of the image that they apply to.
     """
 
     name: str | None
     units: float
-    is_swapped: bool = False
-    is_rotated: bool = False
-    is_disparity: bool = False
+    decode: Callable[[NDArray[Any]], NDArray[Any]] | None = field(default=None, compare=False)
+    farthest: float = FARTHEST_DEPTH
+    channels: str = ""
     invalid: float | None = None
-    focal_baseline: float | None = None
-    ray: tuple[float, ...] | None = None
 
     @property
     def text(self) -> str:
@@ -75,47 +70,86 @@ class DepthEncoding:
         )
         return way if not self.invalid else f"{way}, {self.invalid:g} is missing"
 
-    @property
-    def farthest(self) -> float:
-        """Maximum depth [m] that can be measured."""
-        return _FARTHEST_KINECT if self.is_disparity else FARTHEST_DEPTH
-
     def metres(self, values: NDArray[Any]) -> NDArray[np.float32]:
         """Convert values of a file to depth [m], float32 of the same shape; NaN = missing.
 
         Raises
         ------
         FormatError
-            If the encoding is one of 16-bit integers, and the values are of another type.
+            If the values are none of this encoding, such as floats in place of 16-bit integers.
         """
-        metres = self._decoded(values)
+        with np.errstate(all="ignore"):
+            metres = depth_in_metres(values if self.decode is None else self.decode(values), self.units)
         if self.invalid is not None:
             with np.errstate(over="ignore"):  # in the type of the values, the number may overflow to infinity
                 metres[values == self.invalid] = np.nan
         return metres
 
-    def _decoded(self, values: NDArray[Any]) -> NDArray[np.float32]:
-        if self.name is None:
-            return depth_in_metres(values, self.units)
-        if self.focal_baseline is not None:
-            with np.errstate(all="ignore"):
-                return depth_in_metres(self.focal_baseline / values.astype(np.float64), 1.0)
-        if self.ray is not None:
-            with np.errstate(all="ignore"):
-                return depth_in_metres(values.astype(np.float64) / _ray_lengths(self.ray, values.shape), self.units)
-        if values.dtype != np.uint16:
-            raise FormatError(
-                f"The encoding {self.name} applies to 16-bit integers, not to {values.dtype}. Give the encoding of "
-                "this file."
-            )
-        if self.is_swapped:
-            values = values.byteswap()
-        if self.is_rotated:
-            values = (values >> 3) | (values << 13)
-        if not self.is_disparity:
-            return depth_in_metres(values, self.units)
-        with np.errstate(divide="ignore"):
-            return depth_in_metres(351.3 / (1092.5 - values.astype(np.float64)), 1.0)
+
+def _swapped(values: NDArray[Any]) -> NDArray[np.uint16]:
+    """Values whose two bytes are in the other order."""
+    return np.asarray(_of_16_bits(values).byteswap(), np.uint16)
+
+
+def _rotated(values: NDArray[Any]) -> NDArray[np.uint16]:
+    """Values whose lowest three bits are the highest, as in SUN RGB-D and SUN3D."""
+    stored = _of_16_bits(values)
+    return np.asarray((stored >> 3) | (stored << 13), np.uint16)
+
+
+def _of_kinect(values: NDArray[Any]) -> NDArray[np.float64]:
+    """Depth [m] from raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox."""
+    return np.asarray(351.3 / (1092.5 - _of_16_bits(values).astype(np.float64)))
+
+
+def _of_swapped_kinect(values: NDArray[Any]) -> NDArray[np.float64]:
+    return _of_kinect(_swapped(values))
+
+
+def _of_16_bits(values: NDArray[Any]) -> NDArray[np.uint16]:
+    if values.dtype != np.uint16:
+        raise FormatError(
+            f"This depth encoding applies to 16-bit integers, not to {values.dtype}. Give the encoding of this file."
+        )
+    return values
+
+
+def _of_stereo(focal_baseline: float, values: NDArray[Any]) -> NDArray[np.float64]:
+    """Depth [m] from the disparity of a rectified stereo pair."""
+    return np.asarray(focal_baseline / values.astype(np.float64))
+
+
+def _of_zbuffer(near: float, far: float, is_reversed: bool, values: NDArray[Any]) -> NDArray[np.float64]:
+    """Depth from a z-buffer of 0 at the near plane to 1 at the far one, which shows nothing; reversed, from 1 to 0."""
+    share = _shares(values)
+    share = 1 - share if is_reversed else share
+    depth = near / (1 - share * (1 - near / far))
+    depth[share >= 1] = np.nan
+    return depth
+
+
+def _of_shares(far: float, values: NDArray[Any]) -> NDArray[np.float64]:
+    """Depth [m] from shares of the farthest, which itself shows nothing."""
+    share = _shares(values)
+    share[share >= 1] = np.nan
+    return np.asarray(far * share)
+
+
+def _shares(values: NDArray[Any]) -> NDArray[np.float64]:
+    """Values from 0 to 1, as stored in floats or as shares of the largest of 16 bits; raises FormatError for others."""
+    share = values.astype(np.float64) / (UINT16_MAX if values.dtype == np.uint16 else 1)
+    largest = np.max(share, initial=0.0, where=np.isfinite(share))
+    if largest > 1:
+        raise FormatError(
+            f"This depth encoding applies to values from 0 to 1, or to 16-bit integers, but they reach {largest:g}. "
+            "Give the encoding of this file."
+        )
+    return share
+
+
+def _of_packed(farthest: float, values: NDArray[Any]) -> NDArray[np.float64]:
+    """Depth [m] from 24-bit shares of the farthest, which itself shows nothing."""
+    return np.asarray(np.where(values < _LARGEST_PACKED, values * (farthest / _LARGEST_PACKED), np.nan))
 
 
 ENCODINGS: dict[str, DepthEncoding] = {
@@ -127,13 +161,15 @@ ENCODINGS: dict[str, DepthEncoding] = {
     "matterport": DepthEncoding(None, 4000.0),
     "replica": DepthEncoding(None, 6553.5),
     "kitti": DepthEncoding(None, 256.0),
-    "sun": DepthEncoding("sun", 1000.0, is_rotated=True),
-    "nyu-raw": DepthEncoding("nyu-raw", 1.0, is_swapped=True, is_disparity=True),
-    "kinect-raw": DepthEncoding("kinect-raw", 1.0, is_disparity=True),
-    "mm-swapped": DepthEncoding("mm-swapped", 1000.0, is_swapped=True),
+    "sun": DepthEncoding("sun", 1000.0, _rotated),
+    "nyu-raw": DepthEncoding("nyu-raw", 1.0, _of_swapped_kinect, _FARTHEST_KINECT),
+    "kinect-raw": DepthEncoding("kinect-raw", 1.0, _of_kinect, _FARTHEST_KINECT),
+    "mm-swapped": DepthEncoding("mm-swapped", 1000.0, _swapped),
 }
-"""Name -> encoding. Besides these there are "bop", whose scale is read from the scene's scene_camera.json,
-"disparity:FB" and "ray:UNITS,FX,FY,CX,CY"."""
+"""Name -> encoding. `ENCODING_DESCRIPTIONS` also has those with numbers of their own."""
+
+KINECT_DISPARITY = "nyu-raw", "kinect-raw"
+"""Names of the encodings that have a value for missing depth."""
 
 ENCODING_DESCRIPTIONS: dict[str, str] = {
     "mm": "millimetres",
@@ -151,6 +187,10 @@ ENCODING_DESCRIPTIONS: dict[str, str] = {
     _BOP: "by the depth_scale in scene_camera.json (BOP)",
     _DISPARITY: "disparity:FB, disparity of a stereo pair, with focal length x baseline FB",
     _RAY: "ray:UNITS,FX,FY,CX,CY, distance along the rays of a camera, UNITS per metre",
+    _ZBUFFER: "zbuffer:NEAR,FAR[,reversed], values 0 to 1 of a renderer with near and far plane [m]; FAR may be inf",
+    _SHARE: "m/FAR, values 0 to 1 that are shares of the depth FAR [m]",
+    "rgb24": "rgb24:METRES, shares of METRES in 24 bits, lowest in red (CARLA: rgb24:1000)",
+    "bgr24": "bgr24:METRES, shares of METRES in 24 bits, lowest in blue",
 }
 """Name -> description, for all names that `encoding_of` accepts."""
 
@@ -163,8 +203,11 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
     spec : str or float
         A name of `ENCODINGS`; a number of file units per metre, also as text; "bop:SCALE" for millimetres = value times
         SCALE; "bop", which reads the scale from the scene's scene_camera.json; "disparity:FB" for metres = FB / value,
-        where FB is focal length [px] times baseline [m], times 256 if the file contains disparity times 256; or
-        "ray:UNITS,FX,FY,CX,CY", optionally followed by ",WIDTH,HEIGHT", for distances along the rays of a camera.
+        where FB is focal length [px] times baseline [m], times 256 if the file contains disparity times 256;
+        "ray:UNITS,FX,FY,CX,CY", optionally followed by ",WIDTH,HEIGHT", for distances along the rays of a camera;
+        "zbuffer:NEAR,FAR", optionally followed by ",reversed", for a z-buffer of OpenGL or Direct3D, as floats or
+        16-bit integers; "m/FAR" for shares of a depth, likewise; "rgb24:METRES" or "bgr24:METRES" for such shares in
+        the bits of three channels. The values of the far plane count as missing.
     depth : Path, optional
         The depth file, for "bop".
 
@@ -194,17 +237,14 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
             "Converting disparity to depth needs focal length [px] times baseline [m] of the stereo pair: give "
             "disparity:FB, such as disparity:52.5 for 525 px and 0.1 m."
         )
+    kind, numbers = _kind(name), re.split("[:/]", name, maxsplit=1)[-1]
     try:
-        if _kind(name) == _DISPARITY:
-            product = checked_units(float(name.partition(":")[2]))
-            return DepthEncoding(f"{_DISPARITY}:{product!r}", 1.0, focal_baseline=product)
-        if _kind(name) == _RAY:
-            return _along_rays(name)
-        if name.startswith(f"{_BOP}:"):
-            scale = checked_units(float(name.removeprefix(f"{_BOP}:")))
-            return DepthEncoding(None, checked_units(1000 / scale))
-        return DepthEncoding(None, checked_units(float(name)))
+        return (
+            _WITH_NUMBERS[kind](numbers) if kind in _WITH_NUMBERS else DepthEncoding(None, checked_units(float(name)))
+        )
     except ValueError as error:
+        if kind in _WITH_NUMBERS:
+            raise ParameterError(f"{spec!r:.80} must be {ENCODING_DESCRIPTIONS[kind]}.") from error
         near = difflib.get_close_matches(name, ENCODING_DESCRIPTIONS, 1)
         hint = f"Did you mean {near[0]}? " if near else ""
         raise ParameterError(
@@ -212,6 +252,35 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
             f"a number of file "
             "units per metre."
         ) from error
+
+
+def _by_scale(text: str) -> DepthEncoding:
+    return DepthEncoding(None, checked_units(1000 / checked_units(float(text))))
+
+
+def _by_disparity(text: str) -> DepthEncoding:
+    product = checked_units(float(text))
+    return DepthEncoding(f"{_DISPARITY}:{product!r}", 1.0, partial(_of_stereo, product))
+
+
+def _between_planes(text: str) -> DepthEncoding:
+    """The encoding of a z-buffer; raises ParameterError if there is no depth between its planes."""
+    near, far, *more = text.split(",")
+    planes = float(near), float(far)
+    if more not in ([], ["reversed"]) or not 0 < planes[0] < planes[1]:
+        raise ValueError
+    name = f"{_ZBUFFER}:{planes[0]!r},{planes[1]!r}{',reversed' * len(more)}"
+    return DepthEncoding(name, 1.0, partial(_of_zbuffer, *planes, bool(more)), min(planes[1], DEPTH_LIMITS[1]))
+
+
+def _by_share(text: str) -> DepthEncoding:
+    far = checked_units(float(text))
+    return DepthEncoding(f"m/{far!r}", 1.0, partial(_of_shares, far), far)
+
+
+def _packed(name: str, text: str) -> DepthEncoding:
+    far = checked_units(float(text))
+    return DepthEncoding(f"{name}:{far!r}", 1.0, partial(_of_packed, far), far, _PACKED[name])
 
 
 def ray_encoding(units: float, camera: Camera, size: tuple[int, int] | None = None) -> str:
@@ -236,31 +305,32 @@ def ray_encoding(units: float, camera: Camera, size: tuple[int, int] | None = No
     return f"{_RAY}:{','.join(repr(float(number)) for number in numbers)}"
 
 
-def _along_rays(name: str) -> DepthEncoding:
-    """The encoding of a name "ray:..."; raises ParameterError if its numbers are no camera."""
-    units, *numbers = (float(number) for number in name.partition(":")[2].split(","))
+def _along_rays(text: str) -> DepthEncoding:
+    """The encoding of distances along rays; raises ParameterError if its numbers are no camera."""
+    units, *numbers = (float(number) for number in text.split(","))
     size = tuple(int(number) if number.is_integer() else 0 for number in numbers[4:])
     if len(numbers) not in {4, 6} or min(size, default=1) < 1:
         raise ParameterError(
-            f"{name!r:.80} must be ray:UNITS,FX,FY,CX,CY, five numbers, or seven with the image's width and height."
+            f"'{_RAY}:{text:.80}' must be ray:UNITS,FX,FY,CX,CY, five numbers, or seven with the image's width and "
+            "height."
         )
     try:
         camera = _camera(numbers)
     except InputError as error:
-        raise ParameterError(f"{name!r:.80}: {error}") from error
+        raise ParameterError(f"'{_RAY}:{text:.80}': {error}") from error
     spec = ray_encoding(checked_units(units), camera, (size[0], size[1]) if size else None)
-    return DepthEncoding(spec, units, ray=tuple(numbers))
+    return DepthEncoding(spec, units, partial(_of_rays, camera))
 
 
-def _ray_lengths(ray: tuple[float, ...], shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """The length of the ray through each pixel (H, W) up to depth 1."""
-    height, width = shape[:2]
+def _of_rays(camera: Camera, values: NDArray[Any]) -> NDArray[np.float64]:
+    """Depth from distances (H, W) along the rays of a camera."""
+    height, width = values.shape[:2]
     try:
-        camera = fitted(_camera(ray), (height, width))
+        camera = fitted(camera, (height, width))
     except InputError as error:
         raise FormatError(str(error)) from error
     x, y = (np.arange(width) - camera.cx) / camera.fx, (np.arange(height) - camera.cy) / camera.fy
-    return np.sqrt(1 + x**2 + y[:, None] ** 2)
+    return np.asarray(values.astype(np.float64) / np.sqrt(1 + x**2 + y[:, None] ** 2))
 
 
 def _camera(numbers: Sequence[float]) -> Camera:
@@ -268,9 +338,26 @@ def _camera(numbers: Sequence[float]) -> Camera:
     return Camera(fx, fy, cx, cy, size=(int(size[0]), int(size[1])) if size else None)
 
 
+_WITH_NUMBERS: dict[str, Callable[[str], DepthEncoding]] = {
+    _BOP: _by_scale,
+    _DISPARITY: _by_disparity,
+    _RAY: _along_rays,
+    _ZBUFFER: _between_planes,
+    _SHARE: _by_share,
+    **{name: partial(_packed, name) for name in _PACKED},
+}
+"""Name -> the encoding with the numbers behind it; these functions raise ValueError if they are none."""
+
+
 def needs_scene(spec: EncodingSpec) -> bool:
     """Whether it is "bop", which is defined only for a depth file in its scene."""
     return isinstance(spec, str) and spec.strip().lower() == _BOP
+
+
+def packed_channels(spec: EncodingSpec | None) -> str:
+    """The three channels in which an encoding has its values, see `DepthEncoding.channels`; "" for one channel. Raises
+    ParameterError if these have no number."""
+    return encoding_of(spec).channels if isinstance(spec, str) and _kind(spec) in _PACKED else ""
 
 
 def is_name(spec: EncodingSpec | None) -> bool:
@@ -279,8 +366,9 @@ def is_name(spec: EncodingSpec | None) -> bool:
 
 
 def _kind(name: str) -> str:
-    """Return a name without its number."""
-    return name.strip().lower().partition(":")[0]
+    """Return a name without its numbers."""
+    name = name.strip().lower().partition(":")[0]
+    return _SHARE if name.startswith("m/") else name
 
 
 def chosen_encoding(

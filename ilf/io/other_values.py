@@ -64,8 +64,8 @@ def normalised_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> str:
         return ""
     return (
         f"Values lie in 0 to {full:g}, and {sign}: they may be a z-buffer or normalised depth or inverse depth, which "
-        "is in no unit. Convert them to metres by the near and far plane, or give "
-        f"{'m' if full == 1 else 'mm'} as the encoding if they are depth."
+        "is in no unit. Give zbuffer:NEAR,FAR by the near and far plane, m/FAR or disparity:1 as the encoding, or "
+        f"{'m' if full == 1 else 'mm'} if they are depth."
     )
 
 
@@ -84,6 +84,11 @@ def _reaches(seen: NDArray[np.uint16]) -> bool:
     """Whether 16-bit values reach the largest one, without a gap below it as there is below an invalid marker."""
     near = (seen > _LEAST_OF_BUFFER * UINT16_MAX) & (seen < UINT16_MAX)
     return bool(seen.max() == UINT16_MAX and np.mean(near) >= _LEAST_NEAR)
+
+
+def is_named_distance(path: Path) -> bool:
+    """Whether a file is named as Isaac Sim names distances [m] along rays."""
+    return path.stem.lower().startswith("distance_to_camera")
 
 
 def distance_doubt(path: Path) -> str:

@@ -230,7 +230,8 @@ def load_inputs(
         depth=InputFile(str(depth.path), inputs.depth.sha256),
         ground_truth=None,
     )
-    metres = decoded(read_depth_values(depth), encoding_of_inputs(inputs))[0]
+    encoding = encoding_of_inputs(inputs)
+    metres = decoded(read_depth_values(depth, encoding.channels), encoding)[0]
     of_colour, of_depth = inputs.orientations or AS_STORED
     rgb, metres = turned(read_colour(colour), of_colour), turned(metres, of_depth)
     frame = frame_of_images(rgb, metres, intrinsics, found, name)

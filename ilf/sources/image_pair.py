@@ -13,10 +13,12 @@ from ..data.camera import Camera, Cameras, camera_doubt
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError
 from ..io.cameras import frame_camera
-from ..io.depth_reading import DepthReading, read_depth
+from ..io.depth_reading import DepthReading, interpret_depth, read_depth
+from ..io.encodings import ray_encoding
 from ..io.images import read_colour_with_warning, turned
 from ..io.labels import read_mask
 from ..io.orientation import AS_STORED, PairOrientation, companion_doubts, orientation_tag, pair_orientation
+from ..io.other_values import is_named_distance
 from .frame_folder import FrameFiles
 from .naming import COLOUR_SUFFIXES, META_NAME
 from .poses import camera_pose, stated_pose
@@ -91,9 +93,16 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
 
 
 def depth_of_files(files: FrameFiles, options: ReadingOptions, content: FileContent | None = None) -> DepthReading:
-    """The depth alone; its scale is not checked. `content` is that of its file, if it is read already."""
-    invalid = options.or_else(files.options).invalid
-    return read_depth(content or read_file(files.depth), options.depth_encoding, files.options.depth_encoding, invalid)
+    """The depth alone; its scale is not checked. `content` is that of its file, if it is read already. A name that
+    states distances along rays is followed if the camera is known."""
+    chosen, file = options.or_else(files.options), content or read_file(files.depth)
+    read = read_depth(file, options.depth_encoding, files.options.depth_encoding, chosen.invalid)
+    intrinsics = chosen.intrinsics if chosen.depth_intrinsics is None else chosen.depth_intrinsics
+    if not (read.is_assumed and is_named_distance(files.depth)) or intrinsics is None:
+        return read
+    camera = frame_camera(intrinsics, read.values.shape)[0]
+    along = None if camera is None else ray_encoding(read.encoding.units, camera)
+    return interpret_depth(read.values, file.path, None, along, chosen.invalid)
 
 
 def pose_of_files(files: FrameFiles, options: ReadingOptions) -> NDArray[np.float64] | None:

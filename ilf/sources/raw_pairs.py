@@ -15,7 +15,7 @@ from .._runtime.schema import Section
 from ..data.camera import Camera, Cameras, camera_of, checked_transform
 from ..errors import FormatError, InputError, ParameterError
 from ..io.depth import read_depth_values
-from ..io.encodings import EncodingSpec, encoding_of, single_encoding
+from ..io.encodings import EncodingSpec, encoding_of, packed_channels, single_encoding
 from ..io.images import read_colour
 from .naming import CALIBRATION_NAME, META_NAME, by_stem
 from .recording import RecordedFrame, Recording, sha256_of
@@ -92,7 +92,7 @@ class RawPairs(Recording):
         colour, depth = map(read_file, self.at(key))
         return RecordedFrame(
             read_colour(colour),
-            read_depth_values(depth),
+            read_depth_values(depth, packed_channels(self._encoding)),
             colour.sha256,
             sha256_of(depth.data.tobytes(), self._calibration.data.tobytes()),  # the registered depth depends on both
             self._encoding,

@@ -14,7 +14,7 @@ import numpy as np
 
 from .._runtime.files import FileContent, read_file, read_json
 from ..errors import FormatError, ParameterError
-from ..io.camera_files import cameras_in
+from ..io.camera_files import cameras_in, chosen_camera
 from ..io.depth import checked_units
 from .poses import OPENGL_AXES, Matrix, as_pose, pose_at_time
 
@@ -96,9 +96,9 @@ def read_trajectory(path: Path) -> Trajectory:
     Parameters
     ----------
     path : Path
-        A transforms.json of nerfstudio; a .log of Open3D; a .conf of Matterport3D; or text with a row for each frame:
-        12 or 16 numbers of a matrix, or time, position and quaternion x, y, z, w as in the TUM benchmark. # marks
-        comments.
+        A transforms.json of nerfstudio; a camera of Polycam, with t_00 to t_23; a .log of Open3D; a .conf of
+        Matterport3D; or text with a row for each frame: 12 or 16 numbers of a matrix, or time, position and quaternion
+        x, y, z, w as in the TUM benchmark. # marks comments.
 
     Raises
     ------
@@ -158,6 +158,9 @@ def _conf(content: FileContent) -> Trajectory:
 
 def _transforms(content: FileContent) -> Trajectory:
     data = read_json(content)
+    if isinstance(data, dict) and "t_00" in data:
+        image, pose = content.path.stem, as_pose([data[f"t_{row}{column}"] for row in range(3) for column in range(4)])
+        return Trajectory(by_name={image: pose}, cameras={image: chosen_camera(data, str(content))})
     frames = data.get("frames") if isinstance(data, dict) else None
     if not isinstance(frames, list) or not frames:
         raise ValueError("it has no frames")

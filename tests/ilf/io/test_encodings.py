@@ -73,6 +73,62 @@ def test_each_storage_gives_the_same_metres(save, name):
     assert frame.notes == ()
 
 
+NEAR, FAR = 0.1, 10.0
+SEEN = np.where(KNOWN, MM / 1000, FAR)
+BUFFER = FAR / (FAR - NEAR) * (1 - NEAR / SEEN)
+SHARES = np.rint(SEEN / FAR * (2**24 - 1)).astype(np.uint32)
+CHANNELS = np.stack([(SHARES >> shift) & 0xFF for shift in (0, 8, 16)], axis=-1).astype(np.uint8)
+SIMULATED = {
+    "zbuffer:0.1,10": (BUFFER.astype(np.float32), "depth.npy", 2e-5),
+    "zbuffer:0.1,10,reversed": ((1 - BUFFER).astype(np.float32), "depth.npy", 1e-5),
+    "zbuffer:0.1,inf,reversed": (np.where(KNOWN, NEAR / SEEN, 0).astype(np.float32), "depth.npy", 1e-6),
+    "zbuffer:1,10": (np.rint(65535 * FAR / (FAR - 1) * (1 - 1 / SEEN)).astype(np.uint16), "depth.png", 1e-4),
+    "m/10": ((SEEN / FAR).astype(np.float32), "depth.npy", 1e-6),
+    "M/10.0": (np.rint(65535 * SEEN / FAR).astype(np.uint16), "depth.png", 1e-4),
+    "rgb24:10": (CHANNELS[..., ::-1], "depth.png", 1e-6),  # red is written last
+    "bgr24:10": (np.dstack((CHANNELS, np.full(MM.shape, 255, np.uint8))), "depth.png", 1e-6),
+}
+
+
+@pytest.mark.parametrize("spec", SIMULATED)
+def test_renderers_depth_is_exact_and_the_far_plane_is_missing(save, spec):
+    values, name, tolerance = SIMULATED[spec]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        frame = ilf.load_frame(*save(values, name), encoding=spec)
+    assert np.array_equal(frame.known, KNOWN)
+    assert np.nanmax(np.abs(frame.depth - MM / 1000)) < tolerance
+    again = ilf.load_frame(**frame.sources)
+    assert again.inputs == frame.inputs
+    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+
+
+def test_streets_of_a_renderer_are_not_cut_at_a_sensors_range(save):
+    depth = np.geomspace(2, 900, H * W).reshape(H, W)
+    frame = ilf.load_frame(*save((depth / 1000).astype(np.float32), "depth.npy"), encoding="m/1000")
+    assert np.allclose(frame.depth, depth)
+
+
+@pytest.mark.parametrize(
+    "spec", ["zbuffer", "zbuffer:1", "zbuffer:2,1", "zbuffer:0,9", "zbuffer:1,9,up", "m/", "m/-1", "rgb24", "bgr24:x"]
+)
+def test_numbers_of_a_renderer_that_are_none_are_told_with_their_form(save, spec):
+    with pytest.raises(ParameterError, match=r"zbuffer:NEAR,FAR|m/FAR|24:METRES|positive"):
+        ilf.load_frame(*save(MM), encoding=spec)
+
+
+def test_files_that_are_not_of_a_renderers_encoding_are_refused(save, tmp_path):
+    in_metres = save((MM / 1000).astype(np.float32), "depth.npy")
+    with pytest.raises(FormatError, match=r"from 0 to 1.*reach 3\.5"):
+        ilf.load_frame(*in_metres, encoding="zbuffer:0.1,10")
+    with pytest.raises(FormatError, match="three channels"):
+        ilf.load_frame(*save(MM), encoding="rgb24:1000")
+    with pytest.raises(FormatError, match="JPEG"):
+        ilf.load_frame(*save(CHANNELS, "depth.jpg"), encoding="rgb24:10")
+    with pytest.raises(FormatError, match="rgb24:METRES"):
+        ilf.load_frame(*save(CHANNELS))
+
+
 def test_named_scales_are_numbers_of_units(save):
     files = save(MM)
     for name, units in {"mm": 1000, "tum": 5000, "0.1mm": 10_000, "bop:0.5": 2000, "4000": 4000, 256: 256}.items():
@@ -82,7 +138,8 @@ def test_named_scales_are_numbers_of_units(save):
 
 
 def test_every_name_has_a_meaning():
-    assert set(ENCODING_DESCRIPTIONS) == {*ENCODINGS, "bop", "disparity", "ray"}
+    with_numbers = {"bop", "disparity", "ray", "zbuffer", "m/FAR", "rgb24", "bgr24"}
+    assert set(ENCODING_DESCRIPTIONS) == {*ENCODINGS, *with_numbers}
     assert all(encoding.name in {None, name} for name, encoding in ENCODINGS.items())
 
 

@@ -104,6 +104,38 @@ def test_colmap_is_read_with_a_doubt_of_its_unit(save):
     assert np.nanmax(ilf.load_frame(*files, depth_units=2).depth) == METRES.max() / 2
 
 
+_VIEWER_TABLE = """Frame Info:
+Type,Depth
+Format,{kind}
+Resolution x,{width}
+Resolution y,{height}
+Bytes per pix,2
+
+Intrinsic:,
+Fx,30.500000
+Fy,30.250000
+PPx,15.5
+PPy,11.5
+Distorsion,Brown Conrady
+"""
+
+
+def test_a_snapshot_of_the_realsense_viewer_has_the_size_and_camera_of_its_table(save, tmp_path):
+    stored = np.rint(1000 * METRES).astype("<u2")
+    files = save("one_Depth.raw", stored.tobytes())
+    with pytest.raises(InputError, match=r"one_Depth_metadata\.csv.*missing"):
+        ilf.load_frame(*files)
+    table = tmp_path / "one_Depth_metadata.csv"
+    for wrong in ({"kind": "Y16"}, {"width": W + 1}, {"height": -H}, {"width": "many"}):
+        table.write_text(_VIEWER_TABLE.format(**{"kind": "Z16", "width": W, "height": H} | wrong))
+        with pytest.raises(FormatError, match="one_Depth"):
+            ilf.load_frame(*files)
+    table.write_text(_VIEWER_TABLE.format(kind="Z16", width=W, height=H))
+    frame = ilf.load_frame(*files, intrinsics=table)
+    assert np.array_equal(np.nan_to_num(frame.depth), (stored / 1000).astype(np.float32))
+    assert frame.intrinsics.numbers == (30.5, 30.25, 15.5, 11.5)
+
+
 def test_folders_may_hold_such_files(save, tmp_path):
     for number in (1, 2):
         save(f"depth_{number}.pfm", pfm(METRES))
@@ -123,7 +155,11 @@ def test_disparity_becomes_depth(save, tmp_path):
     assert "disparity of a stereo pair" in encoding_of("disparity:52.5").text
     whole = ilf.load_frame(*save("d.npy", _npy(np.rint(256 * disparity))), encoding=f"disparity:{256 * 52.5}")
     assert np.allclose(np.nan_to_num(whole.depth), METRES, atol=1e-3)
-    for wrong, told in {"disparity": "disparity:FB", "disparity:0": "no depth", "disparity:x": "no depth"}.items():
+    for wrong, told in {
+        "disparity": "focal length",
+        "disparity:0": "disparity:FB",
+        "disparity:x": "disparity:FB",
+    }.items():
         with pytest.raises(ParameterError, match=told):
             encoding_of(wrong)
 

@@ -234,6 +234,32 @@ def _open3d(root: Path) -> None:
     _text(root / "camera.json", json.dumps(camera))
 
 
+def _isaac(root: Path, camera: str = "", depth: str = "distance_to_image_plane") -> None:
+    """As Replicator's BasicWriter writes it: one camera in a folder, or the kinds of images of several in folders."""
+    at = {kind: root / camera / kind if camera else root for kind in ("rgb", depth, "camera_params")}
+    lens = {"cameraAperture": [20.955, 15.7], "cameraFocalLength": 20.0, "renderProductResolution": [W, H]}
+    fx = 20 / 20.955 * W
+    x, y = (np.arange(W) - 31.5) / fx, (np.arange(H) - 23.5) / fx
+    longer = np.sqrt(1 + x**2 + y[:, None] ** 2) if depth == "distance_to_camera" else 1
+    for number in range(2):
+        _colour(at["rgb"] / f"rgb_{number:04d}.png")
+        _write(
+            at[depth] / f"{depth}_{number:04d}.npy", np.where(METRES > 0, METRES * longer, np.inf).astype(np.float32)
+        )
+        _text(at["camera_params"] / f"camera_params_{number:04d}.json", json.dumps(lens))
+
+
+def _polycam(root: Path, corrected: str = "corrected_") -> None:
+    for number, pose in enumerate(_poses(2)):
+        folder, name = root / "keyframes", f"{144200852560 + number}"
+        _colour(folder / f"{corrected}images/{name}.jpg")
+        _write(folder / f"depth/{name}.png", METRES, 1000)
+        _write(folder / f"confidence/{name}.png", np.full((H, W), 255))
+        lens = {"fx": 60.0, "fy": 60.0, "cx": 31.5, "cy": 23.5, "width": W, "height": H, "blur_score": 80.1}
+        rows = {f"t_{row}{column}": (pose @ Y_UP)[row, column] for row in range(3) for column in range(4)}
+        _text(folder / f"{corrected}cameras/{name}.json", json.dumps(lens | rows))
+
+
 PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = {
     # writer, focal length in the frame, whether there is ground truth, and whether there are poses
     "kitti-selection": (_kitti_selection, 60.0, True, False),
@@ -246,6 +272,17 @@ PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = 
     "diode": (_diode, 886.81 * W / 1024, False, False),
     "transcg": (_transcg, 60.0, True, False),
     "cleargrasp": (_cleargrasp, 60.0, True, False),
+    "isaac-sim": (_isaac, 20 / 20.955 * W, False, False),
+    "isaac-sim-rays": (lambda root: _isaac(root, depth="distance_to_camera"), 20 / 20.955 * W, False, False),
+    "isaac-sim-cameras": (lambda root: _isaac(root, "Replicator"), 20 / 20.955 * W, False, False),
+    "isaac-sim-cameras-rays": (
+        lambda root: _isaac(root, "Replicator", "distance_to_camera"),
+        20 / 20.955 * W,
+        False,
+        False,
+    ),
+    "polycam": (_polycam, 60.0, False, True),
+    "polycam-uncorrected": (lambda root: _polycam(root, ""), 60.0, False, True),
     "nerfstudio": (_transforms, 60.0, False, True),
     "replica": (_replica, 60.0, False, True),
     "open3d": (_open3d, 60.0, False, True),
@@ -274,6 +311,28 @@ def test_published_layouts_are_read_right_at_once(tmp_path: Path, name: str) -> 
         assert frame.pose is None
     again = ilf.load_frame(**frame.sources)
     assert np.array_equal(again.depth, frame.depth if frame.invalid_mask is None else frame.measured, equal_nan=True)
+
+
+def test_depth_of_a_phone_is_registered_to_its_larger_colour(tmp_path: Path) -> None:
+    _polycam(tmp_path)
+    for number in range(2):
+        _colour(tmp_path / f"keyframes/corrected_images/{144200852560 + number}.jpg", (2 * H, 2 * W))
+        path = tmp_path / f"keyframes/corrected_cameras/{144200852560 + number}.json"
+        wide = {"fx": 120.0, "fy": 120.0, "cx": 63.5, "cy": 47.5, "width": 2 * W, "height": 2 * H}
+        path.write_text(json.dumps(json.loads(path.read_text()) | wide))
+    frame = ilf.open_source(tmp_path)[0]
+    assert (frame.shape, frame.intrinsics.fx) == ((2 * H, 2 * W), 120.0)
+    assert np.nanmedian(frame.depth) == pytest.approx(np.median(METRES[METRES > 0]), abs=0.02)
+
+
+def test_a_file_named_distance_to_camera_is_along_rays_if_the_camera_is_known(tmp_path: Path) -> None:
+    _isaac(tmp_path, depth="distance_to_camera")
+    files = tmp_path / "rgb_0001.png", tmp_path / "distance_to_camera_0001.npy"
+    frame = ilf.load_frame(*files, intrinsics=str(tmp_path / "camera_params_0001.json"))
+    assert np.allclose(frame.depth, np.where(METRES == 0, np.nan, METRES), atol=1e-5, equal_nan=True)
+    assert frame.inputs.encoding.startswith("ray:1.0,")
+    with pytest.warns(DepthWarning, match="distances along the rays"):
+        ilf.load_frame(*files)
 
 
 def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path: Path) -> None:

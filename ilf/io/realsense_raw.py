@@ -1,0 +1,71 @@
+"""Depth snapshots of the RealSense Viewer: 16-bit values without a header, and a table beside them."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent, read_file
+from ..errors import FormatError, InputError
+from .images import check_pixel_count
+
+_FORMAT = "Z16"
+_MOST_LINES = 1000
+
+
+def read_viewer_raw(file: FileContent) -> NDArray[np.uint16]:
+    """Read depth in the camera's units, uint16 (H, W), 0 = missing.
+
+    The table NAME_metadata.csv that the viewer writes beside NAME.raw states its size.
+
+    Raises
+    ------
+    InputError
+        If there is no such table.
+    FormatError
+        If the table states no size, another format, or another number of values than the file has.
+    """
+    beside = file.path.with_name(f"{file.path.stem}_metadata.csv")
+    try:
+        table = read_file(beside)
+    except InputError as error:
+        raise InputError(
+            f"{file} has {file.data.size} bytes without a header, and {beside.name}, which the RealSense Viewer writes "
+            "beside it and which states its size, is missing. Put it there, or save depth as PNG, NPY or TIFF."
+        ) from error
+    stated = table_of_names(table.data.tobytes().decode("utf-8-sig", "replace"))
+    try:
+        width, height = int(stated["resolution x"]), int(stated["resolution y"])
+    except (KeyError, ValueError) as error:
+        raise FormatError(f"{table} does not state Resolution x and Resolution y. Copy it again.") from error
+    if (kind := stated.get("format", _FORMAT).upper()) != _FORMAT:
+        raise FormatError(
+            f"{file} has the format {kind:.20}, not depth ({_FORMAT}). Give the file of the depth stream."
+        )
+    check_pixel_count(file, width, height)
+    if min(width, height) < 1 or file.data.size != 2 * width * height:
+        raise FormatError(
+            f"{file} has {file.data.size} bytes, but {beside.name} states {width} x {height} pixels of 2 bytes: it is "
+            "truncated or of another image. Copy both again."
+        )
+    return np.frombuffer(file.data.tobytes(), "<u2").astype(np.uint16).reshape(height, width)
+
+
+def table_of_names(text: str) -> dict[str, str]:
+    """The second column of a comma-separated table by the first, in lower case; the first of equal names counts.
+
+    Examples
+    --------
+    >>> table_of_names("Frame Info:\\nResolution x,848\\nFx, 421.5")
+    {'resolution x': '848', 'fx': '421.5'}
+    """
+    rows = [
+        row for row, _ in zip(csv.reader(io.StringIO(text), skipinitialspace=True), range(_MOST_LINES), strict=False)
+    ]
+    found: dict[str, str] = {}
+    for name, value in (row[:2] for row in rows if len(row) > 1):
+        found.setdefault(name.strip().lower(), value.strip())
+    return found
