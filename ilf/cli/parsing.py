@@ -85,7 +85,9 @@ def add_options(parser: argparse._ActionsContainer, options: Mapping[str, Readin
     """Add the flags of reading options."""
     exclusive = parser.add_mutually_exclusive_group()
     for name, option in options.items():
-        if option.flag:
+        if bool in KINDS[name]:
+            parser.add_argument(option.flag, dest=name, action="store_const", const=True, help=option.help)
+        elif option.flag:
             (exclusive if option.exclusive else parser).add_argument(
                 option.flag,
                 dest=name,

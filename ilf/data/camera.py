@@ -415,6 +415,17 @@ _OTHER_LENS = re.compile(
 """What the names of lens models contain that are not those of pinhole cameras."""
 
 
+def stated_lens(data: Mapping[str, Any]) -> tuple[float, ...]:
+    """The coefficients of a stated distortion, as `Camera` has them; raise InputError if OpenCV has no such lens."""
+    coefficients = tuple(data.get("distortion", ()))
+    if any(coefficients) and "inverse" in str(data.get("lens", "")).lower():
+        raise InputError(
+            "The lens is that of RealSense's inverse Brown-Conrady model, whose coefficients are those of the opposite "
+            "direction. Record aligned images, or calibrate the camera by OpenCV."
+        )
+    return coefficients
+
+
 def lens_problem(data: Mapping[str, Any]) -> str:
     """A sentence that the stated lens model is not that of a pinhole camera; "" if it may be."""
     told = [str(data[key]) for key in ("lens", "camera_model", "distortion_model", "model") if key in data]

@@ -96,12 +96,13 @@ class GroundTruthFile(InputFile):
 class FrameInputs:
     """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None.
 
-    `encoding` is the name of the depth encoding if it is not given by units per metre; `depth_units` are then those of
-    the decoded depth. `invalid` is the depth file's value that marks missing depth, if there is one besides zero.
-    `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256 of the
-    bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a depth file of
-    another size than colour, by which its depth was registered. `orientations` are the tags (EXIF) by which colour and
-    depth were turned; None if both are as stored.
+    `encoding` is the name of the depth encoding if it is not given by units per metre; `depth_units` are then those
+    of the decoded depth. `invalid` is the depth file's value that marks missing depth, if there is one besides
+    zero. `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256
+    of the bytes in it that contain the frame's colour and depth. `depth_intrinsics` are fx, fy, cx, cy [px] of a
+    depth file of another size than colour, by which its depth was registered. `lenses` are the cameras of colour
+    and depth by whose distortion both were undistorted; `intrinsics` are then those of the undistorted image.
+    `orientations` are the tags (EXIF) by which colour and depth were turned; None if both are as stored.
     """
 
     rgb: InputFile
@@ -114,22 +115,28 @@ class FrameInputs:
     frame: str | None = None
     depth_intrinsics: tuple[float, float, float, float] | None = field(default=None, metadata={"optional": True})
     orientations: tuple[int, int] | None = field(default=None, metadata={"optional": True})
+    lenses: tuple[Camera, Camera] | None = field(default=None, metadata={"optional": True})
 
     @property
     def has_colour_file(self) -> bool:
         """Whether colour is a file of its own on a disk, as stored: neither in a recording nor at an address, nor
-        turned."""
-        return self.frame is None and self.orientations is None and not is_address(self.rgb.path)
+        turned or undistorted."""
+        is_changed = self.orientations is not None or self.lenses is not None
+        return self.frame is None and not is_changed and not is_address(self.rgb.path)
 
     @property
     def arguments(self) -> dict[str, Any]:
         """Arguments of `ilf.load_frame` to read the same files again, ready for JSON."""
-        truth = self.ground_truth
+        truth, cameras = self.ground_truth, (self.intrinsics, self.depth_intrinsics)
+        stated: list[Any] = [None if camera is None else list(camera) for camera in cameras]
+        if self.lenses is not None:
+            stated = [lens.to_json() for lens in self.lenses]
         optional = {
             "frame": self.frame,
             "encoding": self.encoding,
             "invalid": self.invalid,
-            "depth_intrinsics": None if self.depth_intrinsics is None else list(self.depth_intrinsics),
+            "depth_intrinsics": stated[1],
+            "undistort": self.lenses is not None or None,
             "ground_truth": None if truth is None else truth.path,
             "ground_truth_units": None if truth is None else truth.units,
         }
@@ -137,7 +144,7 @@ class FrameInputs:
             "rgb": self.rgb.path,
             "depth": self.depth.path if self.frame is None else None,
             "depth_units": self.depth_units if self.encoding is None else None,
-            "intrinsics": None if self.intrinsics is None else list(self.intrinsics),
+            "intrinsics": stated[0],
             **{name: value for name, value in optional.items() if value is not None},
         }
 

@@ -6,6 +6,7 @@ import difflib
 import math
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from ..data.camera import (
     is_normalised,
     is_preset,
     lens_problem,
+    stated_lens,
     stated_size,
 )
 from ..errors import FormatError, InputError
@@ -84,12 +86,22 @@ def frame_camera(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None) -> 
             return None, ()
     camera = camera_of(stated, shape)
     is_bent = any(stated.get("distortion", ()) if isinstance(stated, Mapping) else camera.distortion)
-    notes = (DISTORTION_NOTE,) if is_bent else ()
+    notes = (f"{DISTORTION_NOTE} Undistort the frame on reading to correct it.",) if is_bent else ()
     size = camera.size
     if size is not None and shape not in {None, size[::-1]} and not is_normalised(camera):
         name = camera.name or "given"
         notes = f"The intrinsics {name} are for {size[0]} x {size[1]} pixels, and are scaled to the image.", *notes
     return fitted(camera, shape).pinhole, notes
+
+
+def lens_from(spec: IntrinsicsSpec, shape: tuple[int, int]) -> Camera:
+    """The camera of an image (H, W) with its distortion, from the same descriptions; raises as `intrinsics_from`, and
+    InputError for distortion that OpenCV's model does not have."""
+    stated = _stated(spec)
+    camera = camera_of(stated, shape)
+    if isinstance(stated, Mapping):
+        camera = replace(camera, distortion=stated_lens(stated))
+    return replace(fitted(camera, shape), size=(shape[1], shape[0]))
 
 
 def _stated(spec: IntrinsicsSpec) -> Any:

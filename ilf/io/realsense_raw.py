@@ -23,18 +23,17 @@ def read_viewer_raw(file: FileContent) -> NDArray[np.uint16]:
 
     Raises
     ------
-    InputError
-        If there is no such table.
     FormatError
-        If the table states no size, another format, or another number of values than the file has.
+        If there is no such table, or it states no size, another format, or another number of values than the file has.
     """
     beside = file.path.with_name(f"{file.path.stem}_metadata.csv")
     try:
         table = read_file(beside)
     except InputError as error:
-        raise InputError(
-            f"{file} has {file.data.size} bytes without a header, and {beside.name}, which the RealSense Viewer writes "
-            "beside it and which states its size, is missing. Put it there, or save depth as PNG, NPY or TIFF."
+        raise FormatError(
+            f"{file} has no header: its {file.data.size} bytes are not 512 x 424 float32 of a Kinect v2, and "
+            f"{beside.name}, which the RealSense Viewer writes beside its snapshots, is missing. Put it there, or save "
+            "depth as PNG, NPY or TIFF."
         ) from error
     stated = table_of_names(table.data.tobytes().decode("utf-8-sig", "replace"))
     try:

@@ -12,7 +12,7 @@ from .._runtime.files import FileContent, read_file
 from ..data.camera import Camera, Cameras, camera_doubt
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError
-from ..io.cameras import frame_camera
+from ..io.cameras import frame_camera, lens_from
 from ..io.depth_reading import DepthReading, interpret_depth, read_depth
 from ..io.encodings import ray_encoding
 from ..io.images import read_colour_with_warning, turned
@@ -61,10 +61,11 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
             f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {_size(metres)} pixels. "
             "Correct its size, or load the two files separately."
         )
-    camera, depth_camera, notes, issued = _cameras(chosen, shape, metres.shape)
-    if not is_same and camera is None:
+    cameras, notes, issued = _cameras(chosen, shape, metres.shape)
+    if not is_same and cameras.colour is None:
         raise InputError(f"{files.depth}: {_NO_COLOUR_CAMERA}{read.alternative_encodings}")
-    cameras = Cameras.registered(camera) if depth_camera is None else Cameras(camera, depth_camera, np.eye(4))
+    colour_camera, depth_camera = cameras.colour, None if cameras.is_registered else cameras.depth
+    lenses = (colour_camera, depth_camera) if chosen.undistort and colour_camera and depth_camera else None
     unlike = unlike_companions(chosen, depth_file, orientation)
     of_pair = (*([orientation.note] if orientation.note else []), *unlike)
     return ReadImages(
@@ -78,11 +79,12 @@ def read_files(files: FrameFiles, options: ReadingOptions, name: str | None = No
             InputFile(str(rgb_file.path), rgb_file.sha256),
             InputFile(str(depth_file.path), depth_file.sha256),
             read.encoding.units,
-            None if camera is None else camera.numbers,
+            None if colour_camera is None else colour_camera.numbers,
             encoding=read.encoding.name,
             invalid=read.encoding.invalid,
-            depth_intrinsics=None if depth_camera is None else depth_camera.numbers,
+            depth_intrinsics=None if depth_camera is None or lenses is not None else depth_camera.numbers,
             orientations=None if orientation.tags == AS_STORED else orientation.tags,
+            lenses=lenses,
         ),
         notes=(*of_colour, *of_pair, *read.notes, *notes),
         warnings=(*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
@@ -121,19 +123,32 @@ def unlike_companions(
 
 def _cameras(
     options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]
-) -> tuple[Camera | None, Camera | None, tuple[str, ...], tuple[str, ...]]:
-    """The camera of colour, that of depth of another size, notes on both, and those among them to issue as warnings."""
+) -> tuple[Cameras, tuple[str, ...], tuple[str, ...]]:
+    """The cameras of colour and depth, notes on both, and those among them to issue as warnings."""
+    if options.undistort:
+        return Cameras(*_lenses(options, shape, depth_shape), np.eye(4)), (), ()
     if shape == depth_shape:
         given = options.intrinsics if options.depth_intrinsics is None else options.depth_intrinsics
         camera, notes = frame_camera(given, shape)
-        return camera, None, notes, notes if camera is None else ()
+        return Cameras.registered(camera), notes, notes if camera is None else ()
     camera, notes = frame_camera(options.intrinsics, shape)
     depth_camera, depth_notes = frame_camera(options.depth_intrinsics, depth_shape)
     if depth_camera is None or (camera is None and notes):
         raise InputError((depth_notes if depth_camera is None else notes)[0])
     doubt = camera_doubt(depth_camera, depth_shape)
     issued = (f"Depth camera: {doubt}",) if doubt else ()
-    return camera, depth_camera, (*notes, *depth_notes, *issued), issued
+    return Cameras(camera, depth_camera, np.eye(4)), (*notes, *depth_notes, *issued), issued
+
+
+def _lenses(options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]) -> tuple[Camera, Camera]:
+    """The cameras of colour and depth with their distortion; raises InputError if none is stated."""
+    if options.intrinsics is None:
+        raise InputError("To undistort a frame, give a file of intrinsics that states the distortion of the lens.")
+    colour = lens_from(options.intrinsics, shape)
+    depth = colour if options.depth_intrinsics is None else lens_from(options.depth_intrinsics, depth_shape)
+    if not (any(colour.distortion) or any(depth.distortion)):
+        raise InputError("The intrinsics state no lens distortion that could be corrected: do not undistort.")
+    return colour, depth
 
 
 def frame_of_images(
@@ -146,6 +161,8 @@ def frame_of_images(
     """A frame of colour (H, W, 3) and depth [m] that were read as `inputs` say, upright; depth of another size is
     registered to colour. Raises InputError as `RGBDFrame` and `register`, and if the intrinsics of colour are not known
     though its size differs."""
+    if inputs.lenses is not None:
+        return register(RawPair(colour, metres, *inputs.lenses, np.eye(4), name, inputs))
     if inputs.depth_intrinsics is None:
         return RGBDFrame(colour, metres, camera, name, inputs=inputs)
     if camera is None:

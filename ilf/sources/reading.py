@@ -50,6 +50,7 @@ def load_frame(
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
     depth_intrinsics: IntrinsicsSpec | None = None,
+    undistort: bool | None = None,
     name: str | None = None,
     ground_truth: str | os.PathLike[str] | None = None,
     ground_truth_units: float | None = None,
@@ -77,9 +78,10 @@ def load_frame(
         File units per metre: the encoding of most files.
     encoding : str or float, optional
         Conversion of the depth file's values to metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
-        ...), "bop", "bop:SCALE", "disparity:FB", or file units per metre. It replaces `depth_units`. Without both, the
-        value in meta.json is used, also for two files that lie beside it (see `meta_beside`); without that, 1000 units
-        per metre for integers and 1 for floats. An explicit encoding skips the plausibility check.
+        ...), "bop", "bop:SCALE", "disparity:FB", "zbuffer:NEAR,FAR", ..., or file units per metre. It replaces
+        `depth_units`. Without both, the value in meta.json is used, also for two files that lie beside it (see
+        `meta_beside`); without that, 1000 units per metre for integers and 1 for floats. An explicit encoding skips
+        the plausibility check.
     invalid : float, optional
         The file's value for missing depth, besides zero, negative and not finite ones; 0 means that there is none. None
         uses the value in meta.json.
@@ -89,6 +91,10 @@ def load_frame(
         The same for a depth file of another size than colour: its depth is registered to colour by both intrinsics, as
         seen from the same place (see `ilf.registration`). Where both images have the same size, they are the
         intrinsics of both.
+    undistort : bool, optional
+        Whether colour and depth are undistorted, by the distortion that the intrinsics of each state (OpenCV's model,
+        up to 14 coefficients); `intrinsics` of the frame are then those of the undistorted images. Depth is moved, not
+        interpolated.
     name : str, optional
         Name of the frame; None takes it from meta.json or the file names.
     ground_truth : path-like, optional

@@ -134,6 +134,15 @@ class ReadingOptions:
             "intrinsics, as seen from the same place. In the same forms as --intrinsics",
         ),
     )
+    undistort: bool | None = field(
+        default=None,
+        metadata=_declared(
+            label="undistortion",
+            flag="--undistort",
+            help="correct the lens distortion of colour and depth, which the files of --intrinsics and "
+            "--depth-intrinsics state; the camera of the results is that of the corrected images",
+        ),
+    )
     ground_truth: str | None = field(
         default=None,
         metadata=_declared(
@@ -282,9 +291,8 @@ class ReadingOptions:
 
     def to_arguments(self) -> list[str]:
         """The given options as arguments of the command line that they were read from."""
-        return [
-            text for name, value in self.given.items() if (flag := OPTIONS[name].flag) for text in (flag, str(value))
-        ]
+        given = ((OPTIONS[name].flag, value) for name, value in self.given.items() if OPTIONS[name].flag)
+        return [text for flag, value in given for text in ((flag,) if value is True else (flag, str(value)))]
 
     @classmethod
     def from_arguments(cls, arguments: Mapping[str, Any]) -> Self:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..data.frame import FrameInputs, InputFile
+from ..errors import InputError
 from ..io.depth_reading import interpret_depth
 from .frame_ref import FrameRef
 from .naming import recorded_frame_name
@@ -24,6 +25,8 @@ def read_recorded(ref: FrameRef, name: str | None = None) -> ReadImages:
         If there is no such encoding.
     """
     key, options, given = ref.frame or "", ref.options, ref.options.depth_encoding
+    if options.undistort:
+        raise InputError(f"{ref.rgb} is a recording: undistortion applies to files of colour and depth.")
     with opened(ref.rgb) as recording:
         stored, cameras, pose, path = recording.frame(key), recording.cameras(key), recording.pose(key), recording.path
     invalid = stored.invalid if options.invalid is None else options.invalid

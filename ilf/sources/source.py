@@ -235,6 +235,7 @@ def open_source(
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
     depth_intrinsics: IntrinsicsSpec | None = None,
+    undistort: bool | None = None,
     min_confidence: float | None = None,
     max_gap: float = MAX_TIME_GAP_S,
     topics: Topics | None = None,
@@ -255,7 +256,7 @@ def open_source(
     path : path-like
         Or an address (s3://, gs://, https://, hf://), by fsspec and its driver, which are installed separately: frames
         are read when they are asked for, a recording is copied to the cache as a whole.
-    depth_units, encoding, invalid, intrinsics, depth_intrinsics, min_confidence : optional
+    depth_units, encoding, invalid, intrinsics, depth_intrinsics, undistort, min_confidence : optional
         How the depth of all frames is read, its cameras, and its minimum confidence, as for `ilf.load_frame`. None uses
         the options of the source's layout.
     max_gap : float

@@ -123,7 +123,7 @@ Distorsion,Brown Conrady
 def test_a_snapshot_of_the_realsense_viewer_has_the_size_and_camera_of_its_table(save, tmp_path):
     stored = np.rint(1000 * METRES).astype("<u2")
     files = save("one_Depth.raw", stored.tobytes())
-    with pytest.raises(InputError, match=r"one_Depth_metadata\.csv.*missing"):
+    with pytest.raises(FormatError, match=r"one_Depth_metadata\.csv.*missing"):
         ilf.load_frame(*files)
     table = tmp_path / "one_Depth_metadata.csv"
     for wrong in ({"kind": "Y16"}, {"width": W + 1}, {"height": -H}, {"width": "many"}):

@@ -529,6 +529,7 @@ EVERY_OPTION = ReadingOptions(
     guide="guide.npy",
     confidence="sure.png",
     depth_intrinsics="azure-kinect",
+    undistort=True,
     pose=tuple(np.eye(4).ravel().tolist()),
     max_gap=0.5,
     topics=("/colour", "/depth"),

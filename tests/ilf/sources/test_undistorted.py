@@ -1,0 +1,143 @@
+"""Pairs of files that are undistorted on reading: the right pixels, the right camera, and the same frame again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+from ilf.data.blocks import Blocks
+from ilf.errors import InputError
+from ilf.project.file import open_project, save_project
+from ilf.project.frame_state import FrameState
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading import load_frame
+from ilf.sources.reading_options import ReadingOptions
+
+H, W = 60, 80
+LENS = (-0.32, 0.11, 0.001, -0.0008, -0.01)
+LENSES = {
+    "Brown": LENS,
+    "rational": (*LENS, 0.02, -0.01, 0.003),
+    "thin prism": (*LENS, 0.02, -0.01, 0.003, 0.001, 0.0, -0.001, 0.0),
+    "tilted": (*LENS, 0.02, -0.01, 0.003, 0.001, 0.0, -0.001, 0.0, 0.004, -0.003),
+}
+K = np.array([[75.0, 0, 39.5], [0, 75.0, 29.5], [0, 0, 1]])
+
+
+def _camera(path: Path, coefficients: tuple[float, ...] = LENS, matrix: np.ndarray = K) -> Path:
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    storage.write("image_width", W)
+    storage.write("image_height", H)
+    storage.write("camera_matrix", matrix)
+    storage.write("distortion_coefficients", np.array([coefficients]))
+    storage.release()
+    return path
+
+
+def _slanted_plane(coefficients: tuple[float, ...]) -> np.ndarray:
+    """Depth [m] of a slanted plane as a camera with this lens sees it: inverse depth is linear in undistorted rays."""
+    columns, rows = np.meshgrid(np.arange(W, dtype=float), np.arange(H, dtype=float))
+    seen = np.stack([columns.ravel(), rows.ravel()], axis=1)[:, None]
+    x, y = cv2.undistortPoints(seen, K, np.array(coefficients))[:, 0].T
+    return (1 / (0.5 + 0.1 * x + 0.2 * y)).reshape(H, W)
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[Path, Path]:
+    shades = np.repeat(np.linspace(20, 230, W)[None], H, axis=0).astype(np.uint8)
+    cv2.imwrite(str(tmp_path / "rgb.png"), np.dstack((shades, shades, 255 - shades)))
+    np.save(tmp_path / "depth.npy", _slanted_plane(LENS).astype(np.float32))
+    return tmp_path / "rgb.png", tmp_path / "depth.npy"
+
+
+@pytest.mark.parametrize("kind", LENSES)
+def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind: str, files: tuple[Path, Path], tmp_path: Path) -> None:
+    np.save(files[1], _slanted_plane(LENSES[kind]).astype(np.float32))
+    frame = ilf.load_frame(*files, intrinsics=_camera(tmp_path / "lens.yaml", LENSES[kind]), undistort=True)
+    camera = frame.intrinsics
+    x, y = (np.arange(W) - camera.cx) / camera.fx, (np.arange(H)[:, None] - camera.cy) / camera.fy
+    plane = 1 / (0.5 + 0.1 * x + 0.2 * y)
+    assert frame.known.mean() > 0.99, "no empty pixels"
+    half_a_pixel = 0.5 / 75 * 0.35 * plane**2  # depth is moved to the nearest pixel, not interpolated
+    assert (np.abs(frame.depth - plane)[frame.known] < half_a_pixel[frame.known] + 0.01).all()
+
+
+def test_colour_is_where_opencv_puts_it(files: tuple[Path, Path], tmp_path: Path) -> None:
+    frame = ilf.load_frame(*files, intrinsics=_camera(tmp_path / "lens.yaml"), undistort=True)
+    stored = cv2.cvtColor(cv2.imread(str(files[0])), cv2.COLOR_BGR2RGB)
+    wanted = cv2.undistort(stored, K, np.array(LENS), None, frame.intrinsics.matrix)
+    assert np.abs(wanted[1:-1, 1:-1].astype(int) - frame.rgb[1:-1, 1:-1]).max() <= 2
+    shift = 0.01 * (230 - 20) / W  # of 0.01 px, in shades
+    assert np.abs(wanted[5:-5, 5:-5].astype(float) - frame.rgb[5:-5, 5:-5]).mean() < max(shift, 0.5)
+
+
+def test_the_same_frame_comes_back_from_arguments_records_and_projects(
+    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lens = _camera(tmp_path / "lens.yaml")
+    frame = ilf.load_frame(*files, intrinsics=lens, undistort=True)
+    assert frame.intrinsics.numbers != (75.0, 75.0, 39.5, 29.5)
+    again = ilf.load_frame(**json.loads(json.dumps(frame.sources)))
+    assert again.inputs == frame.inputs
+    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+    how = ["--out", str(tmp_path / "out"), "--max-iterations", "5", "--quiet"]
+    assert main(["complete", *map(str, files), "--intrinsics", str(lens), "--undistort", *how]) == 0
+    assert (tmp_path / "out/rgb.png").is_file(), "no file has the undistorted colour"
+    assert ilf.load_frame(tmp_path / "out").intrinsics.fx == pytest.approx(frame.intrinsics.fx, abs=1e-4)
+    replayed = ilf.replay(tmp_path / "out/run.json")
+    assert replayed.differences == ()
+    assert np.array_equal(replayed.run.frame.depth, frame.depth, equal_nan=True)
+
+
+def test_a_project_reads_it_again_from_the_files_and_untouched_frames_keep_the_option(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    options = ReadingOptions(intrinsics=str(_camera(tmp_path / "lens.yaml")), undistort=True)
+    state = FrameState("a1", load_frame(*files, **options.given), Blocks(np.ones((H, W), np.int32)))
+    summary = FrameSummary(Stage.UNTOUCHED)
+    frames = (
+        ProjectFrame("a1", "one", FrameRef.of(state.frame.inputs), summary, True),
+        ProjectFrame("b2", "two", FrameRef(*map(str, files), options=options)),
+    )
+    save_project(tmp_path / "room.ilf", Project(frames), [state])
+    with open_project(tmp_path / "room.ilf") as opened:
+        assert opened.project.frames[1].source.options.undistort is True
+        for one in frames:
+            frame = opened.state(one.id).state.frame
+            assert np.array_equal(frame.depth, state.frame.depth, equal_nan=True)
+            assert np.array_equal(frame.rgb, state.frame.rgb)
+            assert frame.inputs == state.frame.inputs
+
+
+def test_depth_of_its_own_lens_is_registered_by_both(files: tuple[Path, Path], tmp_path: Path) -> None:
+    small = K.copy()
+    small[:2] *= 0.5
+    small[:2, 2] -= 0.25
+    np.save(files[1], np.full((H // 2, W // 2), 2.0, np.float32))
+    lenses = {"intrinsics": _camera(tmp_path / "rgb.yaml"), "depth_intrinsics": (*small[[0, 1, 0, 1], [0, 1, 2, 2]],)}
+    frame = ilf.load_frame(*files, **lenses, undistort=True)
+    assert frame.shape == (H, W)
+    assert np.allclose(frame.depth[frame.known], 2.0)
+    assert np.array_equal(ilf.load_frame(**frame.sources).depth, frame.depth, equal_nan=True)
+
+
+def test_what_cannot_be_undistorted_is_refused(files: tuple[Path, Path], tmp_path: Path) -> None:
+    for camera, told in (
+        (None, "give a file of intrinsics"),
+        ("75,75,39.5,29.5", "no lens distortion"),
+        (_camera(tmp_path / "wild.yaml", (-3.0, 0.0, 0.0, 0.0)), "cannot be inverted"),
+        (
+            {"fx": 75, "fy": 75, "cx": 39.5, "cy": 29.5, "model": "Inverse Brown Conrady", "coeffs": [0.1] * 5},
+            "inverse",
+        ),
+        ({"fx": 75, "fy": 75, "cx": 39.5, "cy": 29.5, "D": [0.1] * 6}, "coefficients"),
+    ):
+        with pytest.raises(InputError, match=told):
+            ilf.load_frame(*files, intrinsics=camera, undistort=True)
