@@ -19,18 +19,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ilf
-import ilf.batch.batch
-import ilf.batch.pictures
-import ilf.batch.workers
+import ilf.batch.folder_sink
 from ilf._runtime.formatting import grouped
 from ilf._runtime.networks.models import BUNDLED, CORRECTION, SPARSE_CORRECTION
-from ilf.batch.batch import open_batch, write_manifest
+from ilf.batch.cluster import run_on_cluster
+from ilf.batch.engine import complete_frame, complete_many, complete_unit
+from ilf.batch.folder_sink import FolderSink, open_folder
 from ilf.batch.frame_record import FrameStatus, read_frame, read_frame_record
 from ilf.batch.frames import BatchFrame, folder_name, frames_of_sources, named_frames, shard_of, slice_frames
 from ilf.batch.pictures import depth_levels, read_preview
-from ilf.batch.settings import BatchSettings, read_settings, sha256_of, write_settings
-from ilf.batch.task import Task, complete_frame, temporal_median
-from ilf.batch.workers import complete_locally, complete_on_cluster
+from ilf.batch.settings import BatchSettings, read_settings, write_settings
+from ilf.batch.static_camera import temporal_median
 from ilf.cli import main
 from ilf.cli.output import FramesBar
 from ilf.errors import FormatError, InputError
@@ -90,19 +89,19 @@ def test_a_frame_that_kills_its_process_costs_itself_alone(source, tmp_path):
     frames = [*frames_in(source)[:2], *named_frames([("deadly", Deadly("a.png", "b.png"), None)])]
     (tmp_path / "out").mkdir()
     write_settings(tmp_path / "out", SETTINGS.facts(), (1.0, 3.0))
-    batch = open_batch(frames, tmp_path / "out", SETTINGS)
-    outcomes = {outcome.frame: outcome for outcome in complete_locally(batch.task, batch.to_do)}
+    batch = open_folder(frames, tmp_path / "out", SETTINGS)
+    outcomes = {outcome.frame: outcome for outcome in complete_many(batch)}
     assert [outcomes[frame.key].status for frame in frames] == ["completed", "completed", "failed"]
     assert "crashed twice" in outcomes["deadly"].message
-    assert [row["status"] for row in map(dataclasses.asdict, batch.write_manifest())] == [
+    assert [row["status"] for row in map(dataclasses.asdict, batch.recorded())] == [
         "completed",
         "completed",
         "failed",
     ]
     assert not list((tmp_path / "out").rglob(".ilf-*"))
-    again = open_batch(frames, tmp_path / "out", SETTINGS)
+    again = open_folder(frames, tmp_path / "out", SETTINGS)
     assert (again.to_do, [outcome.frame for outcome in again.failed]) == ((), ["deadly"])
-    assert list(again.outcomes()) == []
+    assert list(complete_many(again)) == []
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems' names of files are text")
@@ -216,13 +215,13 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp
 
 
 def test_whatever_is_wrong_with_a_frame_is_its_outcome(source, tmp_path, monkeypatch, in_this_process):
-    batch = open_batch(frames_in(source), tmp_path / "out", SETTINGS)
+    batch = open_folder(frames_in(source), tmp_path / "out", SETTINGS)
 
     def fail(*_: object) -> None:
         raise MemoryError("no more")
 
     monkeypatch.setattr(BatchSettings, "run_of", fail)
-    outcome = complete_frame(batch.task, batch.to_do[0])
+    outcome = complete_frame(batch, batch.to_do[0])
     assert (outcome.status, outcome.message) == (FrameStatus.FAILED, "MemoryError: no more")
 
 
@@ -256,9 +255,9 @@ def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, in_
 
 
 def test_other_machines_must_complete_alike(source, tmp_path, in_this_process):
-    task = open_batch(frames_in(source), tmp_path / "out", SETTINGS).task
+    batch = open_folder(frames_in(source), tmp_path / "out", SETTINGS)
     with pytest.raises(InputError, match="its results would differ"):
-        complete_frame(replace(task, sha256="other"), frames_in(source)[0])
+        complete_unit(replace(batch, sha256="other"), batch.to_do[0])
 
 
 def test_shards_share_a_folder(source, tmp_path, in_this_process):
@@ -285,16 +284,16 @@ def test_shards_share_a_folder(source, tmp_path, in_this_process):
 
 def test_a_manifest_has_what_comes_while_it_is_written(source, tmp_path, monkeypatch, in_this_process):
     out = tmp_path / "out"
-    batch = open_batch(frames_in(source), out, SETTINGS)
-    complete_frame(batch.task, batch.to_do[0])
-    real = ilf.batch.batch.write_csv
+    batch = open_folder(frames_in(source), out, SETTINGS)
+    complete_frame(batch, batch.to_do[0])
+    real = ilf.batch.folder_sink.write_csv
 
     def slow(path: Path, rows: list) -> None:
         real(path, rows)
-        complete_frame(batch.task, batch.to_do[1])  # by somebody else, who has written a manifest before
+        complete_frame(batch, batch.to_do[1])  # by somebody else, who has written a manifest before
 
-    monkeypatch.setattr(ilf.batch.batch, "write_csv", slow)
-    assert len(write_manifest(out, batch.frames)) == 2
+    monkeypatch.setattr(ilf.batch.folder_sink, "write_csv", slow)
+    batch.close()
     assert len(manifest(out)) == 2
 
 
@@ -331,12 +330,11 @@ def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
 
 
 @pytest.mark.parametrize("content", ["{", "[]", '{"address": 7}', '{"address": "tcp://x"}', '"address"', "\0"])
-def test_damaged_files_of_schedulers(source, tmp_path, content):
+def test_damaged_files_of_schedulers(tmp_path, content):
     path = tmp_path / "scheduler.json"
     path.write_text(content)
-    task = Task(str(tmp_path / "out"), SETTINGS, "", (0.0, 1.0))
     with pytest.raises(InputError, match=str(path)):
-        list(complete_on_cluster(task, frames_in(source), str(path)))
+        list(run_on_cluster(abs, [-1], str(path)))
 
 
 def test_previews_share_their_colours(source, tmp_path, in_this_process):
@@ -401,7 +399,7 @@ def test_what_is_no_address_is_not_asked_for_a_scheduler(monkeypatch):
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(distributed, "Client", lambda **_: pytest.fail("a client was made"))
     with pytest.raises(InputError, match="no Dask scheduler at nowhere"):
-        next(complete_on_cluster(None, (), "nowhere"))
+        next(run_on_cluster(abs, (), "nowhere"))
 
 
 _LOST = """
@@ -570,8 +568,8 @@ def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(sour
     first = replace(frames_in(source)[0], source=frames_in(source)[0].source.with_options(intrinsics="30,30,16,12"))
     (tmp_path / "out").mkdir()
     settings = replace(SETTINGS, options=ExportOptions(axes="world"))
-    task = Task(str(tmp_path / "out"), settings, sha256_of(settings.facts()), (1.0, 3.0))
-    outcome = complete_frame(task, first)
+    batch = FolderSink(settings=settings, folder=tmp_path / "out", sha256="", levels=(1.0, 3.0))
+    outcome = complete_frame(batch, first)
     assert outcome.message.startswith("The pose of this frame's camera is not known")
 
 

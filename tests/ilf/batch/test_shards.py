@@ -21,8 +21,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ilf
-import ilf.batch.shards
-from ilf.batch.shard_task import sample_name
+import ilf.batch.engine
+from ilf.batch.frozen_list import sample_name
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.sources.opening import close_all
@@ -226,7 +226,7 @@ def test_kills_lose_nothing_and_repeat_nothing(source, tmp_path, in_this_process
 
 
 def test_a_frame_that_kills_its_process_is_a_row(source, tmp_path, monkeypatch, in_this_process, capsys):
-    real = ilf.batch.shards.run_in_processes
+    real = ilf.batch.engine.run_in_processes
 
     def crashing(work, items, **how) -> Iterator[tuple]:
         crashed = []
@@ -241,7 +241,7 @@ def test_a_frame_that_kills_its_process_is_a_row(source, tmp_path, monkeypatch, 
         yield from real(work, keep(items), **how)
         yield from ((item, None) for item in crashed)  # last, as after the second crash
 
-    monkeypatch.setattr(ilf.batch.shards, "run_in_processes", crashing)
+    monkeypatch.setattr(ilf.batch.engine, "run_in_processes", crashing)
     assert main(command(source, tmp_path / "out")) == 1
     assert "rgb/0001: The process crashed twice" in capsys.readouterr().err
     assert [row["status"] for row in rows(tmp_path / "out")] == ["completed", "failed", *["completed"] * 3]
@@ -267,16 +267,16 @@ def test_other_settings_and_frames_are_noticed(source, tmp_path, in_this_process
 
 PROCESS = """
 import sys, time
-import ilf.batch.shard_task as task, ilf.batch.shards as shards
+import ilf.batch.engine as engine, ilf.batch.shard_sink as shards
 from ilf.cli import main
-real = task._completed
+real = engine._completed
 def noted(*how):
     with open(sys.argv[1], "a") as log:
         log.write(how[1].key + "\\n")
     time.sleep(0.1)
     return real(*how)
-task._completed = noted
-shards.run_in_processes = lambda work, items, jobs=1: ((item, work(item)) for item in items)
+engine._completed = noted
+engine.run_in_processes = shards.run_in_processes = lambda work, items, **_: ((item, work(item)) for item in items)
 sys.exit(main(sys.argv[2:]))
 """
 
