@@ -104,12 +104,11 @@ class BatchSummary:
         number = self._counts.failed + self._counts.failed_before + self._more_failed
         if not number:
             return
-        hidden = number - len(self._failures)
-        more = f" And {hidden} more, listed in {self._listed_in} (column message)." if hidden else ""
-        raise IlfError(
-            f"{number} of {counted(self._counts.total, 'frame')} failed. {'; '.join(self._failures)}{more} Retry them "
-            "with --retry-failed."
-        )
+        told = [f"{number} of {counted(self._counts.total, 'frame')} failed.", "; ".join(self._failures)]
+        if hidden := number - len(self._failures):
+            what = f"And {hidden} more are" if self._failures else "They are"
+            told.append(f"{what} listed in {self._listed_in} (column message).")
+        raise IlfError(" ".join(filter(None, [*told, "Retry them with --retry-failed."])))
 
     def _warn(self, outcome: FrameOutcome) -> None:
         """Print plausibility warnings, each once with the first frame that it concerns."""

@@ -19,8 +19,8 @@ from ilf.cli import main
 from ilf.errors import InputError
 from ilf.run.options import ExportOptions
 
-from ..batch_frames import work_in_this_process, write_frames
-from .test_batch import frames_in
+from ..batch_frames import contents
+from .test_batch import FLAGS, frames_in
 from .test_shards import command, rows, tars
 
 distributed = pytest.importorskip("distributed")
@@ -41,17 +41,6 @@ def cluster() -> Iterator:
         scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
     ) as there:
         yield there
-
-
-@pytest.fixture
-def source(tmp_path: Path) -> Path:
-    return write_frames(tmp_path / "in", 5)
-
-
-@pytest.fixture
-def begun(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """There are no other processes; the keys of the frames whose completion was begun."""
-    return work_in_this_process(monkeypatch)
 
 
 @pytest.fixture
@@ -85,6 +74,19 @@ def test_a_cluster_writes_the_same_shards_and_resumes(source, tmp_path, cluster,
     assert main(on_cluster) == 0
     assert len(begun) == 4
     assert not (out / "parts").exists()
+
+
+def test_a_cluster_completes_the_same_folder_and_resumes(source, tmp_path, cluster, begun, capsys):
+    (source / "depth" / "0001.png").write_bytes(b"no image")
+    words = ["batch", str(source), "--quiet", *FLAGS, "--out"]
+    assert main([*words, str(tmp_path / "alone")]) == 1
+    begun.clear()
+    on_cluster = [*words, str(tmp_path / "out"), "--dask", cluster.scheduler_address]
+    assert main(on_cluster) == 1
+    assert "1 of 5 frames failed. rgb/0001: " in capsys.readouterr().err
+    assert contents(tmp_path / "out") == contents(tmp_path / "alone")
+    assert main(on_cluster) == 1
+    assert sorted(begun) == [f"rgb/000{number}" for number in range(5)]
 
 
 def test_workers_end_a_shard_that_nobody_waits_for(batch, cluster, begun, monkeypatch):
