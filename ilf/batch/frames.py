@@ -42,6 +42,8 @@ class BatchFrame:
         Frames before it and after it, the nearest first, as far as they are used.
     neighbour_step : int
         Every so many of them gives its depth, as for `with_neighbours`; 0 if they are those of a static camera.
+    number : int
+        Its place in the frozen list of a batch that writes shards.
     """
 
     key: str
@@ -51,6 +53,7 @@ class BatchFrame:
     before: tuple[FrameRef, ...] = ()
     after: tuple[FrameRef, ...] = ()
     neighbour_step: int = 0
+    number: int = 0
 
     @property
     def neighbours(self) -> tuple[FrameRef, ...]:

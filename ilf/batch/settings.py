@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..errors import FormatError, InputError, cause
 from ..evaluation.hold_out import HoldOutTest
+from ..io.labels import with_more_invalid
 from ..run.block_choice import BlockChoice
 from ..run.options import ExportOptions
 from ..run.record import PROGRAM, installed_sha256, requested_networks
@@ -68,7 +69,10 @@ class BatchSettings:
     neighbour_step: int = 1
 
     def run_of(self, frame: RGBDFrame) -> Run:
-        """Make the run of a frame; InputError if its blocks cannot be made."""
+        """Make the run of a frame; InputError if its blocks cannot be made, or the mask of invalid depth is of another
+        size."""
+        if self.invalid_mask is not None:
+            frame = with_more_invalid(frame, self.invalid_mask)
         return Run(frame, self.blocks.blocks_of(frame), self.parameters, extrapolate=self.extrapolate)
 
     def facts(self) -> dict[str, Any]:
@@ -154,6 +158,15 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     return [
         f"{name}: {old.get(name)}, now {new.get(name)}" for name in {**old, **new} if old.get(name) != new.get(name)
     ]
+
+
+_MAX_LISTED = 3
+
+
+def some(things: Sequence[str]) -> str:
+    """Return the first few of several texts, and the number of the others."""
+    more = len(things) - _MAX_LISTED
+    return "; ".join(things[:_MAX_LISTED]) + (f"; and {more} more" if more > 0 else "")
 
 
 def _flat(facts: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -16,7 +16,7 @@ from .._runtime.installation import optional
 from ..errors import FormatError, IlfError
 from ..sources.shards import END, LIST_FILE, MERGED_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .frame_record import FrameOutcome, FrameStatus
-from .shard_task import Part, column_name
+from .shard_parts import COLUMNS, Part
 
 _PURPOSE = "Writing shards"
 
@@ -27,9 +27,8 @@ def schema() -> Any:
     kinds = {int: pyarrow.int64(), float: pyarrow.float64()}
     hints = get_type_hints(FrameOutcome)
     columns = {
-        column_name(field.name): next((kinds[kind] for kind in kinds if kind in _members(hints[field.name])), None)
-        or pyarrow.string()
-        for field in dataclasses.fields(FrameOutcome)
+        column: next((kinds[kind] for kind in kinds if kind in _members(hints[name])), None) or pyarrow.string()
+        for name, column in COLUMNS.items()
     }
     columns |= dict.fromkeys(("rgb", "rgb_sha256", "depth_sha256", "shard"), pyarrow.string())
     columns |= {"offset": pyarrow.int64(), "size": pyarrow.int64(), "sha256": pyarrow.string()}

@@ -5,32 +5,25 @@ from __future__ import annotations
 import argparse
 import os
 import re
-import sys
 import time
-from collections.abc import Iterable, Sequence
 from contextlib import closing
 from dataclasses import astuple, replace
 from functools import partial
 from pathlib import Path
-from statistics import median
-from typing import Any
 
-from .._runtime.formatting import counted, millimetres
+from .._runtime.formatting import counted
 from .._runtime.termination import extended_time_limit
-from ..batch.batch import MANIFEST_COLUMNS, Batch, open_batch
-from ..batch.frame_record import FrameOutcome, FrameStatus
+from ..batch.engine import Sink, complete_many
+from ..batch.folder_sink import MANIFEST_COLUMNS, MANIFEST_FILE, FolderSink, open_folder
 from ..batch.frames import BatchFrame, frames_of_sources, shard_of, slice_frames, with_companion_files
 from ..batch.pictures import write_contact_sheet, write_video
 from ..batch.settings import BatchSettings
-from ..batch.shards import ShardCounts
-from ..completion.confidence.expected_error import MEDIAN_NAME
 from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
-from ..errors import IlfError
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
-from ..io.depth_reading import unique_warnings
 from ..io.frame_additions import guide_network
 from ..run.block_choice import BlockChoice
 from ..sources.source import Source
+from .batch_summary import BatchSummary
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
 from .output import FramesBar, print_json, shows_progress, warn
 from .parsing import (
@@ -50,7 +43,7 @@ from .parsing import (
     seeds_from,
     with_given,
 )
-from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, run_shards, summary
+from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, open_given_shards
 from .usage import Parser, UsageError, add_json, add_progress, count
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
@@ -64,9 +57,6 @@ _STATIC_RADIUS = 3
 _SHUTDOWN_S = 30.0
 """Time to shut down [s]: end the processes and write the manifest of all completed frames."""
 
-_MAX_LISTED = 5
-"""Maximum number of failed frames listed on the terminal; the manifest lists all."""
-
 
 def add_arguments(parser: Parser) -> None:
     """Add the command's arguments to its parser."""
@@ -76,10 +66,10 @@ def add_arguments(parser: Parser) -> None:
         "with the result of each. The same command resumes an interrupted batch."
     )
     parser.epilog = (
-        "The JSON document contains folder, files, completed, failed, completed_before, failed_before, not_done "
-        f"(frames), seconds and frames. frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. Unknown "
-        "numbers are null. With --shards: folder, shards, before, failed_before, completed, failed, total, left "
-        "(frames) and seconds; with --verify or --merge: folder, shards, finished, frames, completed, failed, problems."
+        "The JSON document contains folder, completed, failed, completed_before, failed_before, not_done (frames) and "
+        f"seconds; with --out also files and frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. Unknown "
+        "numbers are null. With --shards also shards; with --verify or --merge: folder, shards, finished, frames, "
+        "completed, failed, problems."
     )
     parser.set_defaults(command=run)
     parser.add_argument("sources", nargs="*", metavar="SOURCE", help="folder of frames, data set or recording")
@@ -168,44 +158,26 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError("Give a SOURCE, and an output folder by --out or --shards.")
     settings = _settings(arguments)
     if arguments.shards is not None:
-        run_shards(arguments, settings, partial(_frames, arguments))
-        return
-    frames = _frames(arguments)
-    only = frames if arguments.shard is None else shard_of(frames, *arguments.shard)
-    batch = open_batch(
-        frames,
-        arguments.out,
-        settings,
-        only=only,
-        anew=arguments.rerun_changed,
-        retry_failed=arguments.retry_failed,
-        strict=arguments.strict,
-    )
-    started = time.perf_counter()
-    done: list[FrameOutcome] = []
-    text = not (arguments.quiet or arguments.json)
-    with extended_time_limit(_SHUTDOWN_S):
-        try:
-            _complete(batch, arguments, done)
-        finally:
-            all_of_them = batch.write_manifest()
-            if text:
-                print("\n".join(_summary(batch, done, time.perf_counter() - started)), flush=True)
-    shown = [path.name for path in _pictures(arguments, batch, all_of_them)]
-    if arguments.json:
-        seconds = time.perf_counter() - started
-        print_json(_record(batch, all_of_them, done, seconds) | {"files": ["manifest.csv", *shown]})
-    elif text:
-        print(f"Written to {arguments.out}: {', '.join(['manifest.csv', *shown])}, and a folder for each frame.")
-    failed = [*batch.failed, *(outcome for outcome in done if outcome.status is FrameStatus.FAILED)]
-    if arguments.strict:  # including frames completed before
-        failed += [
-            replace(outcome, message=outcome.plausibility_warnings)
-            for outcome in batch.finished
-            if outcome.plausibility_warnings
-        ]
-    if failed:
-        raise IlfError(_failures(failed, len(only)))
+        shards = open_given_shards(arguments, settings, partial(_frames, arguments))
+        summary = BatchSummary(shards.counts, "the tables")
+        seconds = _complete(shards, arguments, summary)
+        if arguments.json:
+            print_json({"folder": arguments.shards, "shards": shards.shards.count} | summary.as_json(seconds))
+        elif not arguments.quiet:
+            print(f"Written to {arguments.shards}: {counted(len(shards.to_do), 'shard')}.")
+    else:
+        folder = _opened_folder(arguments, settings)
+        summary = BatchSummary(folder.counts, MANIFEST_FILE)
+        summary.add_earlier(folder.finished, folder.failed, arguments.strict)
+        seconds = _complete(folder, arguments, summary)
+        wanted = [write_contact_sheet] * arguments.contact_sheet + [write_video] * arguments.video
+        files = [MANIFEST_FILE, *(write(folder.folder, folder.recorded()).name for write in wanted)]
+        if arguments.json:
+            rows = [dict(zip(MANIFEST_COLUMNS, astuple(outcome), strict=True)) for outcome in folder.recorded()]
+            print_json({"folder": str(folder.folder)} | summary.as_json(seconds) | {"frames": rows, "files": files})
+        elif not arguments.quiet:
+            print(f"Written to {arguments.out}: {', '.join(files)}, and a folder for each frame.")
+    summary.check_failures()
 
 
 def _add_sharing(group: argparse._ArgumentGroup) -> None:
@@ -222,6 +194,19 @@ def _add_sharing(group: argparse._ArgumentGroup) -> None:
         metavar="ADDRESS",
         help="run on a Dask cluster, frame by frame, or shard by shard with --shards: address of the scheduler, or its "
         "scheduler file. A scheduler can run any code here and on its workers: use only one that you trust",
+    )
+
+
+def _opened_folder(arguments: argparse.Namespace, settings: BatchSettings) -> FolderSink:
+    frames = _frames(arguments)
+    return open_folder(
+        frames,
+        arguments.out,
+        settings,
+        only=frames if arguments.shard is None else shard_of(frames, *arguments.shard),
+        anew=arguments.rerun_changed,
+        retry_failed=arguments.retry_failed,
+        strict=arguments.strict,
     )
 
 
@@ -283,80 +268,24 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     ]
 
 
-def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutcome]) -> None:
-    """Complete the frames, with a progress bar, and add their outcomes to `done`."""
-    shown = shows_progress(arguments)
-    there = len(batch.finished) + len(batch.failed)
-    plausibility_warnings = set[str]()
-    _report_plausibility(batch.finished, plausibility_warnings)
-    with (
-        FramesBar(there + len(batch.to_do), there, len(batch.failed), shown=shown) as bar,
-        closing(batch.outcomes(jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
-    ):
-        for outcome in outcomes:
-            done.append(outcome)
-            with FramesBar.external_write_mode(sys.stderr):
-                _report_plausibility([outcome], plausibility_warnings)
-            bar.add(completed=outcome.status is FrameStatus.COMPLETED)
-
-
-def _report_plausibility(outcomes: Iterable[FrameOutcome], known: set[str]) -> None:
-    """Print plausibility warnings, each once with the first frame that it concerns."""
-    for outcome in outcomes:
-        if outcome.plausibility_warnings:
-            warn(f"{outcome.frame}: {text}" for text in unique_warnings([outcome.plausibility_warnings], known))
-
-
-def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list[str]:
-    completed = [outcome for outcome in done if outcome.status is FrameStatus.COMPLETED]
-    before, failed_before = len(batch.finished), len(batch.failed)
-    total = len(batch.to_do) + before + failed_before
-    lines = summary(ShardCounts(before, failed_before, len(completed), len(done) - len(completed), total), seconds)
-    pixels = sum(outcome.pixels or 0 for outcome in completed)
-    if pixels:
-        missing, after, outside = (
-            sum(getattr(outcome, name) or 0 for outcome in completed) / pixels
-            for name in ("missing_before", "missing_after", "outside_view")
-        )
-        lines.append(f"Missing depth: {missing:.1%} of the pixels before, {after:.1%} after.")
-        if outside:
-            lines.append(f"Another {outside:.1%} lie outside the depth camera's view.")
-    if implausible := [outcome for outcome in (*batch.finished, *completed) if outcome.plausibility_warnings]:
-        lines.append(
-            f"{counted(len(implausible), 'frame')} with plausibility warnings, listed in manifest.csv (column doubts). "
-            "With --strict such frames fail."
-        )
-    if errors := [error for outcome in completed if (error := outcome.expected_error_median) is not None]:
-        lines.append(f"{MEDIAN_NAME}: {millimetres(median(errors))} mm in the median frame.")
-    return lines
-
-
-def _record(
-    batch: Batch, frames: Sequence[FrameOutcome], done: Sequence[FrameOutcome], seconds: float
-) -> dict[str, Any]:
-    """Describe the batch for JSON, with all frames of the manifest."""
-    completed = sum(outcome.status is FrameStatus.COMPLETED for outcome in done)
-    return {
-        "folder": str(batch.folder),
-        "completed": completed,
-        "failed": len(done) - completed,
-        "completed_before": len(batch.finished),
-        "failed_before": len(batch.failed),
-        "not_done": len(batch.to_do) - len(done),
-        "seconds": seconds,
-        "frames": [dict(zip(MANIFEST_COLUMNS, astuple(outcome), strict=True)) for outcome in frames],
-    }
-
-
-def _pictures(arguments: argparse.Namespace, batch: Batch, outcomes: Sequence[FrameOutcome]) -> list[Path]:
-    wanted = [write_contact_sheet] * arguments.contact_sheet + [write_video] * arguments.video
-    return [write(batch.folder, outcomes) for write in wanted]
-
-
-def _failures(failed: Sequence[FrameOutcome], of: int) -> str:
-    named = "; ".join(f"{outcome.frame}: {outcome.message}" for outcome in failed[:_MAX_LISTED])
-    more = f" And {len(failed) - _MAX_LISTED} more, listed in manifest.csv." if len(failed) > _MAX_LISTED else ""
-    return f"{len(failed)} of {counted(of, 'frame')} failed. {named}{more} Retry them with --retry-failed."
+def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> float:
+    """Complete the frames, with a progress bar, and print the summary however that ends; return the seconds."""
+    counts, started = sink.counts, time.perf_counter()
+    done = counts.before + counts.failed_before
+    with extended_time_limit(_SHUTDOWN_S):
+        try:
+            with (
+                FramesBar(counts.total, done, counts.failed_before, shown=shows_progress(arguments)) as bar,
+                closing(complete_many(sink, jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
+            ):
+                for outcome in outcomes:
+                    summary.add(outcome)
+                    bar.add(completed=outcome.is_completed)
+        finally:
+            seconds = time.perf_counter() - started
+            if not (arguments.quiet or arguments.json):
+                print("\n".join(summary.lines(seconds)), flush=True)
+    return seconds
 
 
 def _range(text: str) -> tuple[int | None, int | None]:

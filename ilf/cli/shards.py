@@ -1,38 +1,34 @@
-"""`ilf batch --shards`: many frames into tars with tables; and checking and merging them."""
+"""`ilf batch --shards`: the arguments of shards; checking and merging a folder of them."""
 
 from __future__ import annotations
 
 import argparse
-import time
-from contextlib import closing
 from dataclasses import asdict, replace
 from typing import Any
 
 from .._runtime.files import absolute
 from .._runtime.folders import folder_at
 from .._runtime.formatting import counted
-from .._runtime.termination import extended_time_limit
+from ..batch.frozen_list import ListFrames
 from ..batch.settings import BatchSettings
 from ..batch.shard_files import check_shards, merge_tables
-from ..batch.shard_task import KEPT
-from ..batch.shards import ListFrames, ShardBatch, ShardCounts, open_shards
+from ..batch.shard_sink import KEPT, ShardSink, open_shards
 from ..errors import IlfError
 from ..run.options import ExportOptions
 from ..sources.shards import MERGED_FILE
 from .options import geometry_flags
-from .output import FramesBar, print_json, shows_progress, warn
+from .output import print_json, warn
 from .parsing import reading_options
 from .usage import UsageError, count
 
 _PER_SHARD, _KEEP = 1000, "depth,expected_error,blocks"
-_SHUTDOWN_S = 30.0
-"""Time to shut down [s]: end the processes."""
 
 _MAX_LISTED = 5
-"""Maximum number of failed frames and damaged files listed on the terminal; the tables list all frames."""
+"""Maximum number of damaged files listed on the terminal."""
 
-_ONLY_FOLDERS = ("static_camera", "neighbours", "rerun_changed", "no_expected_error", "contact_sheet", "video")
-"""Flags of batches with a folder for each frame."""
+_ONLY_SHARDS = "per_shard", "keep", "verify", "merge"
+_ONLY_FOLDERS = "static_camera", "neighbours", "rerun_changed", "no_expected_error", "contact_sheet", "video"
+"""Flags of batches in shards, and of those with a folder for each frame."""
 
 
 def add_shard_arguments(group: argparse._ArgumentGroup) -> None:
@@ -58,39 +54,32 @@ def add_shard_arguments(group: argparse._ArgumentGroup) -> None:
 def check_shard_arguments(arguments: argparse.Namespace) -> None:
     """Raise UsageError for arguments that contradict --shards, or need it."""
     if arguments.shards is None:
-        given = [name for name in ("per_shard", "keep", "verify", "merge") if getattr(arguments, name)]
-        if given:
-            raise UsageError(f"{_flag(given[0])} applies to shards only: add --shards.")
+        if given := [_flag(name) for name in _ONLY_SHARDS if getattr(arguments, name)]:
+            raise UsageError(f"{given[0]} applies to shards only: add --shards.")
         return
     if arguments.out is not None:
         raise UsageError("--shards replaces --out: leave one of them out.")
-    alone = [name for name in ("verify", "merge") if getattr(arguments, name)]
+    alone = [_flag(name) for name in ("verify", "merge") if getattr(arguments, name)]
     if alone and arguments.sources:
-        raise UsageError(f"{_flag(alone[0])} needs no SOURCE: give only --shards.")
+        raise UsageError(f"{alone[0]} needs no SOURCE: give only --shards.")
     given = [_flag(name) for name in _ONLY_FOLDERS if getattr(arguments, name)] + geometry_flags(arguments)
     if given:
         raise UsageError(f"{', '.join(given)} cannot be combined with --shards. Leave it out, or use --out.")
 
 
-def shard_options(arguments: argparse.Namespace) -> ExportOptions:
-    """Return the depth format and units of the shards; raises UsageError if they are not valid."""
+def open_given_shards(arguments: argparse.Namespace, settings: BatchSettings, list_frames: ListFrames) -> ShardSink:
+    """Open the shards that the arguments name; raises as `open_shards`, and UsageError."""
+    keep = tuple(filter(None, (arguments.keep or _KEEP).split(",")))
+    if "depth" not in keep or not set(keep) <= set(KEPT):
+        raise UsageError(f"--keep takes depth, and any of {', '.join(KEPT[1:])}, not {arguments.keep!r:.60}.")
     depth_format = arguments.depth_formats or "png"
     if depth_format not in ("png", "npy"):
         raise UsageError(f"Depth in shards has one format, png or npy, not {depth_format!r:.40}.")
     units = ExportOptions.depth_units if arguments.png_units is None else arguments.png_units
-    return ExportOptions(depth_formats=(depth_format,), depth_units=units, cloud=None)
-
-
-def run_shards(arguments: argparse.Namespace, settings: BatchSettings, list_frames: ListFrames) -> None:
-    """Run a batch that writes shards."""
-    keep = tuple(filter(None, (arguments.keep or _KEEP).split(",")))
-    unknown = [name for name in keep if name not in KEPT]
-    if unknown or "depth" not in keep:
-        raise UsageError(f"--keep takes depth, and any of {', '.join(KEPT[1:])}, not {arguments.keep!r:.60}.")
-    batch = open_shards(
+    return open_shards(
         list_frames,
         arguments.shards,
-        replace(settings, options=shard_options(arguments)),
+        replace(settings, options=ExportOptions(depth_formats=(depth_format,), depth_units=units, cloud=None)),
         tuple(name for name in KEPT if name in keep),
         arguments.per_shard or _PER_SHARD,
         _request(arguments),
@@ -98,26 +87,6 @@ def run_shards(arguments: argparse.Namespace, settings: BatchSettings, list_fram
         retry_failed=arguments.retry_failed,
         strict=arguments.strict,
     )
-    started = time.perf_counter()
-    failed: list[str] = []
-    text = not (arguments.quiet or arguments.json)
-    with extended_time_limit(_SHUTDOWN_S):
-        try:
-            _complete(batch, arguments, failed)
-        finally:
-            if text:
-                print("\n".join(summary(batch.counts, time.perf_counter() - started)), flush=True)
-    if arguments.json:
-        counts = asdict(batch.counts) | {"left": batch.counts.left, "seconds": time.perf_counter() - started}
-        print_json({"folder": str(batch.folder), "shards": batch.shards.count} | counts)
-    elif text:
-        print(f"Written to {arguments.shards}: {counted(len(batch.to_do), 'shard')}.")
-    if number := batch.counts.failed + batch.counts.failed_before:
-        more = f" And {number - len(failed)} more." if number > len(failed) else ""
-        raise IlfError(
-            f"{number} of {counted(batch.counts.total, 'frame')} failed. {'; '.join(failed)}{more} The tables list "
-            "them (status, message). Retry them with --retry-failed."
-        )
 
 
 def check_or_merge(arguments: argparse.Namespace) -> None:
@@ -144,31 +113,6 @@ def check_or_merge(arguments: argparse.Namespace) -> None:
         raise IlfError(
             f"{state.shards - state.finished} of {counted(state.shards, 'shard')} not finished. Run the batch again."
         )
-
-
-def _complete(batch: ShardBatch, arguments: argparse.Namespace, failed: list[str]) -> None:
-    """Complete the frames, with a progress bar, and add the first failures to `failed`."""
-    counts = batch.counts
-    shown = shows_progress(arguments)
-    with (
-        FramesBar(counts.total, counts.before + counts.failed_before, counts.failed_before, shown=shown) as bar,
-        closing(batch.outcomes(arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
-    ):
-        for outcome in outcomes:
-            if not outcome.is_completed and len(failed) < _MAX_LISTED:
-                failed.append(f"{outcome.frame}: {outcome.message}")
-            bar.add(completed=outcome.is_completed)
-
-
-def summary(counts: ShardCounts, seconds: float) -> list[str]:
-    """Describe the frames of a batch that took so many seconds, in a line or two."""
-    parts = [f"{counts.completed} completed", f"{counts.failed} failed"]
-    parts += [f"{counts.before} completed before"] * bool(counts.before)
-    parts += [f"{counts.failed_before} failed before"] * bool(counts.failed_before)
-    parts += [f"{counts.left} not done"] * bool(counts.left)
-    rate = f" ({counts.completed / seconds:.2g} frames per second)" if counts.completed else ""
-    lines = [f"{counted(counts.total, 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
-    return [*lines, "Run the same command again to resume."] if counts.left else lines
 
 
 def _request(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -22,10 +22,12 @@ import pyarrow.parquet
 
 import ilf
 from ilf._runtime.folders import folder_at
+from ilf.batch.engine import complete_many
 from ilf.batch.frames import BatchFrame, frames_of_sources
+from ilf.batch.frozen_list import listed_frames
 from ilf.batch.settings import BatchSettings
 from ilf.batch.shard_files import merge_tables, schema
-from ilf.batch.shards import ShardBatch, open_shards
+from ilf.batch.shard_sink import ShardSink, open_shards
 from ilf.run.options import ExportOptions
 from ilf.run.stored_results import StoredResults
 from ilf.sources.shards import Shards
@@ -51,9 +53,13 @@ def main() -> None:
         _step("listing", count, listed)
         _step("freezing, in this process", count, opened)
         batch = opened()
-        _step("reading the frozen list", count, lambda: sum(1 for _ in batch._frames(batch.to_do, {}, [])))
+        _step(
+            "reading the frozen list",
+            count,
+            lambda: sum(len(listed_frames(batch.folder, batch.shards, unit)) for unit in batch.units()),
+        )
         _write_tables(batch, out)
-        _step("resuming, all finished", count, lambda: list(opened().outcomes()))
+        _step("resuming, all finished", count, lambda: list(complete_many(opened())))
         _resume_in_store(out, listed, count)
         _step("merging", count, lambda: merge_tables(folder_at(out)))
         _step("opening as a source", count, lambda: Shards(out).index())
@@ -76,11 +82,16 @@ def _write_frames(root: Path, count: int) -> None:
             (root / kind / f"{number:07}.png").touch()
 
 
+def _read_list(batch: ShardSink) -> None:
+    for index in batch.units():
+        listed_frames(batch.folder, batch.shards, index)
+
+
 def _listed(root: Path) -> list[BatchFrame]:
     return frames_of_sources([ilf.open_source(root)])
 
 
-def _write_tables(batch: ShardBatch, out: Path) -> None:
+def _write_tables(batch: ShardSink, out: Path) -> None:
     """Write the tables of all shards, as if their frames had been completed."""
     for index in range(batch.shards.count):
         name, numbers = batch.shards.name(index), batch.shards.numbers(index)
@@ -100,7 +111,7 @@ def _resume_in_store(out: Path, listed: Callable[[], list[BatchFrame]], count: i
         names = ["shards.json", "frames.jsonl", *(path.name for path in out.glob("shard-*.parquet"))]
         fsspec.filesystem("s3").put([str(out / name) for name in names], [f"bucket/out/{name}" for name in names])
         there = partial(open_shards, listed, "s3://bucket/out", SETTINGS, KEEP, PER_SHARD, {})
-        _step("resuming in a store, with the store's own work", count, lambda: list(there().outcomes()))
+        _step("resuming in a store, with the store's own work", count, lambda: list(complete_many(there())))
 
 
 if __name__ == "__main__":

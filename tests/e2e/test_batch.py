@@ -16,7 +16,7 @@ from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import batch_steps
 from gui.work.jobs import Pace
 from ilf._runtime.cancellation import cancelled_by
-from ilf.batch.batch import open_batch
+from ilf.batch.folder_sink import open_folder
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.pictures import write_contact_sheet
 from ilf.batch.settings import BatchSettings
@@ -125,7 +125,7 @@ def test_the_manifest_is_written_when_the_batch_is_cancelled_after_its_last_fram
     frames = tuple(frames_of_sources([ilf.open_source(write_frames(tmp_path / "in", 1))]))
     quick, choice = ilf.preset(max_iterations=5, correction=False), BlockChoice(ilf.BlockParameters(detector="canny"))
     settings = BatchSettings(quick, choice, options=ExportOptions(cloud=None))
-    steps = batch_steps(lambda: open_batch(frames, tmp_path / "done", settings), pictures=[write_contact_sheet])
+    steps = batch_steps(lambda: open_folder(frames, tmp_path / "done", settings), pictures=[write_contact_sheet])
     cancel_event = threading.Event()
     with cancelled_by(cancel_event):
         assert next(steps)

@@ -15,14 +15,13 @@ import cv2
 import numpy as np
 import pytest
 
-import ilf.batch.batch
+import ilf.batch.engine
+import ilf.batch.folder_sink
 import ilf.batch.pictures
-import ilf.batch.shards
-import ilf.batch.workers
+import ilf.batch.shard_sink
+from ilf.batch.engine import Sink, complete_frame
 from ilf.batch.frame_record import FrameOutcome
 from ilf.batch.frames import BatchFrame
-from ilf.batch.shard_task import ShardFrame, ShardTask, complete_part
-from ilf.batch.task import Task, complete_frame
 from ilf.sources.frame_ref import FrameRef
 
 H, W = 24, 32
@@ -85,16 +84,11 @@ def work_in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         for item in items:
             yield item, work(item)
 
-    def completed(task: Task, frame: BatchFrame, threads: int) -> FrameOutcome:
+    def completed(sink: Sink, frame: BatchFrame, threads: int | None = None) -> FrameOutcome:
         begun.append(frame.key)
-        return complete_frame(task, frame, threads)
+        return complete_frame(sink, frame, threads)
 
-    def part_completed(task: ShardTask, item: ShardFrame, threads: int) -> FrameOutcome:
-        begun.append(item.frame.key)
-        return complete_part(task, item, threads)
-
-    for module in (ilf.batch.workers, ilf.batch.pictures, ilf.batch.batch, ilf.batch.shards):
+    for module in (ilf.batch.engine, ilf.batch.folder_sink, ilf.batch.pictures, ilf.batch.shard_sink):
         monkeypatch.setattr(module, "run_in_processes", apart)
-    monkeypatch.setattr(ilf.batch.workers, "complete_frame", completed)
-    monkeypatch.setattr(ilf.batch.shards, "complete_part", part_completed)
+    monkeypatch.setattr(ilf.batch.engine, "complete_frame", completed)
     return begun

@@ -12,7 +12,6 @@ from PySide6.QtCore import QSettings, QSize, Qt, Signal
 from PySide6.QtGui import QStandardItemModel
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QDialog,
     QDialogButtonBox,
     QFileDialog,
@@ -169,7 +168,7 @@ class ExportDialog(QDialog):
         form.addRow("&Depth", self.source)
         form.addRow(label_of("F&older", self.folder_path), row(self.folder_path, browse))
         stack(self, self._form, self.tabs, self.message, self.work, buttons, stretched=self.tabs)
-        self._remembered = {
+        self._remembered: dict[str, QWidget] = {
             "report/format": self.format,
             "report/hidden": self.hidden,
             "report/pattern": self.pattern,
@@ -179,7 +178,8 @@ class ExportDialog(QDialog):
             "batch/video": self.video,
         }
         for key, field in self._remembered.items():
-            _restore(field, QSettings().value(key))
+            if (value := QSettings().value(key)) is not None:
+                field.setProperty(_user_property(field), value)
         self.scope.currentIndexChanged.connect(self._turn)
         self.source.currentIndexChanged.connect(self._turn)
         self.folder_path.textChanged.connect(self.update_message)
@@ -247,7 +247,7 @@ class ExportDialog(QDialog):
         if export.options.filenames():
             self.files.store()
         for key, field in self._remembered.items():
-            QSettings().setValue(key, _value(field))
+            QSettings().setValue(key, field.property(_user_property(field)))
         if export.from_files:
             QSettings().setValue(_BATCH_FOLDER, str(export.folder))
 
@@ -424,20 +424,6 @@ def _form(parent: QWidget) -> QFormLayout:
     return form
 
 
-def _value(field: QWidget) -> object:
-    if isinstance(field, QCheckBox):
-        return field.isChecked()
-    return (
-        field.value() if isinstance(field, QSpinBox) else field.currentData() if isinstance(field, QComboBox) else None
-    )
-
-
-def _restore(field: QWidget, value: object) -> None:
-    if value is None:
-        return
-    if isinstance(field, QCheckBox):
-        field.setChecked(str(value).lower() == "true")
-    elif isinstance(field, QSpinBox):
-        field.setValue(int(str(value)) if str(value).isdigit() else field.value())
-    elif isinstance(field, QComboBox):
-        field.setCurrentIndex(max(field.findData(value), 0))
+def _user_property(field: QWidget) -> str:
+    """Return the name of the property that a user sets: whether a box is checked, a number, or a text."""
+    return str(field.metaObject().userProperty().name())

@@ -12,7 +12,7 @@ from PySide6.QtCore import QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 
 from ilf._runtime.formatting import counted
-from ilf.batch.batch import open_batch
+from ilf.batch.folder_sink import open_folder
 from ilf.batch.frames import frames_of_files
 from ilf.batch.settings import BatchSettings
 from ilf.data.frame import RGBDFrame
@@ -160,7 +160,7 @@ class ExportFeature(Feature):
 
         return frames_to_export(entries, store, make_run, shared.values if shared.on else None)
 
-    def _batch(self, export: Export, chosen: Sequence[Entry]) -> Generator[Step, None, None]:
+    def _batch(self, export: Export, chosen: Sequence[Entry]) -> Iterator[Step]:
         workspace = self.context.workspace
         entries = [entry for entry in workspace.entries if entry.source is not None]
         frames = frames_of_files([entry.source for entry in entries if entry.source is not None])
@@ -173,7 +173,7 @@ class ExportFeature(Feature):
             workspace.parameters.current, BlockChoice(workspace.parameters.extraction), options=options
         )
         again = {"anew": export.anew, "retry_failed": export.retry}
-        make = partial(open_batch, frames, export.folder, settings, only=only, **again)
+        make = partial(open_folder, frames, export.folder, settings, only=only, **again)
         return batch_steps(make, export.jobs, export.pictures)
 
     def _report(self, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:

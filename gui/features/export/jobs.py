@@ -7,10 +7,10 @@ from contextlib import closing
 from functools import partial
 from pathlib import Path
 
-from ilf._runtime.cancellation import current_cancel_events, set_cancel_events
 from ilf._runtime.formatting import millimetres
 from ilf._runtime.writing import ensure_folder, write_bytes
-from ilf.batch.batch import Batch
+from ilf.batch.engine import complete_many
+from ilf.batch.folder_sink import FolderSink
 from ilf.batch.frame_record import FrameOutcome, FrameStatus
 from ilf.completion.confidence.expected_error import MEDIAN_NAME
 from ilf.data.frame import RGBDFrame
@@ -101,29 +101,21 @@ def _of_files(entry: Entry, make_run: MakeRun) -> tuple[Run, Completion | None]:
 # Frames completed anew from their files, as a batch.
 
 
-def batch_steps(batch: Callable[[], Batch], jobs: int = 1, pictures: Pictures = ()) -> Generator[Step, None, None]:
-    """Open a batch and complete its frames, those first that were completed before.
-
-    The manifest is written however the batch ends; then the pictures, unless it was cancelled.
+def batch_steps(open_sink: Callable[[], FolderSink], jobs: int = 1, pictures: Pictures = ()) -> Iterator[Step]:
+    """Open a batch and complete its frames, those first that were completed before; then write the pictures.
 
     Raises
     ------
     IlfError
-        As from `open_batch` and `Batch.outcomes`, or if a picture cannot be written.
+        As from `open_folder` and `complete_many`, or if a picture cannot be written.
     """
-    opened = batch()
-    yield from (_exported(outcome, opened.folder, before=True) for outcome in (*opened.finished, *opened.failed))
-    cancel_events = current_cancel_events()
-    try:
-        with closing(opened.outcomes(jobs=jobs)) as outcomes:
-            for outcome in outcomes:
-                yield _exported(outcome, opened.folder)
-    finally:
-        set_cancel_events()  # writing the manifest is not cancelled
-        found = opened.write_manifest()
-    set_cancel_events(*cancel_events)
+    sink = open_sink()
+    yield from (_exported(outcome, sink.folder, before=True) for outcome in (*sink.finished, *sink.failed))
+    with closing(complete_many(sink, jobs=jobs)) as outcomes:
+        for outcome in outcomes:
+            yield _exported(outcome, sink.folder)
     for write in pictures:
-        write(opened.folder, found)
+        write(sink.folder, sink.recorded())
 
 
 def _exported(outcome: FrameOutcome, folder: Path, before: bool = False) -> ExportedFrame:

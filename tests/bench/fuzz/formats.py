@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ilf.batch.cluster import scheduler_address
 from ilf.batch.pictures import read_preview
-from ilf.batch.workers import scheduler_address
 from ilf.data.presets import read_preset
 from ilf.io.frame_additions import load_ground_truth
 from ilf.io.images import read_colour

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 import ilf
+from ilf.batch.engine import complete_frame
+from ilf.batch.folder_sink import FolderSink
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, sha256_of, write_settings
-from ilf.batch.task import Task, complete_frame
 from ilf.data.guide import Guide
 from ilf.data.presets import presets_folder
 from ilf.evaluation.bench.results import Row, TaskFacts
@@ -68,7 +69,8 @@ def batch(file: str) -> Seeds:
         facts, levels = settings.facts(), (1.0, 3.0)
         frames = frames_of_sources([open_source(write_frames(folder / "frames", 1))])
         (folder / "sha256").write_text(sha256_of(facts))
-        complete_frame(Task(str(folder / "out"), settings, sha256_of(facts), levels), frames[0], 1)
+        sink = FolderSink(settings=settings, folder=folder / "out", sha256=sha256_of(facts), levels=levels)
+        complete_frame(sink, frames[0], 1)
         write_settings(folder / "out", facts, levels)
         return [(folder / "out" / file).read_bytes()]
 

@@ -10,14 +10,13 @@ from pathlib import Path
 import numpy as np
 
 import ilf
-import ilf.batch.batch
+import ilf.batch.folder_sink
 import ilf.segmentation.edges.detectors
 from gui.features.frame_list.thumbnails import read_thumbnail
 from ilf._runtime.networks.models import models_folder
-from ilf.batch.batch import frame_states, write_manifest
+from ilf.batch.folder_sink import FolderSink, unchanged
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, differences, read_settings
-from ilf.batch.task import Task
 from ilf.cli.info import record_facts
 from ilf.data.points import point_cloud
 from ilf.data.presets import list_presets
@@ -216,10 +215,11 @@ def batch(path: Path) -> None:
         raise InputError("There are no settings.")
     differences(before[0], BatchSettings().facts())
     frames = frames_of_sources([open_source(folder.parent / "frames")])
-    task = Task(str(folder), BatchSettings(), (folder.parent / "sha256").read_text(), before[1])
-    ilf.batch.batch.run_in_processes = lambda work, items, **_: ((item, work(item)) for item in items)
-    frame_states(task, frames)
-    write_manifest(folder, frames)
+    sha256 = (folder.parent / "sha256").read_text()
+    sink = FolderSink(settings=BatchSettings(), folder=folder, sha256=sha256, levels=before[1], frames=tuple(frames))
+    ilf.batch.folder_sink.run_in_processes = lambda work, items, **_: ((item, work(item)) for item in items)
+    unchanged({frame: sink.record_of(frame) for frame in frames})
+    sink.close()
 
 
 def window(path: Path) -> None:

@@ -67,6 +67,24 @@ def test_choices_are_remembered_when_exported_only(make):
     assert make().files.options() == chosen == ExportOptions(("png", "tiff", "npy"), depth_units=5000, cloud="pcd")
 
 
+def test_what_a_report_and_a_batch_also_write_is_remembered(make):
+    dialog = make()
+    dialog.report.setChecked(True)
+    dialog.hidden.setChecked(True)
+    dialog.pattern.setCurrentIndex(1)
+    dialog.seeds.setValue(7)
+    dialog.sheet.setChecked(True)
+    dialog.opens.setChecked(False)
+    accept(dialog)
+    again = make()
+    assert (again.hidden.isChecked(), again.sheet.isChecked(), again.opens.isChecked()) == (True, True, False)
+    assert (again.pattern.currentIndex(), again.seeds.value()) == (1, 7)
+    QSettings().setValue("report/seeds", "some")
+    QSettings().setValue("report/pattern", "none such")
+    damaged = make()
+    assert (damaged.pattern.currentIndex(), damaged.seeds.value()) == (0, 3)
+
+
 def test_without_intrinsics_no_cloud_now_but_the_choice_stays(make):
     dialog = make(has_intrinsics=False)
     assert dialog.files.options().cloud is None

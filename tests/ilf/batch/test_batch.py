@@ -19,18 +19,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ilf
-import ilf.batch.batch
-import ilf.batch.pictures
-import ilf.batch.workers
+import ilf.batch.folder_sink
 from ilf._runtime.formatting import grouped
 from ilf._runtime.networks.models import BUNDLED, CORRECTION, SPARSE_CORRECTION
-from ilf.batch.batch import open_batch, write_manifest
-from ilf.batch.frame_record import FrameStatus, read_frame, read_frame_record
+from ilf.batch.cluster import run_on_cluster
+from ilf.batch.engine import complete_frame, complete_many
+from ilf.batch.folder_sink import FolderSink, open_folder
+from ilf.batch.frame_record import read_frame, read_frame_record
 from ilf.batch.frames import BatchFrame, folder_name, frames_of_sources, named_frames, shard_of, slice_frames
+from ilf.batch.frozen_list import sample_name
 from ilf.batch.pictures import depth_levels, read_preview
-from ilf.batch.settings import BatchSettings, read_settings, sha256_of, write_settings
-from ilf.batch.task import Task, complete_frame, temporal_median
-from ilf.batch.workers import complete_locally, complete_on_cluster
+from ilf.batch.settings import BatchSettings, read_settings, write_settings
+from ilf.batch.static_camera import temporal_median
 from ilf.cli import main
 from ilf.cli.output import FramesBar
 from ilf.errors import FormatError, InputError
@@ -40,8 +40,7 @@ from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
 from ilf.sources.frame_ref import FrameRef
 
-from ..batch_frames import Deadly, contents, work_in_this_process, write_frames
-from ..small_frames import write_small_frame
+from ..batch_frames import Deadly, contents, write_frames
 
 SETTINGS = BatchSettings(
     ilf.preset(max_iterations=5, correction=False),
@@ -62,13 +61,8 @@ FLAGS = [
 
 @pytest.fixture
 def source(tmp_path: Path) -> Path:
+    """A folder of three small frames."""
     return write_frames(tmp_path / "in", 3)
-
-
-@pytest.fixture
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """There are no other processes; returns the keys of the frames whose completion was begun."""
-    return work_in_this_process(monkeypatch)
 
 
 def frames_in(folder: Path) -> list[BatchFrame]:
@@ -90,44 +84,51 @@ def test_a_frame_that_kills_its_process_costs_itself_alone(source, tmp_path):
     frames = [*frames_in(source)[:2], *named_frames([("deadly", Deadly("a.png", "b.png"), None)])]
     (tmp_path / "out").mkdir()
     write_settings(tmp_path / "out", SETTINGS.facts(), (1.0, 3.0))
-    batch = open_batch(frames, tmp_path / "out", SETTINGS)
-    outcomes = {outcome.frame: outcome for outcome in complete_locally(batch.task, batch.to_do)}
+    batch = open_folder(frames, tmp_path / "out", SETTINGS)
+    outcomes = {outcome.frame: outcome for outcome in complete_many(batch)}
     assert [outcomes[frame.key].status for frame in frames] == ["completed", "completed", "failed"]
     assert "crashed twice" in outcomes["deadly"].message
-    assert [row["status"] for row in map(dataclasses.asdict, batch.write_manifest())] == [
+    assert [row["status"] for row in map(dataclasses.asdict, batch.recorded())] == [
         "completed",
         "completed",
         "failed",
     ]
     assert not list((tmp_path / "out").rglob(".ilf-*"))
-    again = open_batch(frames, tmp_path / "out", SETTINGS)
+    again = open_folder(frames, tmp_path / "out", SETTINGS)
     assert (again.to_do, [outcome.frame for outcome in again.failed]) == ((), ["deadly"])
-    assert list(again.outcomes()) == []
+    assert list(complete_many(again)) == []
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems' names of files are text")
-def test_frames_whose_names_are_no_text(source, tmp_path, in_this_process):
+def test_frames_whose_names_are_no_text(source, tmp_path, begun):
     for folder in ("rgb", "depth"):
         (path,) = (source / folder).glob("0000.*")
         path.rename(source / folder / f"{os.fsdecode(bytes([0xE9]))}{path.suffix}")
     for count in (1, 0):
         assert main(["batch", str(source), "--out", str(tmp_path / "out"), *FLAGS, "--frames", "2:"]) == 0
-        assert len(in_this_process) == count
-        in_this_process.clear()
+        assert len(begun) == count
+        begun.clear()
     assert [row["frame"] for row in manifest(tmp_path / "out")] == [r"rgb/\udce9"]
 
 
-def test_names_that_are_formulae_are_texts_in_the_manifest(tmp_path, in_this_process):
-    for name in ("=1+1", "@SUM(A1)"):
-        write_small_frame(tmp_path / "in" / name)
-    for names in (["=1+1", "@SUM(A1)"], []):
-        assert main(["batch", str(tmp_path / "in"), "--out", str(tmp_path / "out"), *FLAGS]) == 0
-        assert in_this_process == names, "the second time all are there"
-        in_this_process.clear()
-    assert [row["frame"] for row in manifest(tmp_path / "out")] == ["'=1+1", "'@SUM(A1)"]
+def test_what_is_told_of_frames_and_that_one_without_all_its_files_is_done_again(source, tmp_path, begun, capsys):
+    out = tmp_path / "out"
+    command = ["batch", str(source), "--out", str(out), *FLAGS]
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert "3 frames: 3 completed, 0 failed" in said
+    assert "Expected error, median: " in said
+    row = manifest(out)[0]
+    assert (int(row["pixels"]), int(row["missing_before"]) > int(row["missing_after"])) == (768, True)
+    assert float(row["expected_error_median_m"]) <= float(row["expected_error_p90_m"])
+    before = contents(out)
+    (out / "rgb__0001" / "depth.npy").unlink()
+    assert main([*command, "--quiet"]) == 0
+    assert begun[3:] == ["rgb/0001"]
+    assert contents(out) == before
 
 
-def test_finished_frames_are_not_done_again(source, tmp_path, in_this_process, capsys):
+def test_finished_frames_are_not_done_again(source, tmp_path, begun, capsys):
     out = tmp_path / "out"
     command = ["batch", str(source), "--out", str(out), *FLAGS]
     assert main([*command, "--frames", ":2"]) == 0
@@ -136,7 +137,7 @@ def test_finished_frames_are_not_done_again(source, tmp_path, in_this_process, c
     assert "2 frames: 2 completed, 0 failed" in said
     assert "Expected error, median: " in said
     assert main(command) == 0
-    assert in_this_process == ["rgb/0000", "rgb/0001", "rgb/0002"]
+    assert begun == ["rgb/0000", "rgb/0001", "rgb/0002"]
     assert "3 frames: 1 completed, 0 failed, 2 completed before" in capsys.readouterr().out
     after = contents(out)
     assert {name: after[name] for name in before if name != "manifest.csv"} == {
@@ -148,11 +149,11 @@ def test_finished_frames_are_not_done_again(source, tmp_path, in_this_process, c
     assert float(row["expected_error_median_m"]) <= float(row["expected_error_p90_m"])
     (out / "rgb__0001" / "depth.npy").unlink()
     assert main([*command, "--quiet"]) == 0
-    assert in_this_process[3:] == ["rgb/0001"]
+    assert begun[3:] == ["rgb/0001"]
     assert contents(out) == after
 
 
-def test_a_run_of_its_own_gives_the_same_files(source, tmp_path, in_this_process):
+def test_a_run_of_its_own_gives_the_same_files(source, tmp_path, begun):
     assert main(["batch", str(source), "--out", str(tmp_path / "out"), "--frames", ":1", "--quiet", *FLAGS]) == 0
     alone = tmp_path / "alone"
     files = [str(source / name / "0000.png") for name in ("rgb", "depth")]
@@ -166,26 +167,7 @@ def test_a_run_of_its_own_gives_the_same_files(source, tmp_path, in_this_process
         assert path.read_bytes() == (there / path.name).read_bytes(), path.name
 
 
-def test_failed_frames_are_told_and_tried_again_on_request(source, tmp_path, in_this_process, capsys):
-    out = tmp_path / "out"
-    good = (source / "depth" / "0001.png").read_bytes()
-    (source / "depth" / "0001.png").write_bytes(good[:40])
-    command = ["batch", str(source), "--out", str(out), "--quiet", *FLAGS]
-    assert main(command) == 1
-    assert "1 of 3 frames failed. rgb/0001: " in capsys.readouterr().err
-    assert [row["status"] for row in manifest(out)] == ["completed", "failed", "completed"]
-    assert set(contents(out / "rgb__0001")) == {"frame.json"}
-    assert main(command) == 1
-    assert len(in_this_process) == 3
-    assert main([*command, "--retry-failed"]) == 1
-    assert in_this_process[3:] == ["rgb/0001"]
-    (source / "depth" / "0001.png").write_bytes(good)
-    assert main(command) == 0  # it has changed since
-    assert in_this_process[4:] == ["rgb/0001"]
-    assert [row["status"] for row in manifest(out)] == ["completed"] * 3
-
-
-def test_batch_prints_one_json_document(source, tmp_path, in_this_process, capsys):
+def test_batch_prints_one_json_document(source, tmp_path, begun, capsys):
     (source / "depth" / "0001.png").write_bytes(b"no image")
     out = tmp_path / "out"
     assert main(["batch", str(source), "--out", str(out), "--json", *FLAGS]) == 1
@@ -196,7 +178,7 @@ def test_batch_prints_one_json_document(source, tmp_path, in_this_process, capsy
     assert (found["folder"], found["files"]) == (str(out), ["manifest.csv"])
 
 
-def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp_path, capsys, in_this_process):
+def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp_path, capsys, begun):
     with FramesBar(100, 40, 3, shown=True) as bar:
         bar.start_t -= 3600
         for _ in range(20):
@@ -215,18 +197,15 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp
     assert "frames per second" not in told.out
 
 
-def test_whatever_is_wrong_with_a_frame_is_its_outcome(source, tmp_path, monkeypatch, in_this_process):
-    batch = open_batch(frames_in(source), tmp_path / "out", SETTINGS)
-
-    def fail(*_: object) -> None:
-        raise MemoryError("no more")
-
-    monkeypatch.setattr(BatchSettings, "run_of", fail)
-    outcome = complete_frame(batch.task, batch.to_do[0])
-    assert (outcome.status, outcome.message) == (FrameStatus.FAILED, "MemoryError: no more")
+def test_frames_of_other_settings_are_done_again_on_request(source, tmp_path, begun):
+    command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", "--frames", ":2", *FLAGS]
+    assert main(command) == 0
+    other = [*command, "--max-iterations", "6"]
+    assert [main(other), main([*other, "--rerun-changed"]), main(other)] == [1, 0, 0]
+    assert begun[2:] == ["rgb/0000", "rgb/0001"]
 
 
-def test_other_settings_are_noticed(source, tmp_path, in_this_process, capsys):
+def test_other_settings_are_noticed(source, tmp_path, begun, capsys):
     out = tmp_path / "out"
     command = ["batch", str(source), "--out", str(out), "--quiet", "--frames", ":2", *FLAGS]
     assert main(command) == 0
@@ -235,33 +214,37 @@ def test_other_settings_are_noticed(source, tmp_path, in_this_process, capsys):
     assert "other settings (parameters.max_iterations: 5, now 6). Choose another folder" in capsys.readouterr().err
     assert contents(out) == before
     assert main([*command, "--max-iterations", "6", "--rerun-changed"]) == 0
-    assert in_this_process[2:] == ["rgb/0000", "rgb/0001"]
+    assert begun[2:] == ["rgb/0000", "rgb/0001"]
     assert main([*command, "--max-iterations", "6"]) == 0
-    assert len(in_this_process) == 4
+    assert len(begun) == 4
 
 
-def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, in_this_process, capsys):
+def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, begun, capsys):
     out = tmp_path / "out"
     command = ["--out", str(out), "--quiet", *FLAGS]
     assert main(["batch", str(source), *command]) == 0
     moved = source.rename(tmp_path / "moved")
     assert main(["batch", str(moved), *command]) == 0
-    assert len(in_this_process) == 3
+    assert len(begun) == 3
     depth = cv2.imread(str(moved / "depth" / "0002.png"), cv2.IMREAD_UNCHANGED)
     cv2.imwrite(str(moved / "depth" / "0002.png"), depth + 1)
     assert main(["batch", str(moved), *command]) == 1
     assert "The files of 1 frame have changed since they were completed" in capsys.readouterr().err
     assert main(["batch", str(moved), *command, "--rerun-changed"]) == 0
-    assert in_this_process[3:] == ["rgb/0002"]
+    assert begun[3:] == ["rgb/0002"]
 
 
-def test_other_machines_must_complete_alike(source, tmp_path, in_this_process):
-    task = open_batch(frames_in(source), tmp_path / "out", SETTINGS).task
-    with pytest.raises(InputError, match="its results would differ"):
-        complete_frame(replace(task, sha256="other"), frames_in(source)[0])
+def test_parts_of_a_batch_share_a_folder(source, tmp_path, begun):
+    out = tmp_path / "out"
+    command = ["batch", str(source), "--out", str(out), "--quiet", "--hold-out", "areas", "--seeds", "1", *FLAGS]
+    for part in ("2/2", "1/2"):
+        assert main([*command, "--shard", part]) == 0
+    assert begun == ["rgb/0001", "rgb/0000", "rgb/0002"]
+    assert [row["frame"] for row in manifest(out)] == ["rgb/0000", "rgb/0001", "rgb/0002"]
+    assert all(0 < float(row["hold_out_mae_m"]) <= float(row["hold_out_rmse_m"]) for row in manifest(out))
 
 
-def test_shards_share_a_folder(source, tmp_path, in_this_process):
+def test_shards_share_a_folder(source, tmp_path, begun):
     out = tmp_path / "out"
     for shard in ("2/2", "1/2"):
         command = [
@@ -278,27 +261,27 @@ def test_shards_share_a_folder(source, tmp_path, in_this_process):
             "1",
         ]
         assert main([*command, *FLAGS]) == 0
-    assert in_this_process == ["rgb/0001", "rgb/0000", "rgb/0002"]
+    assert begun == ["rgb/0001", "rgb/0000", "rgb/0002"]
     assert [row["frame"] for row in manifest(out)] == ["rgb/0000", "rgb/0001", "rgb/0002"]
     assert all(0 < float(row["hold_out_mae_m"]) <= float(row["hold_out_rmse_m"]) for row in manifest(out))
 
 
-def test_a_manifest_has_what_comes_while_it_is_written(source, tmp_path, monkeypatch, in_this_process):
+def test_a_manifest_has_what_comes_while_it_is_written(source, tmp_path, monkeypatch, begun):
     out = tmp_path / "out"
-    batch = open_batch(frames_in(source), out, SETTINGS)
-    complete_frame(batch.task, batch.to_do[0])
-    real = ilf.batch.batch.write_csv
+    batch = open_folder(frames_in(source), out, SETTINGS)
+    complete_frame(batch, batch.to_do[0])
+    real = ilf.batch.folder_sink.write_csv
 
     def slow(path: Path, rows: list) -> None:
         real(path, rows)
-        complete_frame(batch.task, batch.to_do[1])  # by somebody else, who has written a manifest before
+        complete_frame(batch, batch.to_do[1])  # by somebody else, who has written a manifest before
 
-    monkeypatch.setattr(ilf.batch.batch, "write_csv", slow)
-    assert len(write_manifest(out, batch.frames)) == 2
+    monkeypatch.setattr(ilf.batch.folder_sink, "write_csv", slow)
+    batch.close()
     assert len(manifest(out)) == 2
 
 
-def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
+def test_damaged_records_of_a_batch(source, tmp_path, begun):
     out = tmp_path / "out"
     assert main(["batch", str(source), "--out", str(out), "--quiet", *FLAGS]) == 0
     folder = out / frames_in(source)[0].folder
@@ -331,15 +314,14 @@ def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
 
 
 @pytest.mark.parametrize("content", ["{", "[]", '{"address": 7}', '{"address": "tcp://x"}', '"address"', "\0"])
-def test_damaged_files_of_schedulers(source, tmp_path, content):
+def test_damaged_files_of_schedulers(tmp_path, content):
     path = tmp_path / "scheduler.json"
     path.write_text(content)
-    task = Task(str(tmp_path / "out"), SETTINGS, "", (0.0, 1.0))
     with pytest.raises(InputError, match=str(path)):
-        list(complete_on_cluster(task, frames_in(source), str(path)))
+        list(run_on_cluster(abs, [-1], str(path)))
 
 
-def test_previews_share_their_colours(source, tmp_path, in_this_process):
+def test_previews_share_their_colours(source, tmp_path, begun):
     out = tmp_path / "out"
     command = ["batch", str(source), "--out", str(out), "--quiet", "--contact-sheet", "--video", *FLAGS]
     assert main(command) == 0
@@ -361,7 +343,7 @@ def test_previews_share_their_colours(source, tmp_path, in_this_process):
         read_preview(out)
 
 
-def test_results_among_the_sources_are_no_sources(source, tmp_path, in_this_process):
+def test_results_among_the_sources_are_no_sources(source, tmp_path, begun):
     command = ["batch", str(tmp_path), "--out", str(tmp_path / "done"), "--quiet", *FLAGS]
     for name in ("a", "b"):
         write_frames(tmp_path / name, 1)
@@ -369,23 +351,35 @@ def test_results_among_the_sources_are_no_sources(source, tmp_path, in_this_proc
             (tmp_path / name / kind / "0000.png").rename(tmp_path / name / f"{kind}.png")
     for _ in range(2):
         assert main(command) == 0
-    assert in_this_process == ["a", "b"]
+    assert begun == ["a", "b"]
 
 
 @pytest.mark.parametrize(
-    ("flags", "message", "status"),
+    ("request_", "message", "status"),
     [
-        (["--shard", "3/2"], "is not a part K/N", 2),
-        (["--frames", "3"], "not a range of frames", 2),
-        (["--frames", "7:"], "numbered from 0 to 2", 1),
-        (["--seeds", "2"], "add --hold-out", 2),
-        (["--dask", "127.0.0.1:1", "--jobs", "2"], "leave out --jobs", 2),
-        (["--invalid-mask", "missing.png"], "missing.png", 1),
+        ("SOURCE --out OUT --shard 3/2", "is not a part K/N", 2),
+        ("SOURCE --out OUT --frames 3", "not a range of frames", 2),
+        ("SOURCE --out OUT --frames 7:", "numbered from 0 to 2", 1),
+        ("SOURCE --out OUT --seeds 2", "add --hold-out", 2),
+        ("SOURCE --out OUT --dask 127.0.0.1:1 --jobs 2", "leave out --jobs", 2),
+        ("SOURCE --out OUT --invalid-mask missing.png", "missing.png", 1),
+        ("SOURCE --out OUT --keep depth", "add --shards", 2),
+        ("SOURCE", "an output folder by --out or --shards", 2),
+        ("SOURCE --shards OUT --out elsewhere", "--shards replaces --out", 2),
+        ("SOURCE --shards OUT --keep rgb", "--keep takes depth", 2),
+        ("SOURCE --shards OUT --keep depth,normals", "--keep takes depth", 2),
+        ("SOURCE --shards OUT --depth-formats png,npy", "one format, png or npy", 2),
+        ("SOURCE --shards OUT --mesh ply --video", "--video, --mesh cannot be combined with --shards", 2),
+        ("SOURCE --shards OUT --verify", "--verify needs no SOURCE", 2),
+        ("SOURCE --shards OUT --frames 7:", "numbered from 0 to 2", 1),
+        ("--shards OUT --verify", "contains no shards", 1),
     ],
 )
-def test_wrong_requests_are_told_before_anything_is_made(source, tmp_path, capsys, flags, message, status):
-    command = ["batch", str(source), "--out", str(tmp_path / "out"), *flags]
-    assert exit_status(command) == status
+def test_wrong_requests_are_told_before_anything_is_made(
+    source, tmp_path, begun, capsys, request_: str, message: str, status: int
+):
+    places = {"SOURCE": str(source), "OUT": str(tmp_path / "out")}
+    assert exit_status(["batch", *(places.get(word, word) for word in request_.split())]) == status
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -401,7 +395,7 @@ def test_what_is_no_address_is_not_asked_for_a_scheduler(monkeypatch):
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(distributed, "Client", lambda **_: pytest.fail("a client was made"))
     with pytest.raises(InputError, match="no Dask scheduler at nowhere"):
-        next(complete_on_cluster(None, (), "nowhere"))
+        next(run_on_cluster(abs, (), "nowhere"))
 
 
 _LOST = """
@@ -454,12 +448,14 @@ def test_sources_of_one_name_are_refused(source):
         frames_of_sources([opened, opened])
 
 
-@given(st.lists(st.text("aA_/.+: é\x00-", min_size=1, max_size=12), unique=True, max_size=8))
-def test_frames_have_folders_of_their_own(keys):
+@pytest.mark.parametrize(("name_of", "never"), [(folder_name, '\\:*?"<>|'), (sample_name, ".")])
+@given(keys=st.lists(st.text("aA_/.+: é\x00-", min_size=1, max_size=12), unique=True, max_size=8))
+def test_frames_have_names_of_their_own(name_of, never, keys):
     frames = named_frames((key, FrameRef("/a", "/b"), None) for key in keys)
-    names = [frame.folder.casefold() for frame in frames]
-    assert len(set(names)) == len(keys)
-    assert not any(set(name) & set('/\\:*?"<>|\0 ') or name.startswith(".") for name in names)
+    folders = [frame.folder.casefold() for frame in frames]
+    assert len(set(folders)) == len({name_of(key) for key in keys}) == len(keys)
+    assert not any(set(name_of(key)) & set(f"/\0 {never}") for key in keys)
+    assert not any(name.startswith(".") for name in folders)
     assert all(frame.folder.startswith(folder_name(frame.key)) for frame in frames)
 
 
@@ -493,7 +489,7 @@ def test_settings_name_the_networks_that_have_a_part_in_the_results():
     assert BUNDLED in BatchSettings().facts()["networks"]
 
 
-def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, in_this_process, capsys):
+def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, begun, capsys):
     (tmp_path / "ground_truth").mkdir()
     for number in range(2):
         depth = cv2.imread(str(source / "depth" / f"{number:04}.png"), cv2.IMREAD_UNCHANGED)
@@ -509,7 +505,7 @@ def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, in_this_
     assert (tmp_path / "out" / "rgb__0001" / "guide_used.npy").exists()
 
 
-def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, in_this_process, capsys):
+def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, begun, capsys):
     source, out = tmp_path / "in", tmp_path / "out"
     for folder in ("rgb", "depth"):
         (source / folder).mkdir(parents=True)
@@ -543,24 +539,14 @@ def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, in_this_process
     assert exit_status([*command[: -len(FLAGS) - 1], "0", *FLAGS]) == 2
 
 
-def test_steady_depth_keeps_the_pose(tmp_path, in_this_process, capsys):
+def test_steady_depth_keeps_the_pose(tmp_path, begun, capsys):
     source, out = write_frames(tmp_path / "in", 2), tmp_path / "out"
     pose = np.eye(4)
     pose[0, 3] = 10
     for number in range(2):
         np.savetxt(source / "depth" / f"{number:04}.pose.txt", pose)
-    command = [
-        "batch",
-        str(source),
-        "--out",
-        str(out),
-        "--quiet",
-        "--static-camera",
-        "1",
-        "--intrinsics",
-        "30,30,16,12",
-    ]
-    assert main([*command, "--axes", "world", *FLAGS[:-1]]) == 0
+    command = ["batch", str(source), "--out", str(out), "--quiet", "--static-camera", "1", *FLAGS[:-1]]
+    assert main([*command, "--intrinsics", "30,30,16,12", "--axes", "world"]) == 0
     assert read_record(out / "rgb__0001" / "run.json").pose == tuple(map(tuple, pose.tolist()))
     assert main(["export", str(out), "--to", "nerfstudio", "--out", str(tmp_path / "nerf")]) == 0
 
@@ -570,12 +556,12 @@ def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(sour
     first = replace(frames_in(source)[0], source=frames_in(source)[0].source.with_options(intrinsics="30,30,16,12"))
     (tmp_path / "out").mkdir()
     settings = replace(SETTINGS, options=ExportOptions(axes="world"))
-    task = Task(str(tmp_path / "out"), settings, sha256_of(settings.facts()), (1.0, 3.0))
-    outcome = complete_frame(task, first)
+    batch = FolderSink(settings=settings, folder=tmp_path / "out", sha256="", levels=(1.0, 3.0))
+    outcome = complete_frame(batch, first)
     assert outcome.message.startswith("The pose of this frame's camera is not known")
 
 
-def test_a_camera_that_moves_leaves_depth_as_measured(tmp_path, in_this_process):
+def test_a_camera_that_moves_leaves_depth_as_measured(tmp_path, begun):
     source, rng = write_frames(tmp_path / "in", 3), np.random.default_rng(0)
     for number in range(3):
         image = rng.integers(0, 255, (24, 32, 3), np.uint8)
@@ -607,7 +593,7 @@ def _far(source: Path, numbers: list[int]) -> None:
         cv2.imwrite(path, np.where(depth == 0, 65535, depth).astype(np.uint16))
 
 
-def test_each_doubt_is_told_once(source, tmp_path, in_this_process, capsys):
+def test_each_doubt_is_told_once(source, tmp_path, begun, capsys):
     _far(source, [0, 1])
     command = ["batch", str(source), "--out", str(tmp_path / "out"), *FLAGS]
     for _ in range(2):  # the second time all frames are there already
@@ -617,10 +603,10 @@ def test_each_doubt_is_told_once(source, tmp_path, in_this_process, capsys):
         assert line.startswith("ilf: warning: rgb/0000: 65535 fills ")
         assert "2 frames with plausibility warnings" in told.out
     assert ["65535 fills" in row["plausibility_warnings"] for row in manifest(tmp_path / "out")] == [True, True, False]
-    assert len(in_this_process) == 3
+    assert len(begun) == 3
 
 
-def test_strict_batches_let_doubted_frames_fail(source, tmp_path, in_this_process, capsys):
+def test_strict_batches_let_doubted_frames_fail(source, tmp_path, begun, capsys):
     _far(source, [1])
     command = ["batch", str(source), "--out", str(tmp_path / "out"), *FLAGS, "--quiet"]
     assert main([*command, "--strict"]) == 1

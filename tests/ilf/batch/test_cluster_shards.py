@@ -9,16 +9,18 @@ from pathlib import Path
 
 import pytest
 
-import ilf.batch.shards
+import ilf.batch.engine
+from ilf._runtime.folders import folder_at
+from ilf.batch.engine import Sink, complete_many, complete_unit
+from ilf.batch.frames import BatchFrame
 from ilf.batch.settings import BatchSettings
-from ilf.batch.shard_task import ShardFrame, ShardTask
-from ilf.batch.shards import ShardBatch, complete_shard, open_shards
+from ilf.batch.shard_sink import ShardSink, open_shards
 from ilf.cli import main
 from ilf.errors import InputError
 from ilf.run.options import ExportOptions
 
-from ..batch_frames import work_in_this_process, write_frames
-from .test_batch import frames_in
+from ..batch_frames import contents
+from .test_batch import FLAGS, frames_in
 from .test_shards import command, rows, tars
 
 distributed = pytest.importorskip("distributed")
@@ -27,26 +29,22 @@ pytest.importorskip("pyarrow.parquet")
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator:
-    """Two workers, which are threads of this process."""
+    """Two workers, which are threads of this process. A scheduler serves HTTP also without a dashboard: at any free
+    port, since the usual one, which is a warning if taken, may be that of another process of the tests."""
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=False, protocol="tcp", host="127.0.0.1", dashboard_address=None
+        n_workers=2,
+        threads_per_worker=1,
+        processes=False,
+        protocol="tcp",
+        host="127.0.0.1",
+        dashboard_address=None,
+        scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
     ) as there:
         yield there
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
-    return write_frames(tmp_path / "in", 5)
-
-
-@pytest.fixture
-def begun(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """There are no other processes; the keys of the frames whose completion was begun."""
-    return work_in_this_process(monkeypatch)
-
-
-@pytest.fixture
-def batch(source: Path, tmp_path: Path, begun: list[str]) -> ShardBatch:
+def batch(source: Path, tmp_path: Path, begun: list[str]) -> ShardSink:
     return open_shards(lambda: frames_in(source), tmp_path / "out", SETTINGS, ("depth",), 3, {})
 
 
@@ -78,17 +76,30 @@ def test_a_cluster_writes_the_same_shards_and_resumes(source, tmp_path, cluster,
     assert not (out / "parts").exists()
 
 
-def test_workers_end_a_shard_that_nobody_waits_for(batch, cluster, begun, monkeypatch):
-    waiting, real = [], ilf.batch.shards.complete_part
+def test_a_cluster_completes_the_same_folder_and_resumes(source, tmp_path, cluster, begun, capsys):
+    (source / "depth" / "0001.png").write_bytes(b"no image")
+    words = ["batch", str(source), "--quiet", *FLAGS, "--out"]
+    assert main([*words, str(tmp_path / "alone")]) == 1
+    begun.clear()
+    on_cluster = [*words, str(tmp_path / "out"), "--dask", cluster.scheduler_address]
+    assert main(on_cluster) == 1
+    assert "1 of 5 frames failed. rgb/0001: " in capsys.readouterr().err
+    assert contents(tmp_path / "out") == contents(tmp_path / "alone")
+    assert main(on_cluster) == 1
+    assert sorted(begun) == [f"rgb/000{number}" for number in range(5)]
 
-    def slow(task: ShardTask, item: ShardFrame, threads: int) -> object:
-        waiting.append(item)
+
+def test_workers_end_a_shard_that_nobody_waits_for(batch, cluster, begun, monkeypatch):
+    waiting, real = [], ilf.batch.engine.complete_frame
+
+    def slow(sink: Sink, frame: BatchFrame, threads: int) -> object:
+        waiting.append(frame)
         while len(waiting) < 3:  # both workers are busy until this is seen below
             time.sleep(0.01)
-        return real(task, item, threads)
+        return real(sink, frame, threads)
 
-    monkeypatch.setattr(ilf.batch.shards, "complete_part", slow)
-    work = batch.outcomes(cluster=cluster.scheduler_address)
+    monkeypatch.setattr(ilf.batch.engine, "complete_frame", slow)
+    work = complete_many(batch, cluster=cluster.scheduler_address)
     monkeypatch.setattr(distributed, "as_completed", lambda *_, **__: until_both(waiting))
     with pytest.raises(KeyboardInterrupt):
         next(work)
@@ -99,7 +110,7 @@ def test_workers_end_a_shard_that_nobody_waits_for(batch, cluster, begun, monkey
     while any(states):
         time.sleep(0.01)
     assert len(begun) == 2, "each has ended after the frame in progress"
-    assert len(list(Path(batch.task.folder).glob("*/0*"))) == 2
+    assert len(list(batch.folder.working.glob("parts/*/0*"))) == 2
 
 
 def until_both(waiting: list) -> Iterator:
@@ -112,18 +123,18 @@ def until_both(waiting: list) -> Iterator:
 @pytest.fixture
 def as_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     """This process is a worker."""
-    monkeypatch.setattr(ilf.batch.shards, "check_wanted", lambda: None)
-    monkeypatch.setattr(ilf.batch.shards, "threads_of_worker", lambda: 1)
+    monkeypatch.setattr(ilf.batch.engine, "check_wanted", lambda: None)
+    monkeypatch.setattr(ilf.batch.engine, "threads_of_worker", lambda: 1)
 
 
 def test_a_frame_that_ends_workers_is_left_for_the_end(batch, begun, as_worker, monkeypatch):
-    real = ilf.batch.shards.complete_part
+    real = ilf.batch.engine.complete_frame
 
-    def deadly(task: ShardTask, item: ShardFrame, threads: int) -> object:
-        if item.number == 1:
-            begun.append(item.frame.key)
+    def deadly(sink: Sink, frame: BatchFrame, threads: int) -> object:
+        if frame.number == 1:
+            begun.append(frame.key)
             raise SystemExit
-        return real(task, item, threads)
+        return real(sink, frame, threads)
 
     def given_up(work, items, address) -> Iterator:
         for item in items:
@@ -137,10 +148,13 @@ def test_a_frame_that_ends_workers_is_left_for_the_end(batch, begun, as_worker, 
             else:
                 yield item, None
 
-    monkeypatch.setattr(ilf.batch.shards, "complete_part", deadly)
-    monkeypatch.setattr(ilf.batch.shards, "run_on_cluster", given_up)
-    monkeypatch.setattr(ilf.batch.shards, "run_in_processes", lambda work, items, **_: ((item, None) for item in items))
-    outcomes = {outcome.frame: outcome for outcome in batch.outcomes(cluster="there")}
+    def crashing(work, items, **_) -> Iterator:
+        return ((item, None if item.number == 1 else batch.done(item)) for item in items)
+
+    monkeypatch.setattr(ilf.batch.engine, "complete_frame", deadly)
+    monkeypatch.setattr(ilf.batch.engine, "run_on_cluster", given_up)
+    monkeypatch.setattr(ilf.batch.engine, "run_in_processes", crashing)
+    outcomes = {outcome.frame: outcome for outcome in complete_many(batch, cluster="there")}
     assert begun == ["rgb/0000", "rgb/0001", "rgb/0002", "rgb/0001", "rgb/0003", "rgb/0004"]
     assert [key for key, outcome in outcomes.items() if not outcome.is_completed] == ["rgb/0001"]
     assert "crashed twice" in outcomes["rgb/0001"].message
@@ -150,13 +164,13 @@ def test_a_frame_that_ends_workers_is_left_for_the_end(batch, begun, as_worker, 
 
 def test_workers_that_see_or_are_something_else(batch, begun, as_worker, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"does not see the shards in .*elsewhere\. Use an output folder that all"):
-        complete_shard(str(tmp_path / "elsewhere"), batch.task, False, 0)
+        complete_unit(replace(batch, folder=folder_at(tmp_path / "elsewhere")), 0)
     with pytest.raises(InputError, match="does not see the shards"):
-        complete_shard(str(batch.folder), replace(batch.task, sha256="other"), False, 0)
-    monkeypatch.setattr(BatchSettings, "facts", lambda self: {"version": "other"})
+        complete_unit(replace(batch, shards=replace(batch.shards, sha256="other")), 0)
+    monkeypatch.setattr("ilf.batch.shard_sink.facts_here", lambda settings: {"version": "other"})
     with pytest.raises(InputError, match="This machine differs from the one that started the batch"):
-        complete_shard(str(batch.folder), batch.task, False, 0)
-    monkeypatch.setattr(ilf.batch.shards, "run_on_cluster", lambda work, items, _: ((item, True) for item in items))
+        complete_unit(batch, 0)
+    monkeypatch.setattr(ilf.batch.engine, "run_on_cluster", lambda work, items, _: ((item, True) for item in items))
     with pytest.raises(InputError, match=r"000000\.parquet, but it is missing in .*out here"):
-        next(batch.outcomes(cluster="there"))
+        next(complete_many(batch, cluster="there"))
     assert not begun

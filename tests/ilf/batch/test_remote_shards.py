@@ -25,9 +25,9 @@ from ilf.errors import ExportError
 from ilf.run.stored_results import StoredResults
 from ilf.sources.opening import close_all
 
-from ..batch_frames import work_in_this_process, write_frames
 from ..object_store import SECRET, object_store
 from .test_batch import FLAGS
+from .test_shards import command, tars
 
 fsspec = pytest.importorskip("fsspec")
 parquet = pytest.importorskip("pyarrow.parquet")
@@ -45,26 +45,8 @@ def memory() -> Iterator:
     close_all()
 
 
-@pytest.fixture
-def source(tmp_path: Path) -> Path:
-    return write_frames(tmp_path / "in", 5)
-
-
-@pytest.fixture
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    return work_in_this_process(monkeypatch)
-
-
-def command(source: object, out: object, *more: str) -> list[str]:
-    return ["batch", str(source), "--shards", str(out), "--per-shard", "2", "--quiet", *FLAGS[:-1], *more]
-
-
 def tars_at(store, folder: str) -> dict[str, bytes]:
     return {path.rpartition("/")[2]: store.cat(path) for path in store.glob(f"{folder}/*.tar")}
-
-
-def tars(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in sorted(folder.glob("*.tar"))}
 
 
 def without_tars(upload: Callable[..., None]) -> Callable[..., None]:
@@ -84,7 +66,7 @@ def staged(tmp_path: Path) -> list[Path]:
     return [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
 
 
-def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, in_this_process, monkeypatch, capsys):
+def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, begun, monkeypatch, capsys):
     put, real = [], RemoteFiles.upload
     monkeypatch.setattr(RemoteFiles, "upload", lambda self, path, name: put.append(name) or real(self, path, name))
     memory.put(str(source), "/data/in", recursive=True)
@@ -113,7 +95,7 @@ def test_shards_at_an_address_are_those_of_a_folder(source, tmp_path, memory, in
     assert f"{OUT}/{put[2]} is damaged" in capsys.readouterr().err
 
 
-def test_a_resume_reads_the_listing_and_the_ends_of_tables(source, tmp_path, memory, in_this_process, monkeypatch):
+def test_a_resume_reads_the_listing_and_the_ends_of_tables(source, tmp_path, memory, begun, monkeypatch):
     assert main(command(source, OUT)) == 0
     name = memory.glob("/results/out/*0001.tar")[0].rpartition("/")[2].removesuffix(".tar")
     left = folder_at(OUT).working / "parts" / name / "000000002"  # by a kill after the table was put
@@ -129,31 +111,16 @@ def test_a_resume_reads_the_listing_and_the_ends_of_tables(source, tmp_path, mem
 
         monkeypatch.setattr(RemoteFiles, name, noted)
     monkeypatch.setattr(RemoteFiles, "upload", lambda *_: pytest.fail("nothing is written"))
-    in_this_process.clear()
+    begun.clear()
     assert main(command(source, OUT)) == 0
-    assert not in_this_process
+    assert not begun
     assert not staged(tmp_path)
     assert [name.rpartition(".")[2] for name in read] == ["json", "parquet", "parquet", "parquet"]
     assert main(command(source, OUT, "--shard", "2/3")) == 0
     assert len(read) == 4 + 2
 
 
-def test_failed_frames_are_tried_again_at_an_address(source, tmp_path, memory, in_this_process):
-    good = (source / "depth" / "0001.png").read_bytes()
-    (source / "depth" / "0001.png").write_bytes(good[:40])
-    assert main(command(source, OUT)) == 1
-    (source / "depth" / "0001.png").write_bytes(good)
-    in_this_process.clear()
-    assert main(command(source, OUT, "--retry-failed")) == 0
-    assert in_this_process == ["rgb/0001"]
-    assert main(command(source, tmp_path / "alone")) == 0
-    assert tars_at(memory, "/results/out") == tars(tmp_path / "alone")
-    assert not staged(tmp_path)
-
-
-def test_what_a_store_refuses_is_one_line_and_is_resumed(
-    source, tmp_path, memory, in_this_process, monkeypatch, capsys
-):
+def test_what_a_store_refuses_is_one_line_and_is_resumed(source, tmp_path, memory, begun, monkeypatch, capsys):
     real, left = type(memory).put_file, [4]
 
     def failing(self, *how, **more):
@@ -169,9 +136,9 @@ def test_what_a_store_refuses_is_one_line_and_is_resumed(
     assert f"Could not write {OUT}/shard-" in error
     assert "(https://host timed out again)" in error
     assert len(list(tmp_path.glob("cache/shards/*/parts/*/0*"))) == 2  # the tar is there, its table is not
-    done = len(in_this_process)
+    done = len(begun)
     assert main(command(source, OUT)) == 0
-    assert len(in_this_process) == 5
+    assert len(begun) == 5
     assert done == 2
     assert main(command(source, tmp_path / "alone")) == 0
     assert tars_at(memory, "/results/out") == tars(tmp_path / "alone")
@@ -185,20 +152,18 @@ def test_what_a_store_refuses_is_one_line_and_is_resumed(
     assert "it has 0 bytes instead of" in capsys.readouterr().err
 
 
-def test_a_folder_that_was_deleted_is_begun_anew(source, tmp_path, memory, in_this_process, monkeypatch):
+def test_a_folder_that_was_deleted_is_begun_anew(source, tmp_path, memory, begun, monkeypatch):
     with monkeypatch.context() as failing:
         failing.setattr(RemoteFiles, "upload", without_tars(RemoteFiles.upload))
         assert main(command(source, OUT)) == 1
     assert staged(tmp_path)
     memory.rm("/results/out", recursive=True)
-    in_this_process.clear()
+    begun.clear()
     assert main(command(source, OUT)) == 0
-    assert len(in_this_process) == 5
+    assert len(begun) == 5
 
 
-def test_a_full_disk_of_this_machine_is_one_line_and_is_resumed(
-    source, tmp_path, memory, in_this_process, monkeypatch, capsys
-):
+def test_a_full_disk_of_this_machine_is_one_line_and_is_resumed(source, tmp_path, memory, begun, monkeypatch, capsys):
     real, left = os.fsync, [0]
 
     def full(number: int) -> None:
@@ -217,7 +182,7 @@ def test_a_full_disk_of_this_machine_is_one_line_and_is_resumed(
         assert str(tmp_path / "cache") in error
     left[0] = 0
     assert main(command(source, OUT)) == 0
-    assert len(in_this_process) == len(set(in_this_process)) + 1  # the frame whose part could not be written
+    assert len(begun) == len(set(begun)) + 1  # the frame whose part could not be written
     assert main(command(source, tmp_path / "alone")) == 0
     assert tars_at(memory, "/results/out") == tars(tmp_path / "alone")
     assert not staged(tmp_path)
@@ -248,31 +213,28 @@ def bucket(s3, monkeypatch: pytest.MonkeyPatch) -> Iterator:
     close_all()
 
 
-def test_kills_lose_nothing_at_an_address(source, tmp_path, bucket, in_this_process):
+def test_kills_lose_nothing_at_an_address(source, tmp_path, bucket, begun):
     address, out = "s3://bucket/in", "s3://bucket/out"
     bucket.put(str(source), "bucket/in", recursive=True)
     assert main(command(source, tmp_path / "alone")) == 0
-    log = open(tmp_path / "log", "wb")  # noqa: SIM115
     words = [sys.executable, "-m", "ilf", *command(address, out)]
-    process = subprocess.Popen(words, stdout=log, stderr=log)
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     try:
         while not list(tmp_path.glob("cache/shards/*/parts/*/0*")):
-            assert process.poll() is None, (tmp_path / "log").read_text()
+            assert process.poll() is None
             time.sleep(0.002)
     finally:
         process.kill()
-        process.wait()
-    time.sleep(0.5)  # its worker ends with it
-    in_this_process.clear()
+        told, _ = process.communicate()  # its worker, which ends with it, has the same end of the pipe
+    begun.clear()
     assert main(command(address, out)) == 0
-    assert 0 < len(in_this_process) < 5
+    assert 0 < len(begun) < 5
     assert tars_at(bucket, "bucket/out") == tars(tmp_path / "alone")
     assert main(["batch", "--shards", out, "--verify"]) == 0
     (tmp_path / "one").mkdir()
     assert main(["complete", address, "--frame", "0001", "--out", str(tmp_path / "one"), "--quiet", *FLAGS[:-1]]) == 0
-    log.close()
     written = [bucket.cat(path) for path in bucket.find("bucket")]
-    written += [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
+    written += [told, *(path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())]
     tables = [content for content in written if content.startswith(b"PAR1")]
     assert len(tables) == 2 * 3
     written += [str(parquet.read_table(io.BytesIO(content)).to_pydict()).encode() for content in tables]

@@ -10,41 +10,25 @@ import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 import PIL.Image
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import ilf
-import ilf.batch.shards
-from ilf.batch.shard_task import sample_name
+import ilf.batch.engine
 from ilf.cli import main
-from ilf.errors import FormatError, InputError
-from ilf.sources.opening import close_all
+from ilf.errors import InputError
 
-from ..batch_frames import work_in_this_process, write_frames
+from ..batch_frames import write_frames
 from .test_batch import FLAGS, exit_status
 
 pyarrow = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")
 
 QUICK = ["--quiet", *FLAGS[:-1]]
-
-
-@pytest.fixture
-def source(tmp_path: Path) -> Path:
-    return write_frames(tmp_path / "in", 5)
-
-
-@pytest.fixture
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """There are no other processes; returns the keys of the frames whose completion was begun."""
-    return work_in_this_process(monkeypatch)
 
 
 def command(source: Path, out: Path, *more: str) -> list[str]:
@@ -69,7 +53,7 @@ def samples(folder: Path) -> list[dict]:
     return found
 
 
-def test_shards_contain_what_folders_do(source, tmp_path, in_this_process, capsys):
+def test_shards_contain_what_folders_do(source, tmp_path, begun, capsys):
     (source / "depth" / "0002.png").write_bytes(b"no image")
     out, folders = tmp_path / "out", tmp_path / "folders"
     assert main(command(source, out)) == 1
@@ -101,7 +85,7 @@ def test_shards_contain_what_folders_do(source, tmp_path, in_this_process, capsy
     assert found["rgb__0004"]["depth.png"] in tar
 
 
-def test_shards_are_a_source(source, tmp_path, in_this_process, capsys):
+def test_shards_are_a_source(source, tmp_path, begun, capsys):
     out = tmp_path / "out"
     (source / "depth" / "0001.png").write_bytes(b"no image")
     assert main(command(source, out)) == 1
@@ -127,7 +111,7 @@ def test_shards_are_a_source(source, tmp_path, in_this_process, capsys):
         opened["rgb/0003"]
 
 
-def test_webdataset_reads_them_as_documented(source, tmp_path, in_this_process):
+def test_webdataset_reads_them_as_documented(source, tmp_path, begun):
     webdataset = pytest.importorskip("webdataset")
     assert main(command(source, tmp_path / "DIR")) == 0
     text = (Path(__file__).parents[3] / "assets" / "docs" / "clusters.md").read_text(encoding="utf-8")
@@ -145,7 +129,7 @@ def test_webdataset_reads_them_as_documented(source, tmp_path, in_this_process):
         np.testing.assert_array_equal(depth, np.nan_to_num(expected[key].depth))
 
 
-def test_shards_with_colour_need_no_source(source, tmp_path, in_this_process):
+def test_shards_with_colour_need_no_source(source, tmp_path, begun):
     out, pose = tmp_path / "out", np.eye(4)
     pose[0, 3] = 10
     for number in range(5):
@@ -163,10 +147,10 @@ def test_shards_with_colour_need_no_source(source, tmp_path, in_this_process):
     assert not np.isnan(frame.depth).all()
 
 
-def test_finished_shards_are_not_done_again(source, tmp_path, in_this_process, capsys):
+def test_finished_shards_are_not_done_again(source, tmp_path, begun, capsys):
     out = tmp_path / "out"
     assert main(command(source, out, "--shard", "2/2")) == 0
-    assert in_this_process == ["rgb/0002", "rgb/0003"]
+    assert begun == ["rgb/0002", "rgb/0003"]
     (source / "rgb" / "0009.png").write_bytes(b"added later: the list is frozen")
     assert main(["info", str(out)]) == 0
     assert "5 frames: 2 completed, 0 failed, 3 not done" in capsys.readouterr().out
@@ -175,12 +159,12 @@ def test_finished_shards_are_not_done_again(source, tmp_path, in_this_process, c
     assert main(["batch", "--shards", str(out), "--merge"]) == 0
     assert "The batch is unfinished: merged.parquet has 1 of 3 shards" in capsys.readouterr().err
     assert main([word for word in command(source, out) if word != "--quiet"]) == 0
-    assert in_this_process[2:] == ["rgb/0000", "rgb/0001", "rgb/0004"]
+    assert begun[2:] == ["rgb/0000", "rgb/0001", "rgb/0004"]
     assert "5 frames: 3 completed, 0 failed, 2 completed before" in capsys.readouterr().out
     first = tars(out)
     sorted(out.glob("*.parquet"))[-1].unlink()  # as if it had ended between the tar and the table
     assert main(command(source, out)) == 0
-    assert in_this_process[5:] == ["rgb/0004"]
+    assert begun[5:] == ["rgb/0004"]
     assert tars(out) == first
     assert main(["batch", "--shards", str(out), "--verify", "--merge", "--json"]) == 0
     state = json.loads(capsys.readouterr().out)
@@ -188,71 +172,31 @@ def test_finished_shards_are_not_done_again(source, tmp_path, in_this_process, c
     assert parquet.read_table(out / "merged.parquet").to_pylist() == rows(out)
 
 
-def test_failed_frames_are_tried_again_on_request(source, tmp_path, in_this_process):
-    out = tmp_path / "out"
-    good = (source / "depth" / "0001.png").read_bytes()
-    (source / "depth" / "0001.png").write_bytes(good[:40])
-    assert main(command(source, out)) == 1
-    (source / "depth" / "0001.png").write_bytes(good)
-    assert main(command(source, out)) == 1
-    assert len(in_this_process) == 5
-    assert main(command(source, out, "--retry-failed")) == 0
-    assert in_this_process[5:] == ["rgb/0001"]
-    assert main(command(source, tmp_path / "alone")) == 0
-    assert tars(out) == tars(tmp_path / "alone")
-    assert main(["batch", "--shards", str(out), "--verify"]) == 0
-    assert not (out / "parts").exists()
-
-
-def test_kills_lose_nothing_and_repeat_nothing(source, tmp_path, in_this_process):
+def test_kills_lose_nothing_and_repeat_nothing(source, tmp_path, begun):
     out, alone = tmp_path / "out", tmp_path / "alone"
     assert main(command(source, alone)) == 0
     assert main(command(source, out, "--shard", "3/3")) == 0
-    process = subprocess.Popen([sys.executable, "-m", "ilf", *command(source, out)])
+    process = subprocess.Popen([sys.executable, "-m", "ilf", *command(source, out)], stderr=subprocess.PIPE)
     try:
         while not list(out.glob("parts/*000001/0*")):
             assert process.poll() is None
             time.sleep(0.002)
     finally:
         process.kill()
-        process.wait()
-    time.sleep(0.5)  # its worker ends with it
-    done = len(list(out.glob("parts/*/0*"))) + sum(len(parquet.read_table(path)) for path in out.glob("*.parquet"))
-    in_this_process.clear()
+        process.communicate()  # its worker, which ends with it, has the same end of the pipe
+    done = {int(path.name) for path in out.glob("parts/*/0*")} | {int(row["key"][-4:]) for row in rows(out)}
+    begun.clear()
     assert main(command(source, out)) == 0
-    assert len(in_this_process) == 5 - done
+    assert sorted(begun) == [f"rgb/{number:04}" for number in range(5) if number not in done]
     assert tars(out) == tars(alone)
     assert main(["batch", "--shards", str(out), "--verify"]) == 0
 
 
-def test_a_frame_that_kills_its_process_is_a_row(source, tmp_path, monkeypatch, in_this_process, capsys):
-    real = ilf.batch.shards.run_in_processes
-
-    def crashing(work, items, **how) -> Iterator[tuple]:
-        crashed = []
-
-        def keep(items) -> Iterator:
-            for item in items:
-                if getattr(item, "number", None) == 1:
-                    crashed.append(item)
-                else:
-                    yield item
-
-        yield from real(work, keep(items), **how)
-        yield from ((item, None) for item in crashed)  # last, as after the second crash
-
-    monkeypatch.setattr(ilf.batch.shards, "run_in_processes", crashing)
-    assert main(command(source, tmp_path / "out")) == 1
-    assert "rgb/0001: The process crashed twice" in capsys.readouterr().err
-    assert [row["status"] for row in rows(tmp_path / "out")] == ["completed", "failed", *["completed"] * 3]
-
-
-def test_other_settings_and_frames_are_noticed(source, tmp_path, in_this_process, capsys):
+def test_other_settings_and_frames_are_noticed(source, tmp_path, begun, capsys):
     out = tmp_path / "out"
     assert main(command(source, out, "--frames", ":2")) == 0
     before = tars(out)
     for more, message in (
-        (["--frames", ":2", "--max-iterations", "6"], "other settings (parameters.max_iterations: 5, now 6)"),
         (["--frames", ":2", "--keep", "depth"], "other settings (shards.keep: "),
         (["--frames", ":3"], "other frames (frames: [None, 2], now [None, 3])"),
     ):
@@ -267,21 +211,21 @@ def test_other_settings_and_frames_are_noticed(source, tmp_path, in_this_process
 
 PROCESS = """
 import sys, time
-import ilf.batch.shard_task as task, ilf.batch.shards as shards
+import ilf.batch.engine as engine, ilf.batch.shard_sink as shards
 from ilf.cli import main
-real = task._completed
+real = engine._completed
 def noted(*how):
     with open(sys.argv[1], "a") as log:
         log.write(how[1].key + "\\n")
     time.sleep(0.1)
     return real(*how)
-task._completed = noted
-shards.run_in_processes = lambda work, items, jobs=1: ((item, work(item)) for item in items)
+engine._completed = noted
+engine.run_in_processes = shards.run_in_processes = lambda work, items, **_: ((item, work(item)) for item in items)
 sys.exit(main(sys.argv[2:]))
 """
 
 
-def test_two_batches_share_the_work(tmp_path, in_this_process):
+def test_two_batches_share_the_work(tmp_path, begun):
     source, out, log = write_frames(tmp_path / "in", 18), tmp_path / "out", tmp_path / "log"
     assert main(command(source, tmp_path / "alone", "--per-shard", "3")) == 0
     words = [sys.executable, "-c", PROCESS, str(log), *command(source, out, "--per-shard", "3")]
@@ -295,81 +239,6 @@ def test_two_batches_share_the_work(tmp_path, in_this_process):
     assert not (out / "parts").exists()
 
 
-def test_damage_is_found(source, tmp_path, in_this_process, capsys):
-    out = tmp_path / "out"
-    assert main(command(source, out)) == 0
-    verify = ["batch", "--shards", str(out), "--verify"]
-    paths = {path.name[-10:]: path for path in out.iterdir()}
-    for name, change in (
-        ("000001.tar", lambda content: content[:700] + bytes([content[700] ^ 1]) + content[701:]),
-        ("000001.tar", lambda content: content[:-1500]),
-        ("00.parquet", lambda content: content[:100]),
-        ("rames.jsonl", lambda content: content.replace(b"0003", b"0004")),
-    ):
-        path = next(path for end, path in paths.items() if name.endswith(end))
-        content = path.read_bytes()
-        path.write_bytes(change(content))
-        assert main(verify) == 1
-        assert "damaged" in capsys.readouterr().err
-        if name == "000001.tar":
-            close_all()
-            with pytest.raises(FormatError, match="is damaged in rgb/000"):
-                [frame.depth for frame in ilf.open_source(out)]
-        path.write_bytes(content)
-    assert main(verify) == 0
-    path = sorted(out.glob("*.parquet"))[0]
-    table, content = parquet.read_table(path), path.read_bytes()
-    for wrong in (table.drop_columns(["offset"]), table.set_column(2, "time_s", table["key"])):
-        close_all()
-        parquet.write_table(wrong, path)
-        with pytest.raises(FormatError, match="is damaged"):
-            ilf.open_source(out)
-    for place in (None, -5, 2**62):
-        close_all()
-        at = table.schema.get_field_index("offset")
-        places = pyarrow.array([place] * len(table), pyarrow.int64())
-        parquet.write_table(table.set_column(at, table.schema.field(at), places), path)
-        with pytest.raises(InputError, match=f"{path.stem}.tar"):
-            ilf.open_source(out)[0]
-    for name in ("offset", "size", "sha256"):
-        column = table.schema.get_field_index(name)
-        values = table[name].to_pylist()
-        changed = pyarrow.array([values[1], values[0], *values[2:]], table.schema.field(name).type)
-        parquet.write_table(table.set_column(column, table.schema.field(name), changed), path)
-        if changed != table[name].combine_chunks():
-            assert main(verify) == 1
-            assert "is not where its table says" in capsys.readouterr().err
-    path.write_bytes(content)
-    shards = json.loads((out / "shards.json").read_text())
-    for wrong in ([], {**shards, "frames": "5"}, {**shards, "schema": 2}, {**shards, "per_shard": 0}):
-        (out / "shards.json").write_text(json.dumps(wrong))
-        close_all()
-        assert main(verify) == 1
-        assert main(["info", str(out)]) == 1
-        with pytest.raises(FormatError):
-            ilf.open_source(out)
-
-
-@pytest.mark.parametrize(
-    ("flags", "message", "status"),
-    [
-        (["--out", "elsewhere"], "--shards replaces --out", 2),
-        (["--keep", "rgb"], "--keep takes depth", 2),
-        (["--keep", "depth,normals"], "--keep takes depth", 2),
-        (["--depth-formats", "png,npy"], "one format, png or npy", 2),
-        (["--mesh", "ply", "--video"], "--video, --mesh cannot be combined with --shards", 2),
-        (["--verify"], "--verify needs no SOURCE", 2),
-        (["--frames", "7:"], "numbered from 0 to 4", 1),
-    ],
-)
-def test_wrong_requests_are_told_before_anything_is_made(
-    source, tmp_path, capsys, in_this_process, flags, message, status
-):
-    assert exit_status(["batch", str(source), "--shards", str(tmp_path / "out"), *flags]) == status
-    assert message in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
 def test_arguments_of_shards_need_shards(source, tmp_path, capsys):
     assert exit_status(["batch", str(source), "--out", str(tmp_path / "out"), "--keep", "depth"]) == 2
     assert "add --shards" in capsys.readouterr().err
@@ -377,10 +246,3 @@ def test_arguments_of_shards_need_shards(source, tmp_path, capsys):
     assert "an output folder by --out or --shards" in capsys.readouterr().err
     assert main(["batch", "--shards", str(source), "--verify"]) == 1
     assert "contains no shards" in capsys.readouterr().err
-
-
-@given(st.lists(st.text("aA_/.+: é\x00-", min_size=1, max_size=12), unique=True, max_size=8))
-def test_frames_have_names_of_their_own_without_dots(keys):
-    names = [sample_name(key) for key in keys]
-    assert len(set(names)) == len(keys)
-    assert not any(set(name) & set("/.\0 ") for name in names)

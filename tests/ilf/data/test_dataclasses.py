@@ -13,7 +13,7 @@ from ilf.data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
 from ilf.io.cameras import intrinsics_from
 from ilf.sources.reading_options import ReadingOptions
 
-BUILT_UP = {"ilf.batch.shards.ShardCounts"}
+BUILT_UP = {"ilf.batch.engine.Counts"}
 """Those that are filled step by step, and seen by nobody else meanwhile."""
 
 OWNED = {"ilf.project.run_history.StoredRun"}

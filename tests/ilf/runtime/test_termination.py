@@ -111,19 +111,19 @@ def test_a_program_without_a_main_guard_has_children_that_leave_the_terminal_s_i
 
 _BATCH = """
 import signal, sys, time
-from ilf.batch import batch
+from ilf.batch.folder_sink import FolderSink
 from ilf.cli import main
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell makes what it starts in the background ignore it
-    write = batch.write_manifest
+    close = FolderSink.close
 
-    def slowly(*arguments):  # as over ten thousand frames, or on a disk far away
+    def slowly(sink):  # as over ten thousand frames, or on a disk far away
         print("ending", flush=True)
         time.sleep(1)
-        return write(*arguments)
+        close(sink)
 
-    batch.write_manifest = slowly
+    FolderSink.close = slowly
     sys.exit(main(["batch", *sys.argv[1:]]))
 """
 

@@ -14,7 +14,7 @@ import pytest
 import ilf
 from ilf import RGBDFrame
 from ilf.batch.frame_record import LoadedFrame
-from ilf.batch.task import with_temporal_median
+from ilf.batch.static_camera import with_temporal_median
 from ilf.cli import main
 from ilf.errors import DepthWarning, FormatError, InputError
 from ilf.sources.opening import is_recording
@@ -101,7 +101,7 @@ def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
     known = frame.outside_view.copy()
     known[:36] = False  # a neighbour knows what lies in the lower half
     knowing = RGBDFrame(other.rgb, np.where(known, 1.5, other.depth))
-    steady, _ = with_temporal_median(LoadedFrame(frame, (knowing,), "", {}), tmp_path / "out")
+    steady = with_temporal_median(LoadedFrame(frame, (knowing,), "", {}), tmp_path / "out")
     np.testing.assert_array_equal(steady.outside_view, frame.outside_view & ~known)
     run = ilf.Run(steady, np.zeros(frame.shape, np.int32))
     run.complete().save(tmp_path / "out")

@@ -1,4 +1,4 @@
-"""Completing the frames of a batch in processes of this machine or on a Dask cluster."""
+"""Work on many items on the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -7,102 +7,13 @@ import os
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
-from functools import partial
-from pathlib import Path
 from typing import Any, TypeVar
 
-from .._runtime.children import run_in_processes
 from .._runtime.files import read_json
 from .._runtime.installation import optional
 from .._runtime.schema import Section
 from .._runtime.threads import available_cores
 from ..errors import IlfError, InputError
-from .frame_record import FRAME_FILE, FrameOutcome, FrameStatus
-from .frames import BatchFrame
-from .task import Task, complete_frame, failure, tidy, write_record
-
-Outcomes = Generator[FrameOutcome, None, None]
-
-CRASHED = (
-    "The process crashed twice, the second time with no other frame in parallel. Memory may have run out, or the frame "
-    "makes a library crash."
-)
-"""Message of a frame whose process has crashed repeatedly."""
-
-
-def complete_locally(task: Task, frames: Sequence[BatchFrame], jobs: int = 1) -> Outcomes:
-    """Complete frames in separate processes, and yield their outcomes in order of completion.
-
-    A frame whose process crashes is tried once more at the end, alone; if it crashes again, the frame has failed. When
-    this generator ends or is closed, the processes have ended, and unfinished frames have left no files.
-
-    Parameters
-    ----------
-    task : Task
-    frames : sequence of BatchFrame
-    jobs : int
-        Number of processes, which share the cores.
-
-    Raises
-    ------
-    IlfError
-        As `complete_frame`, for errors that affect all frames.
-    """
-    work = partial(complete_frame, task, threads=max(available_cores() // jobs, 1))
-    for frame, outcome in run_in_processes(work, frames, jobs=jobs, tidy=partial(tidy, task)):
-        yield record_crash(task, frame) if outcome is None else outcome
-
-
-def record_crash(task: Task, frame: BatchFrame) -> FrameOutcome:
-    """Record that the process of a frame has crashed repeatedly."""
-    record = failure(task, frame, CRASHED)
-    write_record(task, frame, record)
-    return record.outcome
-
-
-def complete_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) -> Outcomes:
-    """Complete frames on a Dask cluster, and yield their outcomes in order of completion.
-
-    Only frames' names and outcomes are sent; the workers read and write the files, and written frames are not
-    completed again if a worker is lost. Frames that Dask gives up are completed here at the end, one after the other,
-    each in its own process.
-
-    Parameters
-    ----------
-    task : Task
-    frames : sequence of BatchFrame
-    address : str
-        Address of the scheduler, or its scheduler file.
-
-    Raises
-    ------
-    InputError
-        As `run_on_cluster`, or if its workers do not share the folder of the results.
-    IlfError
-        As `run_on_cluster` and `complete_frame`.
-    """
-    again = []
-    for frame, outcome in run_on_cluster(partial(_on_worker, task), frames, address):
-        if outcome is None:
-            again.append(frame)
-            continue
-        _check_shared(task, outcome)
-        yield outcome
-    yield from complete_locally(task, again)
-
-
-def _check_shared(task: Task, outcome: FrameOutcome) -> None:
-    """Raise InputError if the files that a worker has written are not visible here."""
-    path = Path(task.folder, outcome.folder, FRAME_FILE)
-    if outcome.status is FrameStatus.COMPLETED and not path.exists():
-        raise InputError(f"A worker has completed {outcome.frame}, but {path} is missing here. {SHARED_FOLDER}")
-
-
-def _on_worker(task: Task, frame: BatchFrame) -> FrameOutcome:
-    return complete_frame(task, frame, threads_of_worker())
-
-
-# Work on many items on the workers of a Dask cluster.
 
 SHARED_FOLDER = "Use an output folder that all machines share under the same path."
 """What the user can do if a worker does not see the folder."""

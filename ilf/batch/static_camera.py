@@ -1,0 +1,140 @@
+"""Depth of a static camera: the temporal median of neighbouring frames where colour is unchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.formatting import counted, grouped
+from .._runtime.writing import ensure_folder, write_bytes
+from ..data.frame import RGBDFrame
+from ..data.neighbours import median_of_known
+from ..io.depth import write_depth
+from ..sources.reading import load_frame
+from .frame_record import LoadedFrame
+
+DEPTH_FILE, COLOUR_FILE = "steady/depth.npy", "steady/rgb.png"
+"""Files in a frame's folder that it is completed from; the colour only if the frame has no colour file."""
+
+_BLUR_SIGMA = 2.0
+"""Standard deviation [px] of the Gaussian blur of colours before they are compared; it removes noise."""
+
+_MIN_DIFFERENCE, _NOISE_FACTOR, _MAX_DIFFERENCE = 2.5, 6.0, 8.0
+"""Threshold of changed colours: at least `_MIN_DIFFERENCE` grey levels, `_NOISE_FACTOR` deviations of the noise, at
+most `_MAX_DIFFERENCE`."""
+
+_MARGIN = 6
+"""Pixels around a change that count as changed: depth is less sharp than colour."""
+
+_MAX_CHANGED_SHARE = 0.4
+"""Neighbours with a larger changed share show another view and are left out."""
+
+
+def files_of(frame: RGBDFrame) -> tuple[str, ...]:
+    """Return the files that `with_temporal_median` writes for a frame."""
+    has_colour_file = frame.inputs is not None and frame.inputs.has_colour_file
+    return (DEPTH_FILE,) if has_colour_file else (DEPTH_FILE, COLOUR_FILE)
+
+
+def with_temporal_median(reading: LoadedFrame, folder: Path) -> RGBDFrame:
+    """Return a frame with its `temporal_median`, written to and read from files in a folder, so that its run can be
+    replayed.
+
+    Raises
+    ------
+    ExportError
+        If the files cannot be written.
+    """
+    frame = reading.frame
+    layers = _layers(frame, reading.neighbours)
+    depth = median_of_known(layers)
+    ensure_folder((folder / DEPTH_FILE).parent)
+    write_depth(folder / DEPTH_FILE, depth)
+    if COLOUR_FILE in files_of(frame):
+        _, encoded = cv2.imencode(".png", frame.rgb[..., ::-1])
+        write_bytes(folder / COLOUR_FILE, encoded.tobytes())
+    inputs = frame.inputs
+    ground_truth = None if inputs is None else inputs.ground_truth
+    read = load_frame(
+        inputs.rgb.path if inputs is not None and inputs.has_colour_file else folder / COLOUR_FILE,
+        folder / DEPTH_FILE,
+        intrinsics=frame.intrinsics,
+        name=frame.name,
+        ground_truth=None if ground_truth is None else ground_truth.path,
+        ground_truth_units=None if ground_truth is None else ground_truth.units,
+        beside=False,
+        warn=False,
+    )
+    note = _median_note(frame, depth, len(layers), len(reading.neighbours))
+    steady = replace(read, outside_view=frame.outside_view, pose=frame.pose, notes=(*frame.notes, note))
+    return steady.with_guide(frame.guide)
+
+
+def temporal_median(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:
+    """Compute the temporal median of depth: per pixel, over a frame and its neighbours with unchanged colour.
+
+    A pixel has depth if the frame or any neighbour with unchanged colour has depth there.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    others : sequence of RGBDFrame
+        Frames of the same static camera, taken shortly before and after. Frames of another size, and frames whose
+        colour has changed nearly everywhere, are ignored.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Depth [m], NaN = missing.
+
+    Examples
+    --------
+    >>> rgb = np.zeros((20, 30, 3), np.uint8)
+    >>> frames = [RGBDFrame(rgb, np.full((20, 30), depth)) for depth in (2.0, 2.03, 1.99)]
+    >>> float(temporal_median(frames[1], [frames[0], frames[2]])[0, 0])
+    2.0
+    """
+    return median_of_known(_layers(frame, others))
+
+
+def _layers(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:
+    """Stack the depth [m] of a frame and of the others that show the same view, (N, H, W); NaN where they have
+    changed."""
+    smooth = _smooth(frame.rgb)
+    depths = [frame.depth]
+    for other in others:
+        if other.shape != frame.shape:
+            continue
+        changed = _changed(smooth, _smooth(other.rgb))
+        if changed.mean() <= _MAX_CHANGED_SHARE:
+            depths.append(np.where(changed, np.float32(np.nan), other.depth))
+    return np.stack(depths)
+
+
+def _median_note(frame: RGBDFrame, depth: NDArray[np.float32], used: int, neighbours: int) -> str:
+    """Return a note on how the temporal median has changed a frame's depth [m], (H, W)."""
+    changed = np.count_nonzero(np.isfinite(depth) & (depth != frame.depth))
+    if used == 1:
+        return f"Depth is unchanged: none of {counted(neighbours, 'neighbouring frame')} shows the same view."
+    return (
+        f"Depth is the median of up to {used} frames where colour is unchanged: it differs from the measured depth at "
+        f"{grouped(changed)} of {counted(depth.size, 'pixel')} ({changed / depth.size:.0%})."
+    )
+
+
+def _smooth(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+    return np.asarray(cv2.GaussianBlur(rgb.astype(np.float32), (0, 0), _BLUR_SIGMA))
+
+
+def _changed(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Return the pixels, bool (H, W), whose smoothed colours differ by more than noise and exposure."""
+    exposure = np.median((here + 1) / (there + 1), axis=(0, 1))
+    difference = np.abs(here - (there + 1) * exposure + 1).max(axis=2)
+    limit = np.clip(_NOISE_FACTOR * 1.4826 * np.median(difference), _MIN_DIFFERENCE, _MAX_DIFFERENCE)
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _MARGIN + 1, 2 * _MARGIN + 1))
+    return cv2.dilate((difference > limit).astype(np.uint8), disk).astype(bool)
