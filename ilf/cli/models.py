@@ -20,7 +20,7 @@ from .._runtime.networks.models import (
 from ..errors import InputError
 from ..segmentation.edges.hed_weights import INPUTS
 from ..segmentation.edges.importing import add_model
-from .output import table
+from .output import Column, table
 from .usage import Parser
 
 _BUNDLED = {
@@ -67,15 +67,23 @@ def add_arguments(parser: Parser) -> None:
 
 def run_list(arguments: argparse.Namespace) -> None:
     """List the networks."""
-    rows = []
-    for name in (*model_names(), DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION):
-        try:
-            size = _size(model_path(name))
-        except (InputError, OSError):
-            size = "missing"
-        rows.append((name, size, *_BUNDLED.get(name, _origin(name))))
-    print("\n".join(table(("name", "size", "origin", "licence"), rows)))
+    names = (*model_names(), DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION)
+    facts = {name: _BUNDLED.get(name, _origin(name)) for name in names}
+    columns = [
+        Column("name", str),
+        Column("size", _size_of),
+        Column("origin", lambda name: facts[name][0]),
+        Column("licence", lambda name: facts[name][1]),
+    ]
+    print("\n".join(table(columns, names)))
     print(f"\nYour own networks are in {models_folder()}")
+
+
+def _size_of(name: str) -> str:
+    try:
+        return _size(model_path(name))
+    except (InputError, OSError):
+        return "missing"
 
 
 def _origin(name: str) -> tuple[str, str]:
