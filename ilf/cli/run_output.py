@@ -83,26 +83,45 @@ class FinishedRun:
 def completion_report(finished: FinishedRun) -> str:
     """Describe the result of a run and its files, as text."""
     run, completion, frame = finished.run, finished.completion, finished.run.frame
-    outcomes = completion.outcomes.values()
-    evaluated: list[str] = []
+    record, labels = completion_record(finished, ()), run.blocks.labels
+    covering = covered(len(completion.outcomes), np.count_nonzero(labels) / labels.size)
+    filled_outside = 0 if frame.outside_view is None else np.count_nonzero(frame.outside_view & completion.filled)
+    lines = [f"{frame.name}: {covering}.", _recovered_line(record, int(filled_outside))]
+    if completion.suspect:
+        lines.append(
+            f"{counted(completion.suspect, 'pixel')} of known depth suspect: small islands far off everything near by, "
+            "left out of the fill. They keep their depth; if it is wrong, mark it as invalid (--invalid-mask)."
+        )
+    if frame.guide is not None:
+        lines.append(f"Guide: {guide_text(frame)}.")
     if finished.whole is not None:
-        largest = dominant_block(finished.whole, finished.by_block)
-        evaluated = [
-            _evaluation_line(finished.whole),
-            *unscored_lines(frame),
-            *_source_of_error(run, completion, largest),
-        ]
-    return "\n".join([
-        f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks.labels) / run.blocks.labels.size)}.",
-        _recovered_line(frame, completion, finished.seconds),
-        *_suspect_line(completion),
-        *([] if frame.guide is None else [f"Guide: {guide_text(frame)}."]),
-        *evaluated,
-        f"Written to {finished.folder}: {', '.join(file.name for file in finished.files)}",
-        *(f"Exported to {path}" for path in finished.exports),
-        "",
-        *outcome_lines(outcomes, finished.by_block),
-    ])  # fmt: skip
+        lines += [_evaluation_line(finished.whole), *unscored_lines(frame)]
+        if largest := dominant_block(finished.whole, finished.by_block):
+            label, share = largest
+            doubtful = unsupported(completion)[completion.filled & (labels == label)].mean()
+            why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements"
+            lines.append(f"Block {label} has {share:.0%} of the squared error{why if doubtful >= _MAJORITY else ''}.")
+    lines.append(f"Written to {finished.folder}: {', '.join(record['files'])}")
+    lines += [f"Exported to {path}" for path in finished.exports]
+    return "\n".join([*lines, "", *outcome_lines(completion.outcomes.values(), finished.by_block)])
+
+
+def _recovered_line(record: Mapping[str, Any], filled_outside: int) -> str:
+    """Describe how much depth was missing and recovered, by the JSON record of a run."""
+    missing, recovered, outside = record["missing_before"], record["recovered"], ""
+    effort = f"{counted(record['iterations'], 'iteration')} in {record['seconds']:.1f} s."
+    if record["outside_view"]:
+        filled = f"{grouped(filled_outside)} of them filled without any measurement there"
+        left = filled if filled_outside else "left missing"
+        outside = f"{counted(record['outside_view'], 'pixel')} outside the depth camera's view, {left}. "
+    if missing == 0:
+        return f"No pixel was missing. {outside}{effort}"
+    counts = {"measured by neighbours": record["from_neighbours"], "by hand": record["by_hand"]}
+    of_them = "".join(f", {grouped(count)} of them {what}" for what, count in counts.items() if count)
+    share = f"{recovered / missing:.1%}"
+    return (
+        f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({share}){of_them}. {outside}{effort}"
+    )
 
 
 ERROR_KEYS = "errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error (share)"
@@ -244,50 +263,3 @@ def unscored_lines(frame: RGBDFrame) -> list[str]:
         return []
     share = f"{grouped(count)} of {counted(missing, 'missing pixel')} ({count / missing:.1%})"
     return [f"Not scored: {share} have no ground truth."]
-
-
-def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float] | None) -> list[str]:
-    """Describe the block with most of the error, as a line; none if there is no such block."""
-    if largest is None:
-        return []
-    label, share = largest
-    doubtful = unsupported(completion)[completion.filled & (run.blocks.labels == label)].mean()
-    why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements" if doubtful >= _MAJORITY else ""
-    return [f"Block {label} has {share:.0%} of the squared error{why}."]
-
-
-def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) -> str:
-    missing = int(np.count_nonzero(frame.missing))
-    iterations = sum(outcome.iterations for outcome in completion.outcomes.values())
-    effort = f"{counted(iterations, 'iteration')} in {seconds:.1f} s."
-    outside = _outside_sentence(frame, completion)
-    if missing == 0:
-        return f"No pixel was missing. {outside}{effort}"
-    recovered = int(np.count_nonzero(completion.filled & frame.missing))
-    parts = {"measured by neighbours": completion.from_neighbours, "by hand": completion.by_hand}
-    counts = {what: int(np.count_nonzero(pixels)) for what, pixels in parts.items()}
-    of_them = "".join(f", {grouped(count)} of them {what}" for what, count in counts.items() if count)
-    return (
-        f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({recovered / missing:.1%}){of_them}. "
-        f"{outside}{effort}"
-    )
-
-
-def _suspect_line(completion: Completion) -> list[str]:
-    """Describe the suspect depth that was left out of the fill, as a line; none without any."""
-    if not completion.suspect:
-        return []
-    return [
-        f"{counted(completion.suspect, 'pixel')} of known depth suspect: small islands far off everything near by, "
-        "left out of the fill. They keep their depth; if it is wrong, mark it as invalid (--invalid-mask)."
-    ]
-
-
-def _outside_sentence(frame: RGBDFrame, completion: Completion) -> str:
-    if frame.outside_view is None:
-        return ""
-    pixels, filled = (
-        int(np.count_nonzero(mask)) for mask in (frame.outside_view, frame.outside_view & completion.filled)
-    )
-    left = "left missing" if not filled else f"{grouped(filled)} of them filled without any measurement there"
-    return f"{counted(pixels, 'pixel')} outside the depth camera's view, {left}. "

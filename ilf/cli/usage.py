@@ -6,7 +6,7 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import takewhile
 from typing import Any, NoReturn
 
@@ -153,7 +153,13 @@ def check_there(paths: Iterable[object]) -> None:
             raise InputError(f"{path}: there is no such file or folder. Check the name.")
 
 
-# Arguments shared by many commands.
+def add_action(
+    actions: argparse._SubParsersAction[Parser], name: str, command: Callable[..., None], text: str, **how: Any
+) -> Parser:
+    """Add an action of a command, described by a sentence."""
+    parser = actions.add_parser(name, help=text, **{"description": f"{text[0].upper()}{text[1:]}.", **how})
+    parser.set_defaults(command=command)
+    return parser
 
 
 def add_progress(parser: argparse._ActionsContainer) -> None:
