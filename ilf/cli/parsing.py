@@ -152,7 +152,9 @@ def add_reading(parser: argparse._ActionsContainer) -> None:
 
 def add_options(parser: argparse._ActionsContainer, options: Mapping[str, ReadingOption]) -> None:
     """Add the flags of reading options."""
-    exclusive = parser.add_mutually_exclusive_group()
+    # argparse cannot print the usage of an empty group
+    some = any(option.exclusive for option in options.values())
+    exclusive = parser.add_mutually_exclusive_group() if some else parser
     for name, option in options.items():
         if option.flag:
             (exclusive if option.exclusive else parser).add_argument(
@@ -215,16 +217,11 @@ def settings_from(arguments: argparse.Namespace, preset: UserPreset) -> tuple[Pa
     values = vars(arguments)
     if "by_hand_weight" in arguments.given and arguments.by_hand is None:
         raise UsageError("--by-hand-weight is the weight of --by-hand: give that, too.")
-    paths = {
-        name: None if (path := values.get(given)) is None else absolute(path)
-        for name, given in (("file", "blocks"), ("drawn", "drawn"), ("by_hand", "by_hand"))
-    }
-    choice = BlockChoice(
-        extraction_from(arguments, "--blocks", preset.extraction),
-        fill_gaps=arguments.fill_gaps,
-        by_hand_weight=values.get("by_hand_weight", USUAL_WEIGHT),
-        **paths,
-    )
+    extraction = extraction_from(arguments, "--blocks", preset.extraction)
+    named = (values.get(name) for name in ("blocks", "drawn", "by_hand"))
+    blocks, drawn, by_hand = (None if path is None else absolute(path) for path in named)
+    weight = values.get("by_hand_weight", USUAL_WEIGHT)
+    choice = BlockChoice(extraction, blocks, arguments.fill_gaps, drawn, by_hand, weight)
     return with_given(preset.parameters, arguments), choice
 
 
