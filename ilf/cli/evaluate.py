@@ -179,19 +179,16 @@ def _report(frame: RGBDFrame, test: HoldOutTest | None, named: Sequence[_Named],
 
 def _block_table(named: Sequence[_Named]) -> list[str]:
     """Format a table of the RMSE of every block, for runs with the same blocks."""
-
-    def errors(label: int) -> list[Evaluation]:
-        return [result.blocks.get(label, Evaluation()) for _, result in named]
-
+    labels = sorted({label for _, result in named for label in result.blocks})
+    errors = {label: [result.blocks.get(label, Evaluation()) for _, result in named] for label in labels}
     columns = [
         Column("block", int),
-        Column("pixels", lambda label: max(one.pixels for one in errors(label))),
-        *(
-            Column(f"RMSE [mm], {name}", lambda label, number=number: _rmse(errors(label)[number]), ".2f")
-            for number, (name, _) in enumerate(named)
-        ),
+        Column("pixels", lambda label: max(one.pixels for one in errors[label])),
     ]
-    return table(columns, sorted({label for _, result in named for label in result.blocks}))
+    for number, (name, _) in enumerate(named):
+        rmse = {label: _rmse(of_label[number]) for label, of_label in errors.items()}
+        columns.append(Column(f"RMSE [mm], {name}", rmse.get, ".2f"))
+    return table(columns, labels)
 
 
 def _record(frame: RGBDFrame, test: HoldOutTest | None, named: Sequence[_Named]) -> dict[str, Any]:

@@ -126,7 +126,7 @@ def _facts(arguments: argparse.Namespace) -> list[Facts]:
     if arguments.frame is not None:
         return [facts_of_frame(frame_of_source(arguments, source_from(arguments)), given)]
     if len(inputs) == 2:
-        return [facts_of_frame(FrameRef(*inputs, options=given), given)]
+        return [facts_of_frame(FrameRef(inputs[0], inputs[1]), given)]
     if len(inputs) != 1:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
     path = Path(inputs[0])
