@@ -57,7 +57,10 @@ _KEYS = (
 
 def add_arguments(parser: Parser) -> None:
     """Add the command's arguments to its parser."""
-    parser.usage = "ilf info (RGB [DEPTH] | FOLDER | SOURCE [--frame KEY] | run.json) [options]"
+    parser.usage = (
+        "ilf info (RGB [DEPTH] | FOLDER | SOURCE [--frame KEY] | run.json) [options]\n"
+        "       ilf info (--presets | --layouts) [--json]"
+    )
     parser.description = (
         "Show size, depth range, missing share, encoding and intrinsics of a frame, the frames of a source, or a run "
         "record."
