@@ -125,7 +125,13 @@ def _figures(outcome: FrameOutcome) -> dict[str, Any]:
 def _colour_path(frame: RGBDFrame) -> str | None:
     """Return the file of a frame's colour; None if it is from a recording, or was changed by registration or turned."""
     inputs = frame.inputs
-    if inputs is None or inputs.frame is not None or inputs.depth_intrinsics is not None or inputs.orientations or inputs.lenses:
+    if (
+        inputs is None
+        or inputs.frame is not None
+        or inputs.depth_intrinsics is not None
+        or inputs.orientations
+        or inputs.lenses
+    ):
         return None
     return inputs.rgb.path
 

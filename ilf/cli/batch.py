@@ -18,30 +18,22 @@ from ..batch.folder_sink import MANIFEST_COLUMNS, MANIFEST_FILE, FolderSink, ope
 from ..batch.frames import BatchFrame, frames_of_sources, shard_of, slice_frames, with_companion_files
 from ..batch.pictures import write_contact_sheet, write_video
 from ..batch.settings import BatchSettings
-from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
-from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.frame_additions import guide_network
-from ..run.block_choice import BlockChoice
 from ..sources.source import Source
 from .batch_summary import BatchSummary
-from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
+from .options import add_export_options, export_options
 from .output import FramesBar, print_json, shows_progress, warn
 from .parsing import (
-    add_block_parameters,
-    add_borders,
-    add_invalid_mask,
-    add_neighbours,
+    add_flags,
+    add_given_blocks,
     add_pairing,
-    add_parameters,
-    add_preset,
     add_reading,
-    add_seeds,
-    add_strict,
+    add_settings,
     checked_neighbours,
+    hold_out_from,
     preset_from,
     reading_options,
-    seeds_from,
-    with_given,
+    settings_from,
 )
 from .shards import add_shard_arguments, check_or_merge, check_shard_arguments, open_given_shards
 from .usage import Parser, UsageError, add_json, add_progress, count
@@ -64,12 +56,6 @@ def add_arguments(parser: Parser) -> None:
     parser.description = (
         "Complete the frames of folders, data sets and recordings, each into its own folder, and write manifest.csv "
         "with the result of each. The same command resumes an interrupted batch."
-    )
-    parser.epilog = (
-        "The JSON document contains folder, completed, failed, completed_before, failed_before, not_done (frames) and "
-        f"seconds; with --out also files and frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. Unknown "
-        "numbers are null. With --shards also shards; with --verify or --merge: folder, shards, finished, frames, "
-        "completed, failed, problems."
     )
     parser.set_defaults(command=run)
     parser.add_argument("sources", nargs="*", metavar="SOURCE", help="folder of frames, data set or recording")
@@ -95,8 +81,7 @@ def add_arguments(parser: Parser) -> None:
         help="also rerun frames whose settings or files have changed since",
     )
     add_reading(parser.add_argument_group("reading the frames"))
-    add_strict(parser, "fail a frame")
-    add_invalid_mask(parser)
+    add_flags(parser, "--strict", "--invalid-mask")
     parser.add_argument(
         "--static-camera",
         type=count,
@@ -107,7 +92,7 @@ def add_arguments(parser: Parser) -> None:
         help="for a static camera: fuse the depth of N frames before and after each one where colour is unchanged "
         f"(default: {_STATIC_RADIUS} if N is left out)",
     )
-    add_neighbours(parser)
+    add_flags(parser, "--neighbours", "--neighbour-step")
     beside = parser.add_argument_group("guides and ground truth: folders with one file per frame, named as the frame")
     beside.add_argument(
         "--guide",
@@ -119,31 +104,25 @@ def add_arguments(parser: Parser) -> None:
         "--ground-truth", metavar="DIR", help="depth to evaluate the results against (default: gt.* of a frame)"
     )
     beside.add_argument("--ground-truth-units", type=float, metavar="N", help="units per metre of the ground truth")
-    add_preset(parser)
     add_given_blocks(parser, "--blocks")
-    add_borders(parser)
-    parser.add_argument(
-        "--hold-out",
-        choices=tuple(HOLD_OUT_PATTERNS),
-        help="also evaluate each frame on hold-out depth of this pattern; repeats the run once per seed",
-    )
-    add_seeds(parser)
+    add_flags(parser, "--drawn", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
     add_export_options(output)
-    output.add_argument(
-        "--extrapolate",
-        action="store_true",
-        help="extrapolate the depth that is still missing after the run, and write its mask extrapolated.png",
-    )
+    add_flags(output, "--extrapolate")
     output.add_argument(
         "--contact-sheet", action="store_true", help="write contact-sheet.png, all previews with their names"
     )
     output.add_argument("--video", action="store_true", help="write video.mp4, all previews in sequence")
-    add_json(output)
+    add_json(
+        output,
+        "folder, files, completed, failed, completed_before, failed_before, not_done (frames), seconds and frames. "
+        f"frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. With --shards: folder, shards, before, "
+        "failed_before, completed, failed, total, left (frames) and seconds; with --verify or --merge: folder, shards, "
+        "finished, frames, completed, failed, problems",
+    )
     add_progress(output)
-    output.add_argument("--quiet", action="store_true", help="print only warnings and errors")
-    add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
-    add_block_parameters(parser)
+    add_flags(output, "--quiet")
+    add_settings(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -211,17 +190,8 @@ def _opened_folder(arguments: argparse.Namespace, settings: BatchSettings) -> Fo
 
 
 def _settings(arguments: argparse.Namespace) -> BatchSettings:
-    if arguments.hold_out is None and arguments.seeds is not None:
-        raise UsageError("--seeds applies to hold-out only: add --hold-out.")
-    chosen = preset_from(arguments.preset)
-    parameters = with_given(chosen.parameters, arguments)
-    blocks = BlockChoice(
-        check_given_blocks(arguments, "--blocks", chosen.extraction),
-        _absolute(arguments.blocks),
-        arguments.fill_gaps,
-        _absolute(arguments.borders),
-    )
-    hidden = None if arguments.hold_out is None else HoldOutTest(arguments.hold_out, seeds_from(arguments))
+    hidden = hold_out_from(arguments)
+    parameters, blocks = settings_from(arguments, preset_from(arguments.preset))
     neighbours, step = checked_neighbours(arguments)
     if neighbours and arguments.static_camera:
         raise UsageError("--static-camera already fuses the depth of frames around each one: leave out --neighbours.")

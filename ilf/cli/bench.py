@@ -3,116 +3,126 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import astuple
 from functools import partial
 from itertools import groupby
 from operator import itemgetter
-from typing import Any, NamedTuple
+from typing import Any
 
 from .._runtime.formatting import counted
+from .._runtime.installation import __version__, library_versions
 from ..errors import InputError
 from ..evaluation.bench.blocks import BLOCK_METHODS, run_block_bench, summarise_blocks
 from ..evaluation.bench.denoising import DENOISE_GROUPS, SCENES, run_denoise_bench
 from ..evaluation.bench.frames import find_frames, parse_names
 from ..evaluation.bench.methods import GROUPS, METHODS
 from ..evaluation.bench.patterns import PATTERNS
-from ..evaluation.bench.results import Line, Skipped, content, summarise, write_content
+from ..evaluation.bench.results import Line, Skipped, content, summarise
 from ..evaluation.bench.runner import read_earlier_result, run_bench
 from ..io.tables import write_csv
-from .output import Column, advance, comparison_table, skipped_lines, unit_bar, warn
-from .usage import Parser, UsageError, add_progress, count, seed
-
-BLOCKS, DENOISE = "blocks", "denoise"
-"""The first positional argument that selects another benchmark than that of completion."""
+from ..run.record import PROGRAM
+from .output import Bar, Column, print_json, shows_progress, table, warn
+from .usage import Parser, add_action, add_json, add_progress, count, seed
 
 _PATTERNS_USED = "random,areas"
+_NAMES_LISTED = 6
 
-
-Table = tuple[str, Sequence[Column], Sequence[Line]]
+_Table = tuple[str, Sequence[Column], Sequence[Line]]
 """Title, columns and lines of a table to print."""
-
-
-class Output(NamedTuple):
-    """What a benchmark has found: tables to print, lines for CSV, content for JSON."""
-
-    tables: list[Table]
-    lines: list[Line]
-    content: dict[str, Any]
 
 
 def add_arguments(parser: Parser) -> None:
     """Add the command's arguments to its parser."""
-    parser.usage = (
-        f"ilf bench FOLDER... [options]\n       ilf bench {BLOCKS} FOLDER... [options]\n"
-        f"       ilf bench {DENOISE} [options]"
+    parser.description = "Compare methods on any set of frames."
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+
+    depth = add_action(
+        actions,
+        "depth",
+        _depth,
+        "compare presets and other methods of completion on hold-out depth",
+        description="Hold out known depth of frames, complete it with every method, and compute the errors: over all "
+        "frames, and frame by frame relative to the best peer (method other than a preset) on that frame. Hold-out "
+        "pixels that a method leaves missing are scored with their nearest known depth.",
     )
-    parser.description = (
-        "Hold out known depth of frames, complete it with every method, and compute the errors: over all frames, and "
-        "frame by frame relative to the best peer (method other than a preset) on that frame. Hold-out pixels that a "
-        f"method leaves missing are scored with their nearest known depth. With {BLOCKS!r} first: measure the "
-        f"operation blocks of several methods; nothing is held out. With {DENOISE!r}: compare the remaining noise of "
-        "presets in mode fill+denoise and of other filters on generated scenes."
-    )
-    parser.epilog = "Patterns: " + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()) + "."
-    parser.set_defaults(command=run)
-    parser.add_argument(
-        "folders",
-        nargs="+",
-        metavar="FOLDER",
-        help="folder with rgb.*, depth.* and meta.json, or folder of such folders; "
-        f"write ./{BLOCKS} for a folder named {BLOCKS}",
-    )
-    parser.add_argument("--pattern", metavar="LIST", help=f"any of {','.join(PATTERNS)} (default: {_PATTERNS_USED})")
-    parser.add_argument(
-        "--methods",
-        default="all",
+    _add_frames(depth)
+    depth.add_argument(
+        "--pattern",
+        default=_PATTERNS_USED,
         metavar="LIST",
-        help="any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items())
-        + f"; with {BLOCKS!r} any of all,{','.join(BLOCK_METHODS)}; with {DENOISE!r} any "
-        f"of all,presets,peers,{','.join(DENOISE_GROUPS['all'])} (default: all)",
-    )  # fmt: skip
-    parser.add_argument("--limit", type=count, metavar="N", help="use only the first N frames")
-    parser.add_argument(
-        "--seed", type=seed, metavar="N", help="random seed of the hold-out pixels, 0 or more (default: 0)"
+        help=f"hold-out patterns (default: {_PATTERNS_USED}), any of "
+        + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()).replace("%", "%%"),
     )
-    jobs = "number of processes; more than 1 distorts the times (default: 1)"
-    parser.add_argument("--jobs", type=count, default=1, metavar="N", help=jobs)
-    parser.add_argument(
+    depth.add_argument(
         "--peers-from",
         metavar="RESULT.json",
         help="reuse the results of peers that need no blocks from an earlier --json of the same frames, patterns and "
         "seed; an error if their inputs differ",
     )
-    parser.add_argument("--csv", metavar="FILE", help="write the table as CSV")
+    _add_seed(depth)
+    _add_common(depth, "any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items()))
+
+    blocks = add_action(actions, "blocks", _blocks, "measure the operation blocks of several methods")
+    _add_frames(blocks)
+    _add_common(blocks, f"any of all,{','.join(BLOCK_METHODS)}")
+
+    what = "compare the remaining noise of presets in mode fill+denoise and of other filters on generated scenes"
+    denoising = add_action(actions, "denoising", _denoising, what)
+    _add_seed(denoising)
+    _add_common(denoising, f"any of all,presets,peers,{','.join(DENOISE_GROUPS['all'])}")
+
+
+def _add_frames(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--json", metavar="FILE", help="write the table, all rows per frame, and the parameters as JSON"
+        "folders",
+        nargs="+",
+        metavar="FOLDER",
+        help="folder with rgb.*, depth.* and meta.json, or folder of such folders",
     )
+    parser.add_argument("--limit", type=count, metavar="N", help="use only the first N frames")
+
+
+def _add_seed(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="random seed, 0 or more (default: 0)")
+
+
+def _add_common(parser: argparse.ArgumentParser, methods: str) -> None:
+    parser.add_argument("--methods", default="all", metavar="LIST", help=f"{methods} (default: all)")
+    jobs = "number of processes; more than 1 distorts the times (default: 1)"
+    parser.add_argument("--jobs", type=count, default=1, metavar="N", help=jobs)
+    parser.add_argument("--csv", metavar="FILE", help="write the table as CSV")
+    add_json(parser, "the table, all rows per frame, and the parameters")
     add_progress(parser)
 
 
-def run(arguments: argparse.Namespace) -> None:
-    """Run the command."""
-    other: dict[str, Callable[[argparse.Namespace], Output]] = {BLOCKS: _blocks, DENOISE: _denoise}
-    found = other.get(arguments.folders[0], _completion)(arguments)
-    for number, (title, columns, lines) in enumerate(found.tables):
-        names = [line["method"] for line in lines]
-        print("\n" * bool(number) + "\n".join([title, *comparison_table(columns, names, lines)]))
+def _write(
+    arguments: argparse.Namespace, tables: Sequence[_Table], lines: Sequence[Line], found: dict[str, Any]
+) -> None:
+    """Print the tables, or what was found as JSON, and write the lines as CSV."""
+    if arguments.json:
+        versions = {"program": PROGRAM, "version": __version__, "versions": library_versions()}
+        print_json(versions | found)
+    else:
+        for number, (title, columns, own) in enumerate(tables):
+            print("\n" * bool(number) + "\n".join([title, *table([_METHOD, *columns], own)]))
     if arguments.csv is not None:
-        write_csv(arguments.csv, [list(found.lines[0]), *(line.values() for line in found.lines)])
-    if arguments.json is not None:
-        write_content(arguments.json, found.content)
+        write_csv(arguments.csv, [list(lines[0]), *(line.values() for line in lines)])
 
+
+_METHOD = Column("method", itemgetter("method"))
+_RMSE = Column("RMSE [mm]", itemgetter("rmse_mm"), ".2f", min)
+_SECONDS = Column("seconds", itemgetter("seconds"), ".3f", min)
 
 _MEANS = (
-    Column("RMSE [mm]", itemgetter("rmse_mm"), ".2f"),
-    Column("MAE [mm]", itemgetter("mae_mm"), ".2f"),
-    Column("median [mm]", itemgetter("median_mm"), ".2f"),
-    Column("Rel", itemgetter("rel"), ".4f"),
+    _RMSE,
+    Column("MAE [mm]", itemgetter("mae_mm"), ".2f", min),
+    Column("median [mm]", itemgetter("median_mm"), ".2f", min),
+    Column("Rel", itemgetter("rel"), ".4f", min),
     Column("delta<1.25", itemgetter("delta_1"), ".2%", max),
     Column("coverage", itemgetter("coverage"), ".2%", max),
-    Column("seconds", itemgetter("seconds"), ".3f"),
-    Column("extraction [s]", itemgetter("extraction_seconds"), ".3f", None),
+    _SECONDS,
+    Column("extraction [s]", itemgetter("extraction_seconds"), ".3f"),
 )
 
 
@@ -124,39 +134,39 @@ def _beside_peers(measure: str) -> tuple[Column, ...]:
         return None if low is None else f"{low:.2f}-{high:.2f}"
 
     return (
-        Column(f"{measure.upper()} [mm]", itemgetter(f"{measure}_geometric_mm"), ".2f"),
-        Column("/ peer", itemgetter(f"{measure}_ratio"), ".3f"),
-        Column("68 %", partial(interval, 68), "", None),
-        Column("95 %", partial(interval, 95), "", None),
+        Column(f"{measure.upper()} [mm]", itemgetter(f"{measure}_geometric_mm"), ".2f", min),
+        Column("/ peer", itemgetter(f"{measure}_ratio"), ".3f", min),
+        Column("68 %", partial(interval, 68)),
+        Column("95 %", partial(interval, 95)),
         Column("wins", itemgetter(f"{measure}_wins"), "d", max),
     )
 
 
 _EXPECTED = (
-    Column("within", itemgetter("within"), ".2%", None),
-    Column("within twice", itemgetter("within_twice"), ".2%", None),
-    Column("calibrated frames", itemgetter("calibrated"), ".1%", None),
-    Column("sparsification", itemgetter("sparsification"), ".4f"),
+    Column("within", itemgetter("within"), ".2%"),
+    Column("within twice", itemgetter("within_twice"), ".2%"),
+    Column("calibrated frames", itemgetter("calibrated"), ".1%"),
+    Column("sparsification", itemgetter("sparsification"), ".4f", min),
 )
 
 
-def _completion(arguments: argparse.Namespace) -> Output:
+def _depth(arguments: argparse.Namespace) -> None:
+    """Compare methods of completion."""
     folders = find_frames(arguments.folders)[: arguments.limit]
-    given = _PATTERNS_USED if arguments.pattern is None else arguments.pattern
-    patterns = parse_names(given, PATTERNS, what="pattern")
+    patterns = parse_names(arguments.pattern, PATTERNS, what="pattern")
     methods = parse_names(arguments.methods, METHODS, {"all": tuple(METHODS), **GROUPS})
-    seed = arguments.seed or 0
+    seed = arguments.seed
     earlier = None if arguments.peers_from is None else read_earlier_result(arguments.peers_from, methods)
-    with unit_bar(arguments, len(folders) * len(patterns), "frames and patterns") as bar:
+    with Bar(len(folders) * len(patterns), "frames and patterns", shown=shows_progress(arguments)) as bar:
         result = run_bench(
-            folders, patterns, methods, seed, jobs=arguments.jobs, earlier=earlier, on_progress=partial(advance, bar)
+            folders, patterns, methods, seed, jobs=arguments.jobs, earlier=earlier, on_progress=bar.advance
         )
     _warn_of_skipped(result.skipped)
     _warn_of_failures(map(vars, result.rows), "{frame}, pattern {pattern}", "nothing filled")
     if not result.rows:
         raise InputError("No frame could be scored, so there is nothing to compare. Check the folders.")
     lines = summarise(result)
-    tables: list[Table] = []
+    tables: list[_Table] = []
     for pattern, members in groupby(lines, itemgetter("pattern")):
         own = list(members)
         title = f"{pattern}: {PATTERNS[pattern]} ({counted(own[0]['frames'], 'frame')}, seed {seed})"
@@ -166,7 +176,7 @@ def _completion(arguments: argparse.Namespace) -> Output:
             (f"{pattern}, {beside}", _beside_peers("rmse") + _beside_peers("mae"), own),
             (f"{pattern}, expected error", _EXPECTED, own),
         ]
-    return Output(tables, lines, content(result, patterns, methods, seed))
+    _write(arguments, tables, lines, content(result, patterns, methods, seed))
 
 
 _BLOCK_COLUMNS = (
@@ -175,24 +185,21 @@ _BLOCK_COLUMNS = (
     Column("recoverable", itemgetter("recoverable"), ".2%", max),
     Column("watertight", itemgetter("watertight"), ".1%", max),
     Column("purity", itemgetter("purity"), ".2%", max),
-    Column("cut rate", itemgetter("cut_rate"), ".2%"),
+    Column("cut rate", itemgetter("cut_rate"), ".2%", min),
     Column("recall", itemgetter("recall"), ".4f", max),
     Column("precision", itemgetter("precision"), ".4f", max),
     Column("F", itemgetter("f"), ".4f", max),
-    Column("blocks", itemgetter("blocks"), ".1f", None),
-    Column("seconds", itemgetter("seconds"), ".3f"),
+    Column("blocks", itemgetter("blocks"), ".1f"),
+    _SECONDS,
 )
 
 
-def _blocks(arguments: argparse.Namespace) -> Output:
-    if not arguments.folders[1:]:
-        raise UsageError(f"Give folders of frames after {BLOCKS!r}; for a folder of this name write ./{BLOCKS}.")
-    if not {arguments.pattern, arguments.seed, arguments.peers_from} <= {None}:
-        raise UsageError(f"With {BLOCKS!r}, no depth is held out: leave out --pattern, --seed and --peers-from.")
-    folders = find_frames(arguments.folders[1:])[: arguments.limit]
+def _blocks(arguments: argparse.Namespace) -> None:
+    """Measure the blocks of several methods."""
+    folders = find_frames(arguments.folders)[: arguments.limit]
     methods = parse_names(arguments.methods, BLOCK_METHODS, {"all": tuple(BLOCK_METHODS)})
-    with unit_bar(arguments, len(folders), "frames") as bar:
-        rows, skipped = run_block_bench(folders, methods, jobs=arguments.jobs, on_progress=partial(advance, bar))
+    with Bar(len(folders), "frames", shown=shows_progress(arguments)) as bar:
+        rows, skipped = run_block_bench(folders, methods, jobs=arguments.jobs, on_progress=bar.advance)
     _warn_of_skipped(skipped)
     _warn_of_failures(rows, "{frame}", "no blocks")
     if not rows:
@@ -206,36 +213,38 @@ def _blocks(arguments: argparse.Namespace) -> Output:
         "rows": rows,
         "skipped": [{"frame": item.frame, "reason": item.reason} for item in skipped],
     }
-    return Output([(title, _BLOCK_COLUMNS, lines)], lines, found)
+    _write(arguments, [(title, _BLOCK_COLUMNS, lines)], lines, found)
 
 
 _DENOISE_COLUMNS = (
-    Column("RMSE [mm]", lambda row: 1000 * row["rmse"], ".3f"),
-    Column("MAE [mm]", lambda row: 1000 * row["mae"], ".3f"),
-    Column("seconds", itemgetter("seconds"), ".3f", None),
+    Column("RMSE [mm]", lambda row: 1000 * row["rmse"], ".3f", min),
+    Column("MAE [mm]", lambda row: 1000 * row["mae"], ".3f", min),
+    Column("seconds", itemgetter("seconds"), ".3f"),
 )
 
 
-def _denoise(arguments: argparse.Namespace) -> Output:
-    if arguments.folders[1:]:
-        raise UsageError(f"The scenes of {DENOISE!r} are generated: leave out folders of frames.")
-    if not {arguments.pattern, arguments.limit, arguments.peers_from} <= {None}:
-        raise UsageError(
-            f"With {DENOISE!r}, all scenes are run unchanged: leave out --pattern, --limit and --peers-from."
-        )
-    methods, seed = parse_names(arguments.methods, DENOISE_GROUPS["all"], DENOISE_GROUPS), arguments.seed or 0
-    with unit_bar(arguments, len(SCENES), "scenes") as bar:
-        rows = run_denoise_bench(methods, seed, jobs=arguments.jobs, on_progress=partial(advance, bar))
+def _denoising(arguments: argparse.Namespace) -> None:
+    """Compare the remaining noise of several filters."""
+    methods, seed = parse_names(arguments.methods, DENOISE_GROUPS["all"], DENOISE_GROUPS), arguments.seed
+    with Bar(len(SCENES), "scenes", shown=shows_progress(arguments)) as bar:
+        rows = run_denoise_bench(methods, seed, jobs=arguments.jobs, on_progress=bar.advance)
     _warn_of_failures(rows, "{scene}", "the unfiltered depth")
-    tables: list[Table] = []
+    tables: list[_Table] = []
     for (scene, part), members in groupby(rows, itemgetter("scene", "part")):
         ordered = sorted(members, key=itemgetter("rmse"))
         tables.append((f"{scene}: {part} ({counted(ordered[0]['pixels'], 'pixel')})", _DENOISE_COLUMNS, ordered))
-    return Output(tables, rows, {"seed": seed, "methods": methods, "rows": rows})
+    _write(arguments, tables, rows, {"seed": seed, "methods": methods, "rows": rows})
 
 
 def _warn_of_skipped(skipped: Iterable[Skipped]) -> None:
-    warn(skipped_lines(map(astuple, skipped)))
+    """Warn of skipped frames, one line per reason."""
+    by_reason: dict[tuple[str, str], list[str]] = {}
+    for frame, pattern, reason in map(astuple, skipped):
+        by_reason.setdefault((pattern, reason), []).append(frame)
+    for (pattern, reason), frames in by_reason.items():
+        more = f" and {len(frames) - _NAMES_LISTED} more" if len(frames) > _NAMES_LISTED else ""
+        where = f" for pattern {pattern}" if pattern else ""
+        warn([f"skipped{where}: {', '.join(frames[:_NAMES_LISTED])}{more}. {reason}"])
 
 
 def _warn_of_failures(rows: Iterable[Line], where: str, scored_as: str) -> None:

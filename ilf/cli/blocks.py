@@ -7,20 +7,20 @@ from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._runtime.formatting import covered
 from .._runtime.writing import ensure_folder, write_bytes
+from ..data.frame import RGBDFrame
 from ..drawing.blocks import stage_pictures
 from ..errors import InputError
-from ..io.block_files import BLOCK_FORMATS, write_blocks
+from ..io.block_files import BLOCK_FORMATS, read_blocks, write_blocks
 from ..io.images import encode_image
 from ..io.labels import LoadedBlocks
 from ..run.writing import check_not_an_input
 from ..segmentation.extraction import extract, found_blocks
-from .options import add_given_blocks, check_given_blocks, filled, given_blocks
-from .output import table, warn
-from .parsing import add_block_parameters, add_frame, add_invalid_mask, frame_from
+from ..segmentation.reextraction import with_gaps_filled
+from .output import Column, table, warn
+from .parsing import add_block_parameters, add_flags, add_frame, add_given_blocks, extraction_from, frame_from
 from .usage import Parser, UsageError
 
 
@@ -32,8 +32,8 @@ def add_arguments(parser: Parser) -> None:
         "(16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` reads all these formats."
     )
     parser.set_defaults(command=run)
-    add_frame(parser)
-    add_invalid_mask(parser)
+    add_frame(parser, companions=False)
+    add_flags(parser, "--invalid-mask")
     taken = parser.add_argument_group("existing blocks")
     add_given_blocks(taken, "--from")
     taken.add_argument("--keep", type=_numbers, metavar="N,N,...", help="keep only these blocks (default: all)")
@@ -45,59 +45,61 @@ def add_arguments(parser: Parser) -> None:
         help="format of the output file (default: png for .png, coco for .json); COCO and labelme include names; all "
         "formats are exact to the pixel",
     )
-    output.add_argument(
-        "--stages",
-        metavar="DIR",
-        help="folder for images of all stages of the extraction",
-    )
-    output.add_argument("--quiet", action="store_true", help="print only warnings and errors")
+    output.add_argument("--stages", metavar="DIR", help="folder for images of all stages of the extraction")
+    add_flags(output, "--quiet")
     add_block_parameters(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    parameters = check_given_blocks(arguments, "--from")
+    parameters = extraction_from(arguments, "--from")
     if arguments.keep is not None and arguments.blocks is None:
         raise UsageError("--keep needs blocks: give them with --from.")
     extracts = arguments.blocks is None or arguments.fill_gaps
     if arguments.stages is not None and not extracts:
         raise UsageError("With --from nothing is extracted: leave out --stages, or add --fill-gaps.")
     frame = frame_from(arguments)
-    found = given_blocks(arguments, frame)
+    image = None if frame.inputs is None else frame.inputs.rgb.path
+    blocks = LoadedBlocks(np.zeros(frame.shape, np.int32))
+    if arguments.blocks is not None:
+        blocks = read_blocks(arguments.blocks, frame.shape, image=image)
     if arguments.keep is not None:
-        found = _only(found, arguments.keep)
+        blocks = _only(blocks, arguments.keep)
     pictures = {}
     if extracts:
-        found = filled(found, found_blocks(frame, parameters), parameters)
+        found = found_blocks(frame, parameters)
+        labels = with_gaps_filled(blocks.labels, found.labels, parameters)
+        blocks = LoadedBlocks(labels, blocks.names, blocks.notes + found.notes)
         if arguments.stages is not None:
             folder = Path(arguments.stages)
             stages = stage_pictures(frame.rgb, extract(frame, parameters)).items()
             pictures = {folder / f"{number}-{name}.png": picture for number, (name, picture) in enumerate(stages, 1)}
     check_not_an_input(frame, [Path(arguments.out), *pictures])
-    image = None if frame.inputs is None else frame.inputs.rgb.path
-    write_blocks(arguments.out, found.labels, format=arguments.format, names=found.names, image=image)
+    write_blocks(arguments.out, blocks.labels, format=arguments.format, names=blocks.names, image=image)
     for path, picture in pictures.items():
         ensure_folder(path.parent)
         # the encoder expects blue first
         write_bytes(path, encode_image(".png", picture[..., ::-1] if picture.ndim == 3 else picture))
-    warn(found.notes)
+    warn(blocks.notes)
     if not arguments.quiet:
-        print("\n".join(_report(found, ~frame.missing)))
+        print("\n".join(_report(blocks, frame)))
         print("Written:", ", ".join([arguments.out, *map(str, pictures)]))
 
 
-def _report(found: LoadedBlocks, known: NDArray[np.bool_]) -> list[str]:
+def _report(blocks: LoadedBlocks, frame: RGBDFrame) -> list[str]:
     """Format a table of the blocks, and their coverage."""
-    pixels = np.bincount(found.labels.ravel())
-    with_depth = np.bincount(found.labels[known], minlength=pixels.size)
-    rows = [
-        (str(label), str(pixels[label]), f"{1 - with_depth[label] / pixels[label]:.1%}", found.names.get(label, ""))
-        for label in np.flatnonzero(pixels).tolist()
-        if label > 0
+    pixels = np.bincount(blocks.labels.ravel())
+    missing = np.bincount(blocks.labels[frame.missing], minlength=pixels.size)
+    columns = [
+        Column("block", int),
+        Column("pixels", lambda label: int(pixels[label])),
+        Column("missing", lambda label: missing[label] / pixels[label], ".1%"),
     ]
-    head = "block", "pixels", "missing", "name" if found.names else ""
-    share = np.count_nonzero(found.labels) / found.labels.size
-    return [*table(head, rows), "", f"{covered(len(rows), share)}."]
+    if blocks.names:
+        columns.append(Column("name", lambda label: blocks.names.get(label, "")))
+    labels = [label for label in np.flatnonzero(pixels).tolist() if label > 0]
+    share = np.count_nonzero(blocks.labels) / blocks.labels.size
+    return [*table(columns, labels), "", f"{covered(len(labels), share)}."]
 
 
 def _numbers(text: str) -> frozenset[int]:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from importlib import import_module
-from typing import TextIO
+from typing import Any, TextIO
 
 from .._runtime.files import is_address
 from .._runtime.installation import __version__, check_opencv
@@ -22,20 +22,17 @@ COMMANDS = {
     "complete": "complete the depth of a frame and write all results",
     "batch": "complete many frames, in several processes or on several machines",
     "blocks": "extract the operation blocks of a frame",
-    "info": "show the contents of a frame, a source of frames or a run record",
+    "info": "show the contents of a frame, a source of frames or a run record; list presets and layouts",
     "evaluate": "evaluate a frame's completion against ground truth or hold-out",
+    "bench": "compare presets and other methods of completion, blocks or denoising on many frames",
     "report": "write one HTML page about frames: pictures, blocks, parameters, curves, errors, versions and hashes",
+    "project": "make, show, export and replay project files; export results to other programs",
+    "models": "list, import and remove edge networks",
+    "sample": "write the bundled sample frame into a folder",
     "capture": "capture a frame with a RealSense camera",
     "live": "play a recording at its rate in the window, completed as it plays",
     "stream": "complete a recording frame after frame, as a robot would, into one MCAP file or a folder",
     "rosbag": "write completed depth as a ROS 2 recording",
-    "bench": "compare presets and other methods on hold-out depth, or methods of making blocks",
-    "sample": "write the bundled sample frame into a folder",
-    "models": "list, import and remove edge networks",
-    "presets": "list the built-in presets and your own",
-    "project": "make, show, export and replay project files",
-    "export": "write results with known poses as a data set for nerfstudio, 3D Gaussian splatting or Open3D",
-    "completion": "print the completion script of a shell",
 }
 """Name -> one-line help. `add_arguments` in the module of the same name adds the arguments and the function that runs
 the command to its parser. The module is imported only when its command is used."""
@@ -94,12 +91,29 @@ def build_parser(names: Collection[str] = tuple(COMMANDS)) -> Parser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
+    parser.add_argument(
+        "--completion",
+        action=_Completion,
+        choices=("bash", "zsh", "fish"),
+        help="print the script with which a shell completes commands, options and file names. For bash, add this line "
+        'to ~/.bashrc: eval "$(ilf --completion bash)". For zsh, write the script to a file named _ilf in a folder of '
+        "$fpath; for fish, to ~/.config/fish/completions/ilf.fish",
+    )
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name, text in COMMANDS.items():
         command = commands.add_parser(name, help=text)
         if name in names:
             import_module(f"{__package__}.{name}").add_arguments(command)
     return parser
+
+
+class _Completion(argparse.Action):
+    def __call__(self, parser: Parser, *given: Any) -> None:  # type: ignore[override]
+        from .completion import completion_script
+
+        _, shell, _ = given
+        print(completion_script(build_parser(), shell))
+        parser.exit()
 
 
 def _ensure_streams() -> None:

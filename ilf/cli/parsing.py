@@ -1,4 +1,4 @@
-"""Arguments shared by the commands: the frame, and the flags of the parameters."""
+"""Arguments shared by the commands: the frame, the settings of a run, and the flags of the parameters."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
+from .._runtime.files import absolute
 from .._runtime.networks.session import DEVICE_VARIABLE, DEVICES
 from ..data.by_hand import USUAL_WEIGHT
 from ..data.declarations import Declaration, ParameterSet, Value
@@ -15,7 +16,9 @@ from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.presets import UserPreset, find_preset
 from ..errors import InputError, ParameterError
+from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.labels import with_more_invalid
+from ..run.block_choice import BlockChoice
 from ..sources.frame_ref import FrameRef
 from ..sources.neighbours import with_neighbours
 from ..sources.reading import read_frame
@@ -30,12 +33,83 @@ _SWITCH = {"on": True, "true": True, "off": False, "false": False}
 
 Set = TypeVar("Set", bound=ParameterSet)
 
-_SEEDS = 3
-"""Number of random hold-outs by default."""
+_FLAGS: Mapping[str, Mapping[str, Any]] = {
+    "--strict": {
+        "action": "store_true",
+        "help": "fail, or fail the frame of a batch, if a plausibility check of the files fails, instead of printing a "
+        "warning",
+    },
+    "--invalid-mask": {
+        "metavar": "MASK.png",
+        "help": "mask of measured depth to treat as missing, because it is wrong: behind glass, at flying pixels, by "
+        "glare. A single-channel image of the frame's size, non-zero where depth is invalid",
+    },
+    "--neighbours": {
+        "type": count,
+        "default": 0,
+        "metavar": "N",
+        "help": "also use the depth that N frames before and N after have measured, where a frame has none. Needs "
+        "intrinsics, and poses or the package open3d (extra app). The pixels are marked in from_neighbours.png",
+    },
+    "--neighbour-step": {
+        "type": count,
+        "default": 1,
+        "metavar": "M",
+        "help": "with --neighbours: use every M-th frame before and after (default: 1)",
+    },
+    "--drawn": {
+        "metavar": "MASK.png",
+        "help": "mask of drawn borders of blocks, which no depth crosses: a single-channel image of the frame's size, "
+        "non-zero at block pixels along such a border",
+    },
+    "--by-hand": {
+        "metavar": "FILE",
+        "help": "depth that you state where it is missing or marked invalid: an image in the encoding of the frame's "
+        "depth, or floating-point numbers in metres, such as NPY; 0 or NaN states none. It is marked in the results "
+        "(by_hand.png) and never counts as measured",
+    },
+    "--by-hand-weight": {
+        "type": float,
+        "default": USUAL_WEIGHT,
+        "metavar": "WEIGHT",
+        "help": f"weight of a pixel's depth by hand, 0 to 1; a measured pixel has weight 1 (default: {USUAL_WEIGHT:g})",
+    },
+    "--extrapolate": {
+        "action": "store_true",
+        "help": "extrapolate the depth that is still missing after the run, and write its mask extrapolated.png",
+    },
+    "--hold-out": {
+        "choices": tuple(HOLD_OUT_PATTERNS),
+        "help": "evaluate on hold-out depth of this pattern, with a run per seed: "
+        + "; ".join(f"{name}: {what}" for name, what in HOLD_OUT_PATTERNS.items()).replace("%", "%%"),
+    },
+    "--seeds": {"type": count, "default": 3, "metavar": "N", "help": "number of random hold-outs (default: 3)"},
+    "--look-in": {
+        "action": "append",
+        "default": [],
+        "metavar": "DIR",
+        "help": "folder where files that have been moved are now; can be repeated",
+    },
+    "--allow-address": {
+        "action": "append",
+        "default": [],
+        "metavar": "PREFIX",
+        "help": "open what files name (projects, run records, lists, shards) at and below this address or path, "
+        "outside their own folder or store; can be repeated",
+    },
+    "--quiet": {"action": "store_true", "help": "print only warnings and errors"},
+}
+"""The flags that several commands have."""
 
 
-def add_frame(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of a frame and of how to read it."""
+def add_flags(parser: argparse._ActionsContainer, *names: str) -> None:
+    """Add some of the flags that several commands have."""
+    for name in names:
+        parser.add_argument(name, **_FLAGS[name])
+
+
+def add_frame(parser: argparse.ArgumentParser, *, companions: bool = True) -> None:
+    """Add the arguments of a frame and of how to read it; with `companions`, of its guide and ground truth."""
     parser.add_argument(
         "inputs",
         nargs="*",
@@ -43,13 +117,16 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         help="colour file and depth file, or a folder with rgb.*, depth.* and meta.json. With --frame: a folder of "
         "frames, a data set or a recording",
     )
-    parser.add_argument(
+    group = parser.add_argument_group("reading the frame")
+    group.add_argument(
         "--frame",
         metavar="KEY",
         help="key of a frame in a folder, data set or recording. `ilf info` lists the keys",
     )
-    add_pairing(parser)
-    add_reading(parser.add_argument_group("reading the frame"))
+    add_pairing(group)
+    add_reading(group)
+    if companions:
+        add_options(group, {name: option for name, option in OPTIONS.items() if option.one_frame})
 
 
 def add_pairing(parser: argparse._ActionsContainer) -> None:
@@ -70,20 +147,14 @@ def add_reading(parser: argparse._ActionsContainer) -> None:
     """Add the arguments of the reading options of all frames, see `reading_options`, and of what files may name."""
     of_all = {name: option for name, option in OPTIONS.items() if not (option.one_frame or option.of_source)}
     add_options(parser, of_all)
-    add_allowed(parser)
-
-
-def add_companions(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the reading options of a single frame: its guide and its ground truth."""
-    add_options(parser, {name: option for name, option in OPTIONS.items() if option.one_frame and not option.group})
-    for title in dict.fromkeys(option.group for option in OPTIONS.values() if option.group):
-        group = parser.add_argument_group(title)
-        add_options(group, {name: option for name, option in OPTIONS.items() if option.group == title})
+    add_flags(parser, "--allow-address")
 
 
 def add_options(parser: argparse._ActionsContainer, options: Mapping[str, ReadingOption]) -> None:
     """Add the flags of reading options."""
-    exclusive = parser.add_mutually_exclusive_group()
+    # argparse cannot print the usage of an empty group
+    some = any(option.exclusive for option in options.values())
+    exclusive = parser.add_mutually_exclusive_group() if some else parser
     for name, option in options.items():
         if bool in KINDS[name]:
             parser.add_argument(option.flag, dest=name, action="store_const", const=True, help=option.help)
@@ -97,124 +168,42 @@ def add_options(parser: argparse._ActionsContainer, options: Mapping[str, Readin
             )
 
 
-def add_strict(parser: argparse._ActionsContainer, what: str) -> None:
-    """Add the flag that turns plausibility warnings into errors; `what` is the effect, for the help."""
-    parser.add_argument(
-        "--strict",
-        action="store_true",
-        help=f"{what} if a plausibility check of the files fails, instead of printing a warning",
-    )
-
-
 def check_plausibility(plausibility_warnings: Iterable[str], strict: bool) -> None:
     """Raise InputError for plausibility warnings if `strict`."""
     if strict and (found := list(plausibility_warnings)):
         raise InputError(" ".join(found))
 
 
-def add_invalid_mask(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of the invalid mask."""
-    parser.add_argument(
-        "--invalid-mask",
-        metavar="MASK.png",
-        help="mask of measured depth to treat as missing, because it is wrong: behind glass, at flying pixels, by "
-        "glare. A single-channel image of the frame's size, non-zero where depth is invalid",
-    )
-
-
-def add_neighbours(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments of the neighbours whose depth is added; see `ilf.with_neighbours`."""
-    parser.add_argument(
-        "--neighbours",
-        type=count,
-        metavar="N",
-        help="also use the depth that N frames before and N after have measured, where a frame has none. Needs "
-        "intrinsics, and poses or the package open3d (extra app). The pixels are marked in from_neighbours.png",
-    )
-    parser.add_argument(
-        "--neighbour-step",
-        type=count,
-        metavar="M",
-        help="with --neighbours: use every M-th frame before and after (default: 1)",
-    )
-
-
 def checked_neighbours(arguments: argparse.Namespace) -> tuple[int, int]:
-    """Return the values of `add_neighbours`, 0 and 1 if not given; raises UsageError for a step without neighbours."""
-    if arguments.neighbours is None and arguments.neighbour_step is not None:
+    """Return number and step of the neighbours; raises UsageError for a step without neighbours."""
+    if "neighbour_step" in arguments.given and not arguments.neighbours:
         raise UsageError("--neighbour-step applies to --neighbours: add it.")
-    return arguments.neighbours or 0, arguments.neighbour_step or 1
+    return arguments.neighbours, arguments.neighbour_step
 
 
-def add_borders(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of the mask of block borders drawn by hand."""
-    parser.add_argument(
-        "--borders",
-        metavar="MASK.png",
-        help="mask of block borders that no depth crosses, as drawn by hand: a single-channel image of the frame's "
-        "size, non-zero at block pixels along such a border",
-    )
+def hold_out_from(arguments: argparse.Namespace) -> HoldOutTest | None:
+    """Return the hold-out that is asked for, if any."""
+    if arguments.hold_out is None and "seeds" in arguments.given:
+        raise UsageError("--seeds applies to hold-out only: add --hold-out.")
+    return None if arguments.hold_out is None else HoldOutTest(arguments.hold_out, tuple(range(arguments.seeds)))
 
 
-def add_by_hand(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of depth by hand and its weight."""
-    parser.add_argument(
-        "--depth-by-hand",
-        metavar="FILE",
-        help="depth that you state where it is missing or marked invalid: an image in the encoding of the frame's "
-        "depth, or floating-point numbers in metres, such as NPY; 0 or NaN states none. It is marked in the results "
-        "(by_hand.png) and never counts as measured",
-    )
-    parser.add_argument(
-        "--by-hand-weight",
-        metavar="WEIGHT",
-        type=float,
-        help=f"weight of a pixel's depth by hand, 0 to 1; a measured pixel has weight 1 (default: {USUAL_WEIGHT:g})",
-    )
-
-
-def add_look_in(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of folders in which the files of a project's frames are now."""
-    parser.add_argument(
-        "--look-in",
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="folder where files that have been moved are now; can be repeated",
-    )
-
-
-def add_allowed(parser: argparse._ActionsContainer) -> None:
-    """Add the argument of places that files may name; see `ilf.sources.allow_address`."""
-    parser.add_argument(
-        "--allow-address",
-        action="append",
-        default=[],
-        metavar="PREFIX",
-        help="open what files name (projects, run records, lists, shards) at and below this address or path, outside "
-        "their own folder or store; can be repeated",
-    )
-
-
-def add_seeds(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of the number of hold-outs; see `seeds_from`."""
-    parser.add_argument("--seeds", type=count, metavar="N", help=f"number of random hold-outs (default: {_SEEDS})")
-
-
-def seeds_from(arguments: argparse.Namespace) -> tuple[int, ...]:
-    """Return the seeds of `add_seeds`."""
-    return tuple(range(arguments.seeds or _SEEDS))
-
-
-def add_preset(parser: argparse.ArgumentParser, **how: Any) -> None:
-    """Add the argument of the preset."""
+def add_preset(parser: argparse._ActionsContainer, **how: Any) -> None:
+    """Add the flag of the preset."""
     parser.add_argument(
         "--preset",
         metavar="PRESET",
-        help=f"{', '.join(PRESETS)}, one of your own, or a preset file (default: {DEFAULT_PRESET}). `ilf presets` "
-        "lists them",
+        help=f"{', '.join(PRESETS)}, one of your own, or a preset file (default: {DEFAULT_PRESET}). `ilf info "
+        "--presets` lists them",
         **how,
     )
+
+
+def add_settings(parser: argparse.ArgumentParser, **preset: Any) -> None:
+    """Add the flags of preset, filter and extraction."""
+    add_preset(parser.add_argument_group("preset"), **preset)
+    add_parameters(parser, "filter", PRESETS[DEFAULT_PRESET], presets=PRESETS)
+    add_block_parameters(parser)
 
 
 def preset_from(name: str | None) -> UserPreset:
@@ -225,14 +214,46 @@ def preset_from(name: str | None) -> UserPreset:
         raise UsageError(str(error)) from error
 
 
+def settings_from(arguments: argparse.Namespace, preset: UserPreset) -> tuple[Parameters, BlockChoice]:
+    """Return the parameters of the filter and the choice of blocks, based on a preset."""
+    values = vars(arguments)
+    if "by_hand_weight" in arguments.given and arguments.by_hand is None:
+        raise UsageError("--by-hand-weight is the weight of --by-hand: give that, too.")
+    extraction = extraction_from(arguments, "--blocks", preset.extraction)
+    named = (values.get(name) for name in ("blocks", "drawn", "by_hand"))
+    blocks, drawn, by_hand = (None if path is None else absolute(path) for path in named)
+    weight = values.get("by_hand_weight", USUAL_WEIGHT)
+    choice = BlockChoice(extraction, blocks, arguments.fill_gaps, drawn, by_hand, weight)
+    return with_given(preset.parameters, arguments), choice
+
+
+def add_given_blocks(group: argparse._ActionsContainer, flag: str) -> None:
+    """Add the arguments of given blocks, and of filling their gaps."""
+    group.add_argument(
+        flag,
+        dest="blocks",
+        metavar="PATH",
+        help="use these blocks instead of extracting them. Formats: label map (PNG), labelme or COCO JSON, "
+        "segment-anything masks (JSON) or a folder of masks (PNG); where masks overlap, the smallest is on top",
+    )
+    group.add_argument("--fill-gaps", action="store_true", help=f"extract blocks in the gaps of {flag}")
+
+
+def extraction_from(arguments: argparse.Namespace, flag: str, base: BlockParameters | None = None) -> BlockParameters:
+    """Return the extraction parameters, based on `base`; UsageError for arguments without effect beside the flag of
+    given blocks."""
+    if arguments.blocks is None and arguments.fill_gaps:
+        raise UsageError(f"--fill-gaps needs blocks: give them with {flag}.")
+    if arguments.blocks is not None and given_parameters(arguments, BlockParameters) and not arguments.fill_gaps:
+        raise UsageError(
+            f"With {flag} nothing is extracted: leave out the --{BLOCK_PREFIX}* flags, or add --fill-gaps."
+        )
+    return with_given(base or BlockParameters(), arguments)
+
+
 def reading_options(arguments: argparse.Namespace) -> ReadingOptions:
-    """Return the values of `add_reading` and `add_companions`."""
+    """Return the reading options that are given."""
     return ReadingOptions.from_arguments(vars(arguments))
-
-
-def reading_flags(arguments: argparse.Namespace) -> list[str]:
-    """Return the flags of reading options that are given on the command line."""
-    return [OPTIONS[name].flag for name in reading_options(arguments).given]
 
 
 def source_from(arguments: argparse.Namespace) -> Source:
@@ -244,19 +265,10 @@ def source_from(arguments: argparse.Namespace) -> Source:
     return source
 
 
-def frame_of_source(arguments: argparse.Namespace, source: Source | None = None) -> FrameRef:
-    """Return the frame that --frame selects, from a source if it is already open."""
-    found = (source or source_from(arguments)).ref(arguments.frame)
+def frame_of_source(arguments: argparse.Namespace, source: Source) -> FrameRef:
+    """Return the frame of a source that --frame selects."""
+    found = source.ref(arguments.frame)
     return replace(found, options=reading_options(arguments).of_frame.or_else(found.options))
-
-
-def _frame_with_neighbours(arguments: argparse.Namespace, count: int, step: int) -> RGBDFrame:
-    """Load the frame that --frame selects, with the depth of its neighbours."""
-    if arguments.frame is None:
-        raise UsageError("--neighbours applies to frames of a folder or a recording: select one with --frame.")
-    source = source_from(arguments)
-    frame = read_frame(frame_of_source(arguments, source))
-    return with_neighbours(frame, *source.around(arguments.frame, count * step), step=step)
 
 
 def _frame_of_files(arguments: argparse.Namespace) -> FrameRef:
@@ -275,10 +287,15 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     """Load the frame that the arguments name, with its invalid mask, ground truth and guide. Plausibility warnings are
     printed; with --strict they raise InputError."""
     neighbours, step = checked_neighbours(arguments) if "neighbours" in arguments else (0, 1)
-    if neighbours:
-        frame = _frame_with_neighbours(arguments, neighbours, step)
+    if arguments.frame is None:
+        if neighbours:
+            raise UsageError("--neighbours applies to frames of a folder or a recording: select one with --frame.")
+        frame = read_frame(_frame_of_files(arguments))
     else:
-        frame = read_frame(_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments))
+        source = source_from(arguments)
+        frame = read_frame(frame_of_source(arguments, source))
+        if neighbours:
+            frame = with_neighbours(frame, *source.around(arguments.frame, neighbours * step), step=step)
     check_plausibility(frame.plausibility_warnings, vars(arguments).get("strict", False))
     warn(frame.notes)
     return frame if arguments.invalid_mask is None else with_more_invalid(frame, arguments.invalid_mask)
@@ -286,7 +303,7 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:
     """Add the flags of the block extraction, and that of the device."""
-    add_parameters(parser, BlockParameters, "block extraction", prefix=BLOCK_PREFIX)
+    add_parameters(parser, "block extraction", BlockParameters(), prefix=BLOCK_PREFIX)
     parser.add_argument(
         "--device",
         action=_Device,
@@ -305,45 +322,26 @@ class _Device(argparse.Action):
 
 def add_parameters(
     parser: argparse.ArgumentParser,
-    kind: type[ParameterSet],
     title: str,
+    base: ParameterSet,
     *,
-    prefix: str = "",
     presets: Mapping[str, ParameterSet] | None = None,
-    default: str | None = None,
+    prefix: str = "",
 ) -> None:
-    """Add a flag for every parameter of a set, group by group, each with its help, unit, range and default.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-    kind : type of ParameterSet
-    title : str
-        Prefix of the groups' names.
-    prefix : str
-        Prefix of the flags' names.
-    presets : mapping, optional
-        Named sets; the help lists their values that differ from the default.
-    default : str, optional
-        Preset with the default values; the declared defaults are used if left out.
-    """
-    groups: dict[str, Any] = {}
-    base = kind() if presets is None or default is None else presets[default]
-    for name, declaration in kind.declarations().items():
+    """Add a flag for every parameter of a set, group by group, each with its help, unit, range, default (that of
+    `base`) and values in presets."""
+    groups: dict[str, argparse._ArgumentGroup] = {}
+    for name, declaration in base.declarations().items():
         if declaration.group not in groups:
             groups[declaration.group] = parser.add_argument_group(f"{title}: {declaration.group.lower()}")
-        how: dict[str, Any] = (
-            {"action": argparse.BooleanOptionalAction}
-            if declaration.kind is bool
-            else {
-                "type": _reader(declaration),
-                "choices": declaration.choices or None,
-                "metavar": _metavar(declaration),
-            }
-        )
+        how: dict[str, Any] = {"action": argparse.BooleanOptionalAction}
+        if declaration.kind is not bool:
+            choices = declaration.choices
+            metavar = "|".join(choices) or ("TEXT" if declaration.kind is str else "N")
+            how = {"type": _reader(declaration), "choices": choices or None, "metavar": metavar}
         groups[declaration.group].add_argument(
             declaration.flag.replace("--", f"--{prefix}", 1),
-            dest=_destination(kind, name),
+            dest=_destination(type(base), name),
             default=argparse.SUPPRESS,
             help=_help(declaration, presets or {}, base).replace("%", "%%"),
             **how,
@@ -356,15 +354,6 @@ def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) ->
     return {
         name: values[_destination(kind, name)] for name in kind.declarations() if _destination(kind, name) in values
     }
-
-
-def parameter_flags(arguments: argparse.Namespace) -> list[str]:
-    """Return the flags of filter and extraction parameters that are given on the command line."""
-    return [
-        f"--{prefix}{name.replace('_', '-')}"
-        for kind, prefix in ((Parameters, ""), (BlockParameters, BLOCK_PREFIX))
-        for name in given_parameters(arguments, kind)
-    ]
 
 
 def with_given(base: Set, arguments: argparse.Namespace) -> Set:
@@ -406,12 +395,6 @@ def value_from(declaration: Declaration, text: str) -> Value:
     except ValueError as error:
         raise ParameterError(f"{text!r} is not a number.") from error
     return declaration.checked(number)
-
-
-def _metavar(declaration: Declaration) -> str:
-    if declaration.choices:
-        return "|".join(declaration.choices)
-    return "TEXT" if declaration.kind is str else "N"
 
 
 def _help(declaration: Declaration, presets: Mapping[str, ParameterSet], base: ParameterSet) -> str:

@@ -10,31 +10,32 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 from .._runtime.formatting import counted
 from ..completion.confidence.expected_error import RMS_NAME
-from ..data.parameters import Parameters, nearest_preset
 from ..data.results import Completion
-from ..errors import InputError
+from ..errors import InputError, one_line
 from ..project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
-from ..project.facts import FrameFacts, RunFacts, differences, frame_facts, present_completion, present_run
+from ..project.facts import FrameFacts, differences, frame_facts, present_completion, present_run
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
 from ..project.state_codec import UnreadableFrame
 from ..run.block_choice import BlockChoice
+from ..run.data_sets import DATA_SETS, write_data_set
 from ..run.run import Run
 from ..sources.frame_ref import FrameRef
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
 from ..sources.reading import read_frame
 from .options import add_export_options, export_options, geometry_flags
-from .output import print_json, shows_progress, table, warn
-from .parsing import add_allowed, add_look_in, add_reading, reading_options
-from .run_output import completed
-from .usage import Parser, UsageError, add_progress, check_there
+from .output import Column, fact_lines, print_json, shows_progress, table, warn
+from .parsing import add_flags, add_reading, reading_options
+from .run_output import completed, parameters_text
+from .usage import Parser, UsageError, add_action, add_json, add_progress, check_there
 
 # Output of `ilf project info`: as text, and as JSON.
 
@@ -55,7 +56,7 @@ def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
     lines = [
         ("project", f"{path}, {path.stat().st_size / 1e6:.1f} MB in {counted(len(opened.parts.names()), 'part')}"),
         ("frames", f"{len(facts)}" + (f": {to_text}" if to_text else "")),
-        ("parameters", f"{scope} {_parameters_text(project.common)}"),
+        ("parameters", f"{scope} {parameters_text(project.common)}"),
         ("files", "embedded" if opened.read.embedded else "not embedded"),
     ]
     problems = [*opened.problems]
@@ -64,56 +65,53 @@ def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
         problems += [
             f"{fact.frame.name}: {file} {_PROBLEMS[how]}." for file, how in fact.sources.items() if how in _PROBLEMS
         ]
-    for name, text in [*lines, *(("problem", problem) for problem in problems)]:
-        print(f"{name + ':':13} {text}")
+    print(*fact_lines([*lines, *(("problem", problem) for problem in problems)]), sep="\n")
     if facts:
-        head = ["frame", "id", "stage", "size", "missing", "blocks", "completed", "runs", "kB", "files"]
-        print("", *table(head, [_frame_row(fact) for fact in facts]), sep="\n")
+        print("", *table(_FRAMES, facts), sep="\n")
     for fact in facts:
         if fact.runs:
             print(f"\nRuns of {fact.frame.name}:")
-            head = [
-                "run",
-                "name",
-                "end",
-                "blocks",
-                "time [s]",
-                "ground truth [mm]",
-                "hold-out [mm]",
-                f"{RMS_NAME} [mm]",
-                "note",
-            ]
-            print(*table(head, [_run_row(run) for run in fact.runs]), sep="\n")
+            print(*table(_RUNS, fact.runs), sep="\n")
 
 
-def _frame_row(fact: FrameFacts) -> list[str]:
-    summary = fact.frame.summary
+def _size(fact: FrameFacts) -> str | None:
+    shape = fact.frame.summary.shape
+    return None if shape is None else f"{shape[1]} x {shape[0]}"
+
+
+def _files(fact: FrameFacts) -> str:
     how = Counter(fact.sources.values())
-    return [
-        fact.frame.name,
-        fact.frame.id,
-        summary.stage.value,
-        "-" if summary.shape is None else f"{summary.shape[1]} x {summary.shape[0]}",
-        "-" if summary.missing is None else f"{summary.missing:.1%}",
-        str(summary.blocks),
-        str(summary.completed),
-        str(len(fact.runs)),
-        f"{fact.size / 1000:.0f}",
-        ", ".join(f"{count} {state}" for state, count in how.items()) or "in the project",
-    ]
+    return ", ".join(f"{count} {state}" for state, count in how.items()) or "in the project"
 
 
-def _run_row(run: RunFacts) -> list[str]:
-    errors = (run.ground_truth_error, run.hold_out_error, run.expected_error)
-    return [
-        str(run.number),
-        " ".join(run.name.split()),
-        run.how,
-        str(len(run.done)),
-        f"{run.seconds:.1f}",
-        *("-" if error is None or error != error else f"{1000 * error:.2f}" for error in errors),
-        " ".join(run.note.split()) or "-",
-    ]
+def _mm(metres: float | None) -> float | None:
+    return None if metres is None else 1000 * metres
+
+
+_FRAMES = (
+    Column("frame", attrgetter("frame.name")),
+    Column("id", attrgetter("frame.id")),
+    Column("stage", attrgetter("frame.summary.stage.value")),
+    Column("size", _size),
+    Column("missing", attrgetter("frame.summary.missing"), ".1%"),
+    Column("blocks", attrgetter("frame.summary.blocks")),
+    Column("completed", attrgetter("frame.summary.completed")),
+    Column("runs", lambda fact: len(fact.runs)),
+    Column("kB", lambda fact: fact.size / 1000, ".0f"),
+    Column("files", _files),
+)
+
+_RUNS = (
+    Column("run", attrgetter("number")),
+    Column("name", lambda run: one_line(run.name)),
+    Column("end", attrgetter("how")),
+    Column("blocks", lambda run: len(run.done)),
+    Column("time [s]", attrgetter("seconds"), ".1f"),
+    Column("ground truth [mm]", lambda run: _mm(run.ground_truth_error), ".2f"),
+    Column("hold-out [mm]", lambda run: _mm(run.hold_out_error), ".2f"),
+    Column(f"{RMS_NAME} [mm]", lambda run: _mm(run.expected_error), ".2f"),
+    Column("note", lambda run: one_line(run.note) or None),
+)
 
 
 def facts_as_json(opened: OpenedProject, facts: Sequence[FrameFacts]) -> Any:
@@ -143,12 +141,6 @@ def facts_as_json(opened: OpenedProject, facts: Sequence[FrameFacts]) -> Any:
     }
 
 
-def _parameters_text(parameters: Parameters) -> str:
-    nearest = nearest_preset(parameters)
-    changes = ", ".join(f"{name} {value}" for name, value in nearest.differs.items())
-    return f"preset {nearest.preset}" + (f" with {changes}" if changes else "")
-
-
 def add_arguments(parser: Parser) -> None:
     """Add the command's arguments to its parser."""
     parser.description = (
@@ -156,13 +148,13 @@ def add_arguments(parser: Parser) -> None:
     )
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
-    making = actions.add_parser(
+    making = add_action(
+        actions,
         "new",
-        help="make a project from frames",
+        run_new,
+        "make a project from frames, without edits and results",
         usage="ilf project new FILE.ilf (FOLDER... | RGB DEPTH) [options]",
-        description="Make a project from frames, without edits and results.",
     )
-    making.set_defaults(command=run_new)
     making.add_argument("file", metavar="FILE.ilf", help="output file, which must not exist")
     making.add_argument(
         "inputs", nargs="+", metavar="FRAME", help="folder of a frame or of frames, or a colour file and a depth file"
@@ -170,17 +162,36 @@ def add_arguments(parser: Parser) -> None:
     add_reading(making.add_argument_group("reading the frames"))
     making.add_argument("--embed", action="store_true", help="embed the frames' files in the project")
 
-    telling = _action(actions, "info", run_info, "show the contents of a project and its problems")
-    telling.add_argument("--json", action="store_true", help="print one JSON document instead of text")
+    telling = add_action(actions, "info", run_info, "show the contents of a project and its problems")
+    _add_project(telling)
+    add_json(
+        telling,
+        "path, bytes, parts, embedded, problems, present, for_all, parameters and frames (id, name, what the table "
+        "shows, sources, runs, problems)",
+    )
 
-    exporting = _action(
-        actions, "export", run_export, "write the stored results of frames, as `ilf complete` writes them"
+    text = "write the stored results of frames, as `ilf complete` writes them, or a data set of another program"
+    usage = "ilf project export (FILE.ilf | RESULT... --to FORMAT) --out DIR [options]"
+    exporting = add_action(actions, "export", run_export, text, usage=usage)
+    _add_project(exporting)
+    exporting.add_argument(
+        "results",
+        nargs="*",
+        metavar="RESULT",
+        help="with --to: output folders of `ilf complete`, folders of such folders, or of shards",
     )
     exporting.add_argument(
         "--out",
         required=True,
         metavar="DIR",
-        help="output folder with one folder per frame; existing files are overwritten, unchanged frames skipped",
+        help="output folder with one folder per frame; existing files are overwritten, unchanged frames skipped. With "
+        "--to, a new or empty folder",
+    )
+    exporting.add_argument(
+        "--to",
+        choices=tuple(DATA_SETS),
+        help="write a data set of the results of `ilf complete` or `ilf batch`, with the poses of the frames' source. "
+        + "; ".join(f"{name}: {one.contents}" for name, one in DATA_SETS.items()),
     )
     exporting.add_argument(
         "--complete",
@@ -188,26 +199,21 @@ def add_arguments(parser: Parser) -> None:
         help="export all frames: those with blocks without a result are completed first, untouched ones with their "
         "extracted blocks",
     )
-    _add_frame_selection(exporting)
+    _add_selection(exporting)
     add_export_options(exporting.add_argument_group("files"))
 
-    again = _action(actions, "replay", run_replay, "replay runs and compare them with the stored results")
-    _add_frame_selection(again)
+    again = add_action(actions, "replay", run_replay, "replay runs and compare them with the stored results")
+    _add_project(again)
+    _add_selection(again)
     add_progress(again)
 
 
-def _action(actions: Any, name: str, command: object, text: str) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = actions.add_parser(
-        name, help=text, description=f"{text[0].upper()}{text[1:]}.", allow_abbrev=False
-    )
-    parser.set_defaults(command=command)
+def _add_project(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE.ilf")
-    add_look_in(parser)
-    add_allowed(parser)
-    return parser
+    add_flags(parser, "--look-in", "--allow-address")
 
 
-def _add_frame_selection(parser: argparse.ArgumentParser) -> None:
+def _add_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--frame",
         action="append",
@@ -242,7 +248,13 @@ def run_info(arguments: argparse.Namespace) -> None:
 
 
 def run_export(arguments: argparse.Namespace) -> None:
-    """Write the results of frames; with --complete, of all frames, whose missing results are computed first."""
+    """Write the results of a project's frames; with --complete, of all frames, whose missing results are computed
+    first. With --to, write a data set of results."""
+    if arguments.to is not None:
+        _export_data_set(arguments)
+        return
+    if arguments.results:
+        raise UsageError("Give one project, or the format of a data set by --to.")
     options, counts = export_options(arguments), Counter[ExportStatus]()
     with _opened(arguments) as opened:
         if arguments.complete:
@@ -262,6 +274,18 @@ def run_export(arguments: argparse.Namespace) -> None:
             print(f"{done.name}: {done.status}, {done.folder}")
     if failed := counts[ExportStatus.FAILED]:
         raise InputError(f"{failed} of {counted(counts.total(), 'frame')} could not be exported.")
+
+
+def _export_data_set(arguments: argparse.Namespace) -> None:
+    """Write results of `ilf complete` or `ilf batch` as a data set of another program."""
+    if also := [flag for name, flag in arguments.given.items() if name not in ("out", "to", "allow_address")]:
+        raise UsageError(f"With --to, results are written as they are: leave out {', '.join(also)}.")
+    results = [arguments.file, *arguments.results]
+    if any(Path(path).suffix.lower() == SUFFIX for path in results):
+        raise UsageError("--to takes results, not a project: export it without --to first, then its output folder.")
+    written = write_data_set(arguments.out, results, arguments.to)
+    warn(written.notes)
+    print(f"Written to {arguments.out}: {counted(len(written.files), 'file')}.")
 
 
 def _run_of(opened: OpenedProject, frame: ProjectFrame, complete: bool) -> tuple[Run, Completion | None]:

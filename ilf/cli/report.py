@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
+from ..data.parameters import BlockParameters
 from ..data.results import Completion
 from ..errors import IlfError, InputError
 from ..evaluation.evaluation import Progress, run_to_end
-from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, completion_steps
+from ..evaluation.hold_out import completion_steps
 from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
 from ..report.report import ReportOptions, report_steps, write_report
@@ -23,23 +23,8 @@ from ..report.subject import Subject, Unreadable
 from ..run.options import RECORD_FILE, as_file_name
 from ..run.replaying import replay
 from ..run.run import Run
-from .output import ShareProgress, shows_progress, warn
-from .parsing import (
-    add_block_parameters,
-    add_companions,
-    add_frame,
-    add_invalid_mask,
-    add_look_in,
-    add_parameters,
-    add_preset,
-    add_seeds,
-    frame_from,
-    parameter_flags,
-    preset_from,
-    reading_flags,
-    seeds_from,
-    with_given,
-)
+from .output import Bar, shows_progress, warn
+from .parsing import add_flags, add_frame, add_settings, frame_from, hold_out_from, preset_from, with_given
 from .usage import Parser, UsageError, add_progress
 
 # The frames that the arguments of `ilf report` name, read one after the other.
@@ -154,9 +139,7 @@ def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSo
 
 def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
     """Raise UsageError for flags whose settings the file already contains."""
-    names = "frame", "preset", "invalid_mask"
-    also = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name) is not None]
-    if also := [*also, *reading_flags(arguments), *parameter_flags(arguments)]:
+    if also := [flag for flag in arguments.given.values() if flag not in _WITH_RUNS]:
         raise UsageError(f"{file} contains the settings of its runs: leave out {', '.join(also)}.")
 
 
@@ -164,6 +147,9 @@ def _complete(made: Run, on_step: OnStep) -> Completion:
     name = made.frame.name
     return run_to_end(completion_steps(made, None), lambda step: on_step(Progress(0.0, f"{name}: {step.text}")))
 
+
+_WITH_RUNS = {"--look-in", "--hold-out", "--seeds", "--out", "--progress", "--no-progress", "--device"}
+"""The flags of what contains the settings of its runs."""
 
 _USAGE = """ilf report RGB DEPTH [options]
        ilf report (FOLDER | run.json | PROJECT.ilf)... [options]"""
@@ -179,48 +165,34 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.set_defaults(command=run)
     add_frame(parser)
-    add_invalid_mask(parser)
-    add_companions(parser)
-    add_look_in(parser)
-    add_preset(parser)
-    parser.add_argument(
-        "--hold-out",
-        choices=tuple(HOLD_OUT_PATTERNS),
-        help="also evaluate on hold-out depth of this pattern; repeats the run once per seed",
-    )
-    add_seeds(parser)
+    add_flags(parser, "--invalid-mask", "--look-in", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
     output.add_argument("--out", metavar="FILE.html", help="output file (default: NAME-report.html)")
     add_progress(output)
-    add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
-    add_block_parameters(parser)
+    add_settings(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    options, path = _hold_out(arguments), _output(arguments)
+    options, path = hold_out_from(arguments), _output(arguments)
     notes: list[str] = []
     with ExitStack() as opened:
         sources = report_sources(arguments, opened)
-        progress = opened.enter_context(ShareProgress(shown=shows_progress(arguments)))
-        subjects = read_subjects(sources, notes, progress.show)
+        bar = opened.enter_context(Bar(shown=shows_progress(arguments)))
+
+        def show(step: Progress) -> None:
+            bar.show(step.share, step.text)
+
+        subjects = read_subjects(sources, notes, show)
         only = Path(arguments.inputs[0])
         title = only.stem if len(arguments.inputs) == 1 else "Report"
         made = ReportOptions(title, options)
-        content = run_to_end(report_steps(subjects, made, len(sources)), progress.show)
+        content = run_to_end(report_steps(subjects, made, len(sources)), show)
     warn(notes)
     if path is None:
         path = Path(f"{as_file_name(content.title)}-report.html")
     write_report(path, content)
     print(f"Written to {path}, {path.stat().st_size / 1000:.0f} kB.")
-
-
-def _hold_out(arguments: argparse.Namespace) -> HoldOutTest | None:
-    if arguments.hold_out is None:
-        if arguments.seeds is not None:
-            raise UsageError("--seeds applies to hold-out only: add --hold-out.")
-        return None
-    return HoldOutTest(arguments.hold_out, seeds_from(arguments))
 
 
 def _output(arguments: argparse.Namespace) -> Path | None:

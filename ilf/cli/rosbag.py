@@ -22,7 +22,7 @@ from ..run.options import RECORD_FILE
 from ..run.record_file import read_record
 from ..run.stored_results import StoredResults, result_folders
 from ..sources.stamps import stamp_of
-from .parsing import add_allowed
+from .parsing import add_flags
 from .usage import Parser
 
 
@@ -40,7 +40,7 @@ def add_arguments(parser: Parser) -> None:
         help="output folder of `ilf complete`, or a folder of such folders, as written by `ilf batch`",
     )
     parser.add_argument("--out", required=True, metavar="BAG", help="output folder, which must not exist")
-    add_allowed(parser)
+    add_flags(parser, "--allow-address")
     parser.add_argument(
         "--encoding",
         choices=ENCODINGS_OF_ROS,

@@ -1,11 +1,11 @@
-"""Output of a run: its progress bar, then its blocks and errors, as text and as JSON."""
+"""Output of a run: its progress, then its blocks and errors, as text and as JSON."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -14,46 +14,27 @@ import numpy as np
 from .._runtime.formatting import counted, covered, grouped
 from ..completion.completion import guide_text
 from ..completion.confidence.expected_error import expected_error, unsupported
+from ..data.declarations import Value
 from ..data.frame import RGBDFrame
-from ..data.parameters import nearest_preset
-from ..data.results import BlockOutcome, Completion, Status, Step, blocks_by_message
+from ..data.parameters import Parameters, nearest_preset
+from ..data.results import BlockOutcome, Completion, Status, blocks_by_message
 from ..evaluation.evaluation import Evaluation, evaluate_blocks, evaluate_completion
-from ..run.run import EXTRAPOLATED, Execution, Run
-from .output import Bar, table
-
-
-class RunProgress(Bar):
-    """A progress bar on stderr: completed blocks, and the last iteration of a running block.
-
-    Parameters
-    ----------
-    run : Execution
-    shown : bool
-        Whether to show the bar.
-    """
-
-    def __init__(self, run: Execution, *, shown: bool) -> None:
-        super().__init__(len(run.blocks), "{n_fmt}/{total_fmt} blocks", shown, interval=0.1)
-
-    def show(self, step: Step) -> None:
-        """Show a step of the run."""
-        record = step.record
-        if record is None:
-            self.update(step.result is not None)
-            return
-        what = "extrapolation" if step.label == EXTRAPOLATED else f"block {step.label}"
-        self.set_postfix_str(
-            f"{what}: iteration {record.i}, stage {record.stage}, sigma {record.sigma_i * 1000:.3g} mm",
-            refresh=False,
-        )
-        self.update(0)
+from ..run.run import EXTRAPOLATED, Run
+from .output import Bar, Column, table
 
 
 def completed(run: Run, *, shown: bool) -> Completion:
-    """Complete a run, with a progress bar if it is to be shown."""
-    with run.steps() as steps, RunProgress(steps, shown=shown) as progress:
+    """Complete a run, with a progress bar of its blocks and the last iteration of one, if it is to be shown."""
+    done, text = 0, ""
+    with run.steps() as steps, Bar(len(steps.blocks), "blocks", shown=shown) as bar:
         for step in steps:
-            progress.show(step)
+            if step.record is not None:
+                what = "extrapolation" if step.label == EXTRAPOLATED else f"block {step.label}"
+                sigma = f"sigma {step.record.sigma_i * 1000:.3g} mm"
+                text = f"{what}: iteration {step.record.i}, stage {step.record.stage}, {sigma}"
+            elif step.result is not None:
+                done += 1
+            bar.show(done, text)
     return steps.completion()
 
 
@@ -102,34 +83,55 @@ class FinishedRun:
 def completion_report(finished: FinishedRun) -> str:
     """Describe the result of a run and its files, as text."""
     run, completion, frame = finished.run, finished.completion, finished.run.frame
-    outcomes = completion.outcomes.values()
-    evaluated: list[str] = []
+    record, labels = completion_record(finished, ()), run.blocks.labels
+    covering = covered(len(completion.outcomes), np.count_nonzero(labels) / labels.size)
+    filled_outside = 0 if frame.outside_view is None else np.count_nonzero(frame.outside_view & completion.filled)
+    lines = [f"{frame.name}: {covering}.", _recovered_line(record, int(filled_outside))]
+    if completion.suspect:
+        lines.append(
+            f"{counted(completion.suspect, 'pixel')} of known depth suspect: small islands far off everything near by, "
+            "left out of the fill. They keep their depth; if it is wrong, mark it as invalid (--invalid-mask)."
+        )
+    if frame.guide is not None:
+        lines.append(f"Guide: {guide_text(frame)}.")
     if finished.whole is not None:
-        largest = dominant_block(finished.whole, finished.by_block)
-        evaluated = [
-            _evaluation_line(finished.whole),
-            *unscored_lines(frame),
-            *_source_of_error(run, completion, largest),
-        ]
-    return "\n".join([
-        f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks.labels) / run.blocks.labels.size)}.",
-        _recovered_line(frame, completion, finished.seconds),
-        *_suspect_line(completion),
-        *([] if frame.guide is None else [f"Guide: {guide_text(frame)}."]),
-        *evaluated,
-        f"Written to {finished.folder}: {', '.join(file.name for file in finished.files)}",
-        *(f"Exported to {path}" for path in finished.exports),
-        "",
-        *outcome_lines(outcomes, finished.by_block),
-    ])  # fmt: skip
+        lines += [_evaluation_line(finished.whole), *unscored_lines(frame)]
+        if largest := dominant_block(finished.whole, finished.by_block):
+            label, share = largest
+            doubtful = unsupported(completion)[completion.filled & (labels == label)].mean()
+            why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements"
+            lines.append(f"Block {label} has {share:.0%} of the squared error{why if doubtful >= _MAJORITY else ''}.")
+    lines.append(f"Written to {finished.folder}: {', '.join(record['files'])}")
+    lines += [f"Exported to {path}" for path in finished.exports]
+    return "\n".join([*lines, "", *outcome_lines(completion.outcomes.values(), finished.by_block)])
 
+
+def _recovered_line(record: Mapping[str, Any], filled_outside: int) -> str:
+    """Describe how much depth was missing and recovered, by the JSON record of a run."""
+    missing, recovered, outside = record["missing_before"], record["recovered"], ""
+    effort = f"{counted(record['iterations'], 'iteration')} in {record['seconds']:.1f} s."
+    if record["outside_view"]:
+        filled = f"{grouped(filled_outside)} of them filled without any measurement there"
+        left = filled if filled_outside else "left missing"
+        outside = f"{counted(record['outside_view'], 'pixel')} outside the depth camera's view, {left}. "
+    if missing == 0:
+        return f"No pixel was missing. {outside}{effort}"
+    counts = {"measured by neighbours": record["from_neighbours"], "by hand": record["by_hand"]}
+    of_them = "".join(f", {grouped(count)} of them {what}" for what, count in counts.items() if count)
+    share = f"{recovered / missing:.1%}"
+    return (
+        f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({share}){of_them}. {outside}{effort}"
+    )
+
+
+ERROR_KEYS = "errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error (share)"
+"""The keys of `errors_record`, for the help."""
 
 COMPLETION_KEYS = (
     "frame, width, height, preset, parameters, missing_before, missing_after, recovered, from_neighbours, by_hand, "
     "outside_view, suspect (pixels), blocks, iterations, seconds, errors (against ground truth; null without it), "
     "folder, files, exports, warnings. blocks: label, status, message, pixels, known, recovered, outside, by_hand, "
-    "suspect, missing_share, iterations, stages, sigma_i_m, errors. errors: pixels, rmse_m, mae_m, median_m, bias_m, "
-    "within_expected_error (share)"
+    f"suspect, missing_share, iterations, stages, sigma_i_m, errors. {ERROR_KEYS}"
 )
 """The keys of `completion_record`, for the help."""
 
@@ -184,30 +186,38 @@ def errors_record(errors: Evaluation | None) -> dict[str, Any] | None:
     }
 
 
+def parameters_text(parameters: Parameters) -> str:
+    """Describe parameters by the nearest preset and what differs from it."""
+    nearest = nearest_preset(parameters)
+    return f"preset {nearest.preset}" + (f" with {values_text(nearest.differs)}" if nearest.differs else "")
+
+
+def values_text(values: Mapping[str, Value]) -> str:
+    """List names and values."""
+    return ", ".join(f"{name} {value}" for name, value in values.items())
+
+
+_OUTCOMES = (
+    Column("block", attrgetter("label")),
+    Column("pixels", attrgetter("pixels")),
+    Column("missing", attrgetter("defect_rate"), ".1%"),
+    Column("recovered", attrgetter("recovered")),
+    Column("status", attrgetter("status.value")),
+    Column("iterations", attrgetter("iterations")),
+    Column("stages", attrgetter("stages")),
+    Column("sigma [mm]", lambda outcome: 1000 * outcome.sigma_i, ".3g"),
+)
+
+
 def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Evaluation] | None = None) -> list[str]:
     """Format a table of the blocks that were run, with their errors if known, followed by remarks on single blocks."""
-    outcomes = list(outcomes)
-    rows = [
-        [
-            str(outcome.label),
-            str(outcome.pixels),
-            f"{outcome.defect_rate:.1%}",
-            str(outcome.recovered),
-            outcome.status.value,
-            str(outcome.iterations),
-            str(outcome.stages),
-            "-" if math.isnan(outcome.sigma_i) else f"{outcome.sigma_i * 1000:.3g}",
-        ]
-        for outcome in outcomes
-    ]
-    head = ["block", "pixels", "missing", "recovered", "status", "iterations", "stages", "sigma [mm]"]
+    outcomes, columns = list(outcomes), list(_OUTCOMES)
     if errors:
-        head.append("RMSE [mm]")
-        for row, outcome in zip(rows, outcomes, strict=True):
-            row.append(f"{1000 * errors[outcome.label].rmse:.2f}" if outcome.label in errors else "-")
+        rmse = {label: 1000 * one.rmse for label, one in errors.items()}
+        columns.append(Column("RMSE [mm]", lambda outcome: rmse.get(outcome.label), ".2f"))
     messages = blocks_by_message(outcome for outcome in outcomes if outcome.status is not Status.NOTHING_MISSING)
     remarks = [f"{_blocks_text(labels)}: {message}" for message, labels in messages.items()]
-    return [*table(head, rows), *([""] if remarks else []), *remarks]
+    return [*table(columns, outcomes), *([""] if remarks else []), *remarks]
 
 
 def _blocks_text(labels: Sequence[int]) -> str:
@@ -253,50 +263,3 @@ def unscored_lines(frame: RGBDFrame) -> list[str]:
         return []
     share = f"{grouped(count)} of {counted(missing, 'missing pixel')} ({count / missing:.1%})"
     return [f"Not scored: {share} have no ground truth."]
-
-
-def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float] | None) -> list[str]:
-    """Describe the block with most of the error, as a line; none if there is no such block."""
-    if largest is None:
-        return []
-    label, share = largest
-    doubtful = unsupported(completion)[completion.filled & (run.blocks.labels == label)].mean()
-    why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements" if doubtful >= _MAJORITY else ""
-    return [f"Block {label} has {share:.0%} of the squared error{why}."]
-
-
-def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) -> str:
-    missing = int(np.count_nonzero(frame.missing))
-    iterations = sum(outcome.iterations for outcome in completion.outcomes.values())
-    effort = f"{counted(iterations, 'iteration')} in {seconds:.1f} s."
-    outside = _outside_sentence(frame, completion)
-    if missing == 0:
-        return f"No pixel was missing. {outside}{effort}"
-    recovered = int(np.count_nonzero(completion.filled & frame.missing))
-    parts = {"measured by neighbours": completion.from_neighbours, "by hand": completion.by_hand}
-    counts = {what: int(np.count_nonzero(pixels)) for what, pixels in parts.items()}
-    of_them = "".join(f", {grouped(count)} of them {what}" for what, count in counts.items() if count)
-    return (
-        f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({recovered / missing:.1%}){of_them}. "
-        f"{outside}{effort}"
-    )
-
-
-def _suspect_line(completion: Completion) -> list[str]:
-    """Describe the suspect depth that was left out of the fill, as a line; none without any."""
-    if not completion.suspect:
-        return []
-    return [
-        f"{counted(completion.suspect, 'pixel')} of known depth suspect: small islands far off everything near by, "
-        "left out of the fill. They keep their depth; if it is wrong, mark it as invalid (--invalid-mask)."
-    ]
-
-
-def _outside_sentence(frame: RGBDFrame, completion: Completion) -> str:
-    if frame.outside_view is None:
-        return ""
-    pixels, filled = (
-        int(np.count_nonzero(mask)) for mask in (frame.outside_view, frame.outside_view & completion.filled)
-    )
-    left = "left missing" if not filled else f"{grouped(filled)} of them filled without any measurement there"
-    return f"{counted(pixels, 'pixel')} outside the depth camera's view, {left}. "

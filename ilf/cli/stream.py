@@ -16,7 +16,7 @@ from ..sources.source import Source
 from ..sources.stamps import stamp_of
 from ..stream.recording import MCAP, StreamRecorder
 from ..stream.stream import Stream
-from .output import advance, unit_bar, warn
+from .output import Bar, shows_progress, warn
 from .parsing import add_pairing, add_preset, add_reading, preset_from, source_from
 from .usage import Parser, add_progress, count
 
@@ -45,8 +45,7 @@ def add_arguments(parser: Parser) -> None:
         "--rate", type=float, metavar="HZ", help="frame rate, for frames without timestamps in a recording"
     )
     parser.add_argument(
-        "--encoding",
-        dest="written_encoding",
+        "--ros-encoding",
         choices=ENCODINGS_OF_ROS,
         default=ENCODINGS_OF_ROS[0],
         help="encoding of depth in a recording: 32FC1 for metres (default), 16UC1 for millimetres",
@@ -68,10 +67,10 @@ def run(arguments: argparse.Namespace) -> None:
     noted: set[str] = set()
     with ExitStack() as stack:
         recorder = stack.enter_context(
-            StreamRecorder(out, encoding=arguments.written_encoding, frame_id=arguments.frame_id)
+            StreamRecorder(out, encoding=arguments.ros_encoding, frame_id=arguments.frame_id)
         )
         stream = stack.enter_context(Stream(chosen.parameters, extraction=chosen.extraction, threads=arguments.threads))
-        bar = stack.enter_context(unit_bar(arguments, len(source), "frames"))
+        bar = stack.enter_context(Bar(len(source), "frames", shown=shows_progress(arguments)))
         for number, key in enumerate(cancellable_items(source.keys)):
             try:
                 completion = stream.complete(source.read(key))
@@ -83,7 +82,7 @@ def run(arguments: argparse.Namespace) -> None:
                 warn(note for note in completion.notes if note not in noted)
                 noted.update(completion.notes)
                 recorder.write(completion, stamp(number, completion.frame))
-            advance(bar, key)
+            bar.advance(key)
     found = stream.statistics
     if not found.frames:
         raise InputError(f"None of the {counted(len(source), 'frame')} could be completed.")

@@ -6,7 +6,7 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import takewhile
 from typing import Any, NoReturn
 
@@ -34,7 +34,7 @@ _MEANINGS = {
     "depth-scale depth-factor depth-divisor depth-unit scale factor unit units png-scale": ("--depth-units",),
     "camera cam calib calibration camera-info camera-file k kmat fx": ("--intrinsics",),
     "depth-camera depth-calib depth-k": ("--depth-intrinsics",),
-    "depth-format encoding format": ("--depth-encoding", "--format"),
+    "depth-format depth-encoding format": ("--encoding", "--format"),
     "gpu cuda cpu": ("--device", "The environment variable ILF_DEVICE selects the device."),
     "j jobs n workers processes procs parallel num-workers threads cores": (
         *("--jobs", "--threads"),
@@ -49,11 +49,13 @@ _MEANINGS = {
     "mask": ("--invalid-mask",),
     "max-depth min-depth depth-max depth-min depth-trunc max-range": ("Mark depth to leave out by --invalid-mask.",),
     "labels segmentation seg masks": ("--blocks", "--from"),
+    "borders": ("--drawn",),
     "confidence": ("--min-confidence",),
     "key index frame-id frame-index": ("--frame",),
     "iterations iter max-iter maxiter n-iter niter": ("--max-iterations",),
     "config method": ("--preset",),
-    "ply pcd point-cloud cloud": ("--cloud-format", "ilf complete writes a point cloud without an option."),
+    "ply pcd point-cloud cloud-format": ("--cloud", "ilf complete writes a point cloud without an option."),
+    "rerun": ("--export",),
     "json-output": ("--json",),
     "version": ("--version",),
     "help h ?": ("--help",),
@@ -63,7 +65,9 @@ _MEANINGS = {
     "eval score test": ("evaluate",),
     "segment extract": ("blocks",),
     "demo example": ("sample", "--sample"),
-    "convert": ("export",),
+    "convert export": ("export", "`ilf project export` writes results for other programs."),
+    "presets list-presets": ("--presets", "`ilf info --presets` lists the presets."),
+    "completion": ("--completion",),
 }
 """Words of other programs -> what they mean here: the first that the parser knows; or else a sentence."""
 
@@ -108,15 +112,20 @@ class Parser(argparse.ArgumentParser):
         super().__init__(**{"allow_abbrev": False, **how})
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse as ArgumentParser, but report an unknown flag as an error of its command."""
+        """Parse as ArgumentParser, but report an unknown flag as an error of its command; `given` of the result has the
+        flags that are given, by the name of their value."""
         words = sys.argv[1:] if args is None else list(args)
+        found = namespace or argparse.Namespace()
+        found.given = dict[str, str]()
         for word in takewhile(lambda word: word != "--", words):
             if self._subparsers is not None and not word.startswith("-"):
                 break  # the rest belongs to a sub-parser
             flag = word.partition("=")[0]
-            if _FLAG.fullmatch(flag) and flag not in self._option_string_actions:
+            if flag in self._option_string_actions:
+                found.given[self._option_string_actions[flag].dest] = flag
+            elif _FLAG.fullmatch(flag):
                 self.error(f"There is no option {flag}.{did_you_mean(flag, self._option_string_actions)}")
-        return super().parse_known_args(words, namespace)
+        return super().parse_known_args(words, found)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:
@@ -144,7 +153,13 @@ def check_there(paths: Iterable[object]) -> None:
             raise InputError(f"{path}: there is no such file or folder. Check the name.")
 
 
-# Arguments shared by many commands.
+def add_action(
+    actions: argparse._SubParsersAction[Parser], name: str, command: Callable[..., None], text: str, **how: Any
+) -> Parser:
+    """Add an action of a command, described by a sentence."""
+    parser = actions.add_parser(name, help=text, **{"description": f"{text[0].upper()}{text[1:]}.", **how})
+    parser.set_defaults(command=command)
+    return parser
 
 
 def add_progress(parser: argparse._ActionsContainer) -> None:
@@ -156,12 +171,12 @@ def add_progress(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_json(parser: argparse._ActionsContainer) -> None:
-    """Add the flag for JSON output."""
+def add_json(parser: argparse._ActionsContainer, contents: str) -> None:
+    """Add the flag for JSON output, whose contents its help names."""
     parser.add_argument(
         "--json",
         action="store_true",
-        help="print one JSON document instead of text. Its keys are listed at the end of this help",
+        help=f"print one JSON document instead of text: {contents}. Unknown numbers are null, lengths in metres",
     )
 
 

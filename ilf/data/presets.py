@@ -300,7 +300,7 @@ def find_preset(name: str | os.PathLike[str]) -> UserPreset:
     >>> find_preset("paper").parameters.filter
     'ideal'
     """
-    check_kind(name, PathKind, "A preset is given by name or file", "give one of those that `ilf presets` lists.")
+    check_kind(name, PathKind, "A preset is given by name or file", "`ilf info --presets` lists them.")
     if name in PRESETS:
         return UserPreset(name, PRESETS[name], name, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
     own = _existing(name) if isinstance(name, str) else None

@@ -41,8 +41,6 @@ class ReadingOption:
         Whether it applies to a single frame only, not to all frames of a source.
     of_source : bool
         Whether it says how the frames of a source are found, not how each is read.
-    group : str
-        The title of its own group in the help; "" for none.
     """
 
     label: str = ""
@@ -53,7 +51,6 @@ class ReadingOption:
     is_path: bool = False
     one_frame: bool = False
     of_source: bool = False
-    group: str = ""
 
 
 _CAMERAS = "intrinsics", "depth_intrinsics"
@@ -76,7 +73,7 @@ class ReadingOptions:
         default=None,
         metadata=_declared(
             label="depth encoding",
-            flag="--depth-encoding",
+            flag="--encoding",
             metavar="NAME",
             help=f"encoding of the depth file: {', '.join(ENCODING_DESCRIPTIONS)}, bop:SCALE, or units per metre as a "
             "number (default: from meta.json; for two files, mm for integers and m for floats). An explicit encoding "
@@ -153,7 +150,6 @@ class ReadingOptions:
             "folder)",
             is_path=True,
             one_frame=True,
-            group="ground truth",
         ),
     )
     ground_truth_units: float | None = field(
@@ -161,9 +157,9 @@ class ReadingOptions:
         metadata=_declared(
             flag="--ground-truth-units",
             metavar="N",
-            help="its units per metre (default: from meta.json, otherwise those of the depth file; 1 for floats)",
+            help="units per metre of the ground truth (default: from meta.json, otherwise those of the depth file; 1 "
+            "for floats)",
             one_frame=True,
-            group="ground truth",
         ),
     )
     guide: str | None = field(

@@ -169,11 +169,11 @@ def given_files(folder: Path) -> dict[str, str]:
     for name, image in (("labels.png", labels), ("drawn.png", mask), ("invalid_mask.png", mask)):
         cv2.imwrite(str(out / name), image)
     (out / "meta.json").write_text(json.dumps({"program": "ILF Studio", "K": [80, 80, 39.5, 29.5]}))
-    files = {"--blocks": "labels.png", "--borders": "drawn.png", "--invalid-mask": "invalid_mask.png"}
+    files = {"--blocks": "labels.png", "--drawn": "drawn.png", "--invalid-mask": "invalid_mask.png"}
     return {flag: str(out / name) for flag, name in (files | {"--intrinsics": "meta.json"}).items()}
 
 
-@pytest.mark.parametrize("flag", ["--blocks", "--borders", "--invalid-mask", "--intrinsics"])
+@pytest.mark.parametrize("flag", ["--blocks", "--drawn", "--invalid-mask", "--intrinsics"])
 def test_what_a_run_is_made_from_is_not_overwritten_by_it(
     flag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -297,6 +297,6 @@ ilf.load_frame(*sys.argv[1:])
 def test_rerun_is_missed_before_the_run(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "rerun", None)
     files = map(str, write_small_frame(tmp_path / "in"))
-    assert main(["complete", *files, "--rerun", str(tmp_path / "x.rrd"), "--out", str(tmp_path / "out")]) == 1
+    assert main(["complete", *files, "--export", str(tmp_path / "x.rrd"), "--out", str(tmp_path / "out")]) == 1
     assert 'pip install "rerun-sdk"' in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

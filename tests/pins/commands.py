@@ -21,7 +21,7 @@ from .settings import left_borders, other_guide, stated, with_mask
 COMMANDS = {
     "complete": "complete hills --mesh glb --out {out}",
     "sparse": "complete sparse --extrapolate --png-units 10000 --out {out}",
-    "inputs": "complete hills --invalid-mask invalid.png --borders borders.png --depth-by-hand by-hand.npy "
+    "inputs": "complete hills --invalid-mask invalid.png --drawn borders.png --by-hand by-hand.npy "
     "--by-hand-weight 0.7 --guide guide.npy --out {out}",
     "neighbours": "complete wall --frame frame-000001.color --intrinsics {camera} --neighbours 1 --axes world "
     "--out {out}",
@@ -31,7 +31,7 @@ COMMANDS = {
     "labelme": "blocks hills --from out/blocks/blocks.json --keep 1,3 --format labelme --out {out}/blocks.json",
     "fill-gaps": "complete hills --blocks out/labelme/blocks.json --fill-gaps --out {out}",
     "batch": "batch wall --intrinsics {camera} --max-iterations 40 --json --out {out}",
-    "nerfstudio": "export out/batch --to nerfstudio --out {out}",
+    "nerfstudio": "project export out/batch --to nerfstudio --out {out}",
     "project": "project new hills.ilf hills",
     "export": "project export hills.ilf --complete --out {out}",
     "evaluate": "evaluate room --preset best --preset paper --json",

@@ -1,9 +1,7 @@
-"""Results of the bench: rows of methods on frames, summarised over the frames, and written as JSON."""
+"""Results of the bench: rows of methods on frames, summarised over the frames."""
 
 from __future__ import annotations
 
-import json
-import os
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -13,10 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.installation import __version__, library_versions
-from ..._runtime.writing import write_bytes
 from ...data.parameters import PRESETS, BlockParameters
-from ...run.record import PROGRAM
 from ..hold_out import AREA_SEMI_AXES, AREAS_HIDDEN, RANDOM_KEPT
 
 Line = dict[str, Any]
@@ -240,7 +235,7 @@ def _logarithms(errors: Sequence[float]) -> NDArray[np.float64]:
 
 
 def content(result: BenchResult, patterns: Sequence[str], methods: Sequence[str], seed: int) -> dict[str, Any]:
-    """The table, the rows of all frames, and all settings that they depend on, for `write_content`."""
+    """The table, the rows of all frames, and all settings that they depend on."""
     return {
         "bench": {
             "frames": list(dict.fromkeys(row.frame for row in result.rows)),
@@ -256,9 +251,3 @@ def content(result: BenchResult, patterns: Sequence[str], methods: Sequence[str]
         "table": summarise(result),
         **asdict(result),
     }
-
-
-def write_content(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
-    """Write results as JSON, atomically, with the versions of program and libraries; raise ExportError on failure."""
-    versions = {"program": PROGRAM, "version": __version__, "versions": library_versions()}
-    write_bytes(path, (json.dumps(versions | dict(content), indent=1, allow_nan=False) + "\n").encode())

@@ -17,7 +17,7 @@ from ilf._runtime.networks.models import models_folder
 from ilf.batch.folder_sink import FolderSink, unchanged
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, differences, read_settings
-from ilf.cli.info import record_facts
+from ilf.cli.record_facts import facts_of_record
 from ilf.data.points import point_cloud
 from ilf.data.presets import list_presets
 from ilf.errors import IlfError, InputError
@@ -190,7 +190,7 @@ def replayed(path: Path) -> None:
 def result(path: Path) -> None:
     """A run's folder: summary, and export to another format."""
     record = read_record(path.parent / "run.json")
-    record_facts(record)
+    facts_of_record(path.parent / "run.json")
     if record.inputs is not None:
         stamp_of(record.inputs)
     load_frame(path.parent)

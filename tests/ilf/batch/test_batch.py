@@ -548,7 +548,7 @@ def test_steady_depth_keeps_the_pose(tmp_path, begun, capsys):
     command = ["batch", str(source), "--out", str(out), "--quiet", "--static-camera", "1", *FLAGS[:-1]]
     assert main([*command, "--intrinsics", "30,30,16,12", "--axes", "world"]) == 0
     assert read_record(out / "rgb__0001" / "run.json").pose == tuple(map(tuple, pose.tolist()))
-    assert main(["export", str(out), "--to", "nerfstudio", "--out", str(tmp_path / "nerf")]) == 0
+    assert main(["project", "export", str(out), "--to", "nerfstudio", "--out", str(tmp_path / "nerf")]) == 0
 
 
 def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(source, tmp_path, monkeypatch):

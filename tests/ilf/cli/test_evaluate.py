@@ -269,7 +269,7 @@ def test_presets_lists_built_in_ones_and_ones_own(capsys):
     ilf.save_preset("soft", ilf.preset("best", smoothness=3))
     path = ilf.save_preset("damaged", ilf.preset())
     path.write_text("{")
-    assert main(["presets"]) == 0
+    assert main(["info", "--presets"]) == 0
     captured = capsys.readouterr()
     assert figures(captured.out, "paper")[1] == "built-in"
     assert captured.out.count("soft  ") == 1

@@ -69,7 +69,7 @@ def test_by_the_command_line(
     np.save("hand.npy", stated / 1000.0)
     for name in ("hand.png", "hand.npy"):
         out = f"out-{name}"
-        assert main(["complete", *files, *ARGUMENTS, "--depth-by-hand", name, "--json", "--out", out]) == 0
+        assert main(["complete", *files, *ARGUMENTS, "--by-hand", name, "--json", "--out", out]) == 0
         document = json.loads(capsys.readouterr().out)
         assert document["by_hand"] == np.count_nonzero(stated)
         assert sum(block["by_hand"] for block in document["blocks"]) == np.count_nonzero(stated)
@@ -78,7 +78,7 @@ def test_by_the_command_line(
     library = ilf.complete(frame, max_iterations=25, by_hand=stated / 1000.0)
     assert np.array_equal(np.load("out-hand.npy/depth.npy"), library.depth)
 
-    assert main(["complete", *files, *ARGUMENTS, "--depth-by-hand", "hand.npy", "--by-hand-weight", "0.9"]) == 0
+    assert main(["complete", *files, *ARGUMENTS, "--by-hand", "hand.npy", "--by-hand-weight", "0.9"]) == 0
     assert "32 of them by hand" in capsys.readouterr().out
     assert main(["complete", "--replay", "in-ilf/run.json", "--out", "again", "--quiet"]) == 0
     assert contents(tmp_path / "again") == contents(tmp_path / "in-ilf")
@@ -108,7 +108,7 @@ def test_mistakes_are_one_sentence(
     write_small_frame(tmp_path / "in")
     if values is not None:
         np.save("hand.npy", values)
-        arguments = ["--depth-by-hand", "hand.npy", *arguments]
+        arguments = ["--by-hand", "hand.npy", *arguments]
     assert main(["complete", "in/rgb.png", "in/depth.png", *ARGUMENTS, *arguments, "--out", "out"]) != 0
     error = capsys.readouterr().err
     assert error.count("\n") <= 2

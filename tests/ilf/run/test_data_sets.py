@@ -108,7 +108,10 @@ def test_results_become_a_data_set_of_nerfstudio(framed, tmp_path, capsys):
     written(tmp_path / "results" / "a", framed)
     written(tmp_path / "results" / "b", replace(framed, pose=pose(1)))
     written(tmp_path / "results" / "c", replace(framed, pose=None))
-    assert main(["export", str(tmp_path / "results"), "--to", "nerfstudio", "--out", str(tmp_path / "data")]) == 0
+    assert (
+        main(["project", "export", str(tmp_path / "results"), "--to", "nerfstudio", "--out", str(tmp_path / "data")])
+        == 0
+    )
     told = capsys.readouterr()
     assert "7 files" in told.out
     assert "Left out, without a known pose: 1 result (c)." in told.err

@@ -38,7 +38,7 @@ def complete(source: Path, out: Path, *flags: str) -> int:
 
 
 def test_a_run_marks_what_neighbours_measured_and_replays(source, tmp_path, capsys):
-    assert complete(source, tmp_path / "out", "--cloud-format", "ply-ascii") == 0
+    assert complete(source, tmp_path / "out", "--cloud", "ply-ascii") == 0
     assert "Depth of 2 neighbours is used at" in capsys.readouterr().err
     marked = read_mask(tmp_path / "out" / "from_neighbours.png", SHAPE)
     assert marked[27:37, 21:35].all()

@@ -181,7 +181,7 @@ def _runs(process: int) -> bool:
 def test_a_command_that_is_asked_to_end_says_so(
     name: str, status: int, heard: object, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(info, "_print_section", lambda *_, **__: signal.raise_signal(signal.Signals[name]))
+    monkeypatch.setattr(info, "facts_of_frame", lambda *_: signal.raise_signal(signal.Signals[name]))
     assert main(["info", str(Path(__file__).parents[3] / "assets" / "samples" / "room")]) == status
     assert capsys.readouterr().err == f"ilf: error: {'interrupted' if status == 130 else f'ended by {name}'}\n"
     assert signal.getsignal(signal.Signals[name]) is heard
@@ -236,7 +236,7 @@ def unread() -> int:
 def test_output_that_nobody_reads(unread: int, capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
     with open(unread, "w") as stdout:
         monkeypatch.setattr(sys, "stdout", stdout)
-        assert main(["presets"]) == 1
+        assert main(["info", "--presets"]) == 1
     assert capsys.readouterr().err == ""
 
 
@@ -244,12 +244,12 @@ def test_errors_that_nobody_reads(unread: int, monkeypatch: pytest.MonkeyPatch) 
     with open(unread, "w") as stderr:
         monkeypatch.setattr(sys, "stderr", stderr)
         assert main(["info", "nothing"]) == 1
-        assert main(["presets"]) == 0
+        assert main(["info", "--presets"]) == 0
 
 
 def test_output_that_was_closed_before(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(sys, "stdout", None)
-    assert main(["presets"]) == 0
+    assert main(["info", "--presets"]) == 0
     assert main(["info", "nothing"]) == 1
     assert "nothing" in capsys.readouterr().err
     sys.stdout.close()
@@ -270,7 +270,7 @@ def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(
     def broken(*_: object) -> None:
         raise ZeroDivisionError("nothing\nto divide by")
 
-    monkeypatch.setattr(info, "_input_sections", broken)
+    monkeypatch.setattr(info, "facts_of_frame", broken)
     assert main(["info", str(Path(__file__).parents[3] / "assets" / "samples" / "room")]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "ZeroDivisionError: nothing to divide by" in line

@@ -155,10 +155,10 @@ def test_files_that_crashed_readers_give_one_line(tmp_path: Path, capsys: pytest
 PLACES = [
     "info FILE", "complete FILE", "complete FILE FILE", "complete RGB FILE --out OUT", "complete --replay FILE",
     *(f"complete RGB DEPTH --out OUT {flag} FILE" for flag in (
-        "--guide", "--blocks", "--borders", "--invalid-mask", "--ground-truth", "--intrinsics", "--preset",
+        "--guide", "--blocks", "--drawn", "--invalid-mask", "--ground-truth", "--intrinsics", "--preset",
     )),
-    "batch FILE --out OUT", "report FILE --out PAGE", "evaluate FILE", "blocks FILE --out OUT", "bench FILE",
-    "project info FILE", "rosbag FILE --out OUT", "export FILE --to nerfstudio --out OUT",
+    "batch FILE --out OUT", "report FILE --out PAGE", "evaluate FILE", "blocks FILE --out OUT", "bench depth FILE",
+    "project info FILE", "rosbag FILE --out OUT", "project export FILE --to nerfstudio --out OUT",
 ]  # fmt: skip
 """Commands that take a file, and their options that do."""
 

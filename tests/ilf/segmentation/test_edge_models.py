@@ -306,5 +306,5 @@ def test_a_parameter_takes_the_name_of_a_network_that_may_be_missing_here() -> N
         with pytest.raises(ParameterError, match="model must be a text of 1 to 100 characters"):
             Chosen(model=wrong)
     parser = usage.Parser()
-    parsing.add_parameters(parser, Chosen, "t")
+    parsing.add_parameters(parser, "t", Chosen())
     assert parsing.given_parameters(parser.parse_args(["--model", "mine"]), Chosen) == {"model": "mine"}

@@ -591,9 +591,9 @@ def test_lists_by_time_in_millimetres_are_doubted_with_the_cure(tmp_path: Path, 
         _write(tmp_path / f"depth/1.{number}.png", np.maximum(METRES[::-1] - 0.3, 0), 1000)
     assert main(["info", str(tmp_path)]) == 0
     told = capsys.readouterr()
-    assert "give mm as the depth encoding (--depth-encoding mm)" in told.err
+    assert "give mm as the depth encoding (--encoding mm)" in told.err
     assert "most likely mm, with a median of" in told.out
-    assert main(["info", str(tmp_path), "--depth-encoding", "mm", "--strict"]) == 0
+    assert main(["info", str(tmp_path), "--encoding", "mm", "--strict"]) == 0
     assert "likely" not in capsys.readouterr().out
     with pytest.warns(DepthWarning, match="Give mm"):
         ilf.open_source(tmp_path)[0]

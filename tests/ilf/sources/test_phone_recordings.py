@@ -3,7 +3,6 @@ All are written here in the documented layouts."""
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import json
 import struct
@@ -20,7 +19,8 @@ from hypothesis import strategies as st
 
 import ilf
 from ilf.cli import main
-from ilf.cli.parsing import add_frame, add_invalid_mask, frame_from
+from ilf.cli.parsing import add_flags, add_frame, frame_from
+from ilf.cli.usage import Parser
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.sources.opening import close_all
 from ilf.sources.record3d import unpacked
@@ -180,9 +180,9 @@ def test_nyu_labelled_frames_by_their_numbers(tmp_path):
 
 
 def test_the_command_line_reads_them(tmp_path, capsys):
-    parser = argparse.ArgumentParser()
+    parser = Parser()
     add_frame(parser)
-    add_invalid_mask(parser)
+    add_flags(parser, "--invalid-mask")
     path, mask = write_record3d(tmp_path / "a.r3d"), np.zeros(MM.shape, np.uint8)
     mask[-1] = 255
     cv2.imwrite(str(tmp_path / "mask.png"), mask)

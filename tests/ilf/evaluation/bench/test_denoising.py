@@ -44,16 +44,10 @@ def test_the_command_compares_and_writes(
 ) -> None:
     for name in set(SCENES) - {"cylinder, 6.5 mm"}:
         monkeypatch.delitem(SCENES, name)
-    assert main(["bench", "denoise", "--methods", "input,best,median", "--csv", str(tmp_path / "rows.csv")]) == 0
+    assert main(["bench", "denoising", "--methods", "input,best,median", "--csv", str(tmp_path / "rows.csv")]) == 0
     shown = capsys.readouterr().out
     assert "cylinder, 6.5 mm: all (230,400 pixels)" in shown
     with open(tmp_path / "rows.csv", newline="") as file:
         errors = {row["method"]: float(row["rmse"]) for row in csv.DictReader(file)}
     assert errors["best"] < errors["median"] / 5 < errors["input"] / 5
     assert errors["input"] == pytest.approx(0.0065, rel=0.01)
-
-
-@pytest.mark.parametrize("more", [["folder"], ["--pattern", "areas"], ["--limit", "2"]])
-def test_what_does_not_belong_to_it_is_refused(more: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "denoise", *more]) == 2
-    assert "leave out" in capsys.readouterr().err

@@ -1,0 +1,196 @@
+"""Facts about a frame: its colour, depth, cameras, and what belongs to it; what cannot be read is a problem."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import read_file
+from ..data.camera import camera_doubt
+from ..data.frame import check_depth_scale, check_same_size
+from ..io.cameras import IntrinsicsSpec, frame_camera
+from ..io.depth_reading import DepthReading
+from ..io.frame_additions import (
+    NO_CONFIDENCE_MAP,
+    UNUSED_CONFIDENCE,
+    confidence_doubt,
+    load_guide,
+    low_confidence,
+    read_confidence,
+    read_ground_truth,
+    scale_misfit,
+)
+from ..io.images import read_colour_with_warning, turned
+from ..io.orientation import pair_orientation
+from ..sources.frame_folder import FrameFiles
+from ..sources.frame_ref import FrameRef
+from ..sources.image_pair import depth_of_files, unlike_companions
+from ..sources.naming import META_NAME
+from ..sources.own_results import COMPLETED_DEPTH, is_result
+from ..sources.reading import files_of, read_frame
+from ..sources.reading_options import ReadingOptions
+from ..sources.recorded import read_recorded
+from ..sources.remote import copied
+from .facts import Facts
+
+_Depth = NDArray[np.float32]
+
+
+def facts_of_frame(ref: FrameRef, given: ReadingOptions) -> Facts:
+    """List the facts about a frame, read with the options of the user."""
+    given = given.of_frame
+    ref = replace(ref, options=given.or_else(ref.options))
+    if ref.frame is not None:
+        return _facts_of_recorded(ref)
+    facts = Facts("frame")
+    with copied(ref) as here:
+        files = files_of(here)
+        files = replace(files, options=here.options.or_else(files.options))
+        facts.add("name", files.name, name=files.name)
+        depth = depth_of_files(files, given)
+        _add_pair(facts, files, depth)
+        _add_ground_truth(facts, files, depth)
+        _add_guide(facts, files.options, depth.metres)
+        _add_confidence(facts, files.options, depth.metres)
+    return facts
+
+
+def _facts_of_recorded(ref: FrameRef) -> Facts:
+    """List the facts about a frame of a recording."""
+    frame, images, facts = read_frame(ref), read_recorded(ref.allowed()), Facts("frame")
+    depth, (height, width) = images.reading, frame.shape
+    facts.add("name", frame.name, name=frame.name)
+    facts.add("colour", f"{ref.rgb}, {width} x {height}", colour=ref.rgb, width=width, height=height)
+    _add_depth(facts, ref.rgb, depth, frame.intrinsics)
+    outside = f", {frame.outside_share:.1%} outside the depth camera's view" if frame.outside_share else ""
+    shares = {"missing_share": frame.missing_share, "outside_view_share": frame.outside_share}
+    facts.add("registered", f"{frame.missing_share:.1%} missing{outside}", **shares)
+    if images.confidence is not None:
+        with facts.problems():
+            _add_confidence_values(facts, None, images.confidence, ref.options.min_confidence, depth.metres)
+    facts.tell("note", *(text for text in frame.notes if text not in depth.notes))
+    return facts
+
+
+def facts_of_colour(path: Path) -> Facts:
+    """List the facts about a colour image alone."""
+    facts = Facts("frame")
+    _add_colour(facts, path)
+    return facts
+
+
+def _add_colour(facts: Facts, path: Path) -> NDArray[np.uint8]:
+    rgb, doubt = read_colour_with_warning(path)
+    height, width = rgb.shape[:2]
+    facts.add("colour", f"{path}, {width} x {height}", colour=str(path), width=width, height=height)
+    facts.tell("warning", doubt)
+    return rgb
+
+
+def _add_pair(facts: Facts, files: FrameFiles, depth: DepthReading) -> None:
+    """Add colour and depth, and whether they match."""
+    options, content = files.options, read_file(files.depth)
+    rgb = _add_colour(facts, files.rgb)
+    _add_depth(facts, files.depth, depth, options.depth_intrinsics or options.intrinsics)
+    orientation = pair_orientation(read_file(files.rgb), rgb, content, depth.metres)
+    facts.tell("warning" if orientation.is_doubt else "orientation", orientation.note)
+    if is_result(FrameRef(str(files.rgb), str(files.depth))):
+        facts.tell("note", f"{files.depth.name}: {COMPLETED_DEPTH}")
+    rgb, metres = turned(rgb, orientation.tags[0]), turned(depth.metres, orientation.tags[1])
+    if options.depth_intrinsics is not None and rgb.shape[:2] != metres.shape:
+        _add_camera(facts, "colour camera", options.intrinsics, (rgb.shape[0], rgb.shape[1]))
+        facts.add("registered", "on reading, by the intrinsics of both images")
+        return
+    with facts.problems():
+        facts.tell("warning", *unlike_companions(options, content, orientation))
+        check_same_size(rgb, metres)
+
+
+def _add_depth(facts: Facts, path: Path | str, depth: DepthReading, camera: IntrinsicsSpec | None) -> None:
+    values, metres = depth.values, depth.metres
+    known = metres[np.isfinite(metres)]
+    height, width = values.shape
+    size = {"depth_width": width, "depth_height": height, "depth_type": str(values.dtype)}
+    facts.add("depth", f"{path}, {width} x {height}, {values.dtype}", depth=str(path), **size)
+    encoding, assumed = depth.encoding.text, depth.is_assumed
+    how = " (assumed; set it with --encoding)" if assumed else ""
+    facts.add("encoding", f"{encoding}{how}", encoding=encoding, encoding_assumed=assumed)
+    missing = 1 - known.size / metres.size
+    facts.add("missing", f"{missing:.1%}", missing_share=missing)
+    if known.size:
+        low, high, median = float(known.min()), float(known.max()), float(np.median(known))
+        text = f"{low:.3f} to {high:.3f} m, median {median:.3f} m"
+        facts.add("range", text, min_m=low, max_m=high, median_m=median)
+    _add_camera(facts, "intrinsics", camera, (height, width))
+    with facts.problems():
+        check_depth_scale(metres)
+    facts.tell("left out", depth.left_out)
+    facts.tell("warning", *(doubt.text for doubt in depth.plausibility_warnings))
+
+
+def _add_camera(facts: Facts, name: str, given: IntrinsicsSpec | None, shape: tuple[int, int]) -> None:
+    """Add the camera of an image (H, W)."""
+    camera, notes = frame_camera(given, shape)
+    facts.add_camera(name, camera)
+    facts.tell("note", *notes)
+    facts.tell("warning", "" if camera is None else camera_doubt(camera, shape))
+
+
+def _add_ground_truth(facts: Facts, files: FrameFiles, reading: DepthReading) -> None:
+    options, depth = files.options, reading.metres
+    if options.ground_truth is None:
+        if files.has_meta and (filled := sorted(files.rgb.parent.glob("gt.*"))):
+            why = f"none: according to {META_NAME}, {filled[0].name} is not measured or exact depth"
+            facts.add("ground truth", why)
+        return
+    with facts.problems():
+        shape, encoding = (depth.shape[0], depth.shape[1]), reading.encoding
+        truth, file, note = read_ground_truth(
+            options.ground_truth, shape, options.ground_truth_units, encoding.units, encoding.invalid
+        )
+        shares, text = _known_shares(truth, depth)
+        entries = {"path": str(file.path), **shares, "units_per_m": file.units}
+        facts.add("ground truth", f"{file.path}, {file.units:g} units per metre, {text}", ground_truth=entries)
+        facts.tell("note", note)
+        facts.tell("problem", scale_misfit(truth, depth, file.units))
+
+
+def _known_shares(values: NDArray[Any], depth: _Depth) -> tuple[dict[str, float], str]:
+    """Return the known share of all pixels, and of the pixels with missing depth, 0-1, and both as text."""
+    known, missing = np.isfinite(values), np.isnan(depth)
+    share, of_missing = float(known.mean()), np.count_nonzero(known & missing) / max(int(np.count_nonzero(missing)), 1)
+    text = f"known at {share:.1%} of all pixels and {of_missing:.1%} of the missing ones"
+    return {"known_share": share, "known_share_of_missing": of_missing}, text
+
+
+def _add_guide(facts: Facts, options: ReadingOptions, depth: _Depth) -> None:
+    if options.guide is not None:
+        with facts.problems():
+            guide = load_guide(options.guide, (depth.shape[0], depth.shape[1]))
+            shares, text = _known_shares(guide.values, depth)
+            facts.add("guide", f"{guide.path}, {text}", guide={"path": str(guide.path), **shares})
+
+
+def _add_confidence(facts: Facts, options: ReadingOptions, depth: _Depth) -> None:
+    if options.confidence is not None:
+        with facts.problems():
+            levels = read_confidence(options.confidence, (depth.shape[0], depth.shape[1]))
+            _add_confidence_values(facts, options.confidence, levels, options.min_confidence, depth)
+    elif options.min_confidence is not None:
+        facts.tell("warning", NO_CONFIDENCE_MAP)
+
+
+def _add_confidence_values(
+    facts: Facts, path: str | None, levels: NDArray[Any], minimum: float | None, depth: _Depth
+) -> None:
+    """Add confidence values, and what depth is below the minimum confidence."""
+    effect = UNUSED_CONFIDENCE if minimum is None else low_confidence(levels, minimum, depth)[1]
+    low, high = float(levels.min()), float(levels.max())
+    where = "" if path is None else f"{path}, "
+    entries = {"path": path, "min": low, "max": high, "min_confidence": minimum}
+    facts.add("confidence", f"{where}from {low:g} to {high:g}. {effect}", confidence=entries)
+    facts.tell("warning", "" if minimum is None else confidence_doubt(levels, minimum))
