@@ -388,22 +388,19 @@ class Stream(Closeable):
         return replace(completion, notes=tuple(dict.fromkeys((*notes, *scene.notes, *completion.notes))))
 
     def play(self, frames: Iterable[RGBDFrame]) -> Generator[Completion, None, None]:
-        """Complete frames as they come. Without a rate, every one; with a rate, frames are taken at that rate, in a
-        thread, and while one is being completed, of those that come only the latest waits: the others are dropped. The
-        first, which takes longest, is completed before others are taken.
+        """Complete frames as they come, which are taken in a thread. Without a rate, every one; with a rate, frames are
+        taken at that rate, and while one is being completed, of those that come only the latest waits: the others are
+        dropped. The first, which takes longest, is completed before others are taken.
 
         Parameters
         ----------
         frames : iterable of RGBDFrame
             A recording, or a camera that waits for its next frame.
         """
-        if self._rate is None:
-            yield from map(self.complete, frames)
-            return
         coming = iter(frames)
         for first in itertools.islice(coming, 1):
             yield self.complete(first)
-        with closing(latest_of(coming, self._rate)) as taken:
+        with closing(latest_of(coming, lambda: self._rate)) as taken:
             for frame, dropped in taken:
                 self.dropped += dropped
                 yield self.complete(frame)

@@ -140,7 +140,7 @@ def test_only_the_latest_of_waiting_frames_is_taken() -> None:
         yield from (1, 2, 3)
         all_given.set()
 
-    taken = latest_of(frames(), rate=1e9)
+    taken = latest_of(frames(), lambda: 1e9)
     assert next(taken) == (0, 0)
     first_taken.set()
     all_given.wait()
