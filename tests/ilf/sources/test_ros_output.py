@@ -82,6 +82,13 @@ def test_frames_without_times_follow_each_other_at_the_rate_that_is_given(
     assert main(["stream", str(tmp_path / "runs"), *BAG, "--out", str(tmp_path / "out"), "--rate", "4"]) == 0
     found = _messages(tmp_path / "out")
     assert [stamp for stamp, _ in found["/depth_completed"]] == [0, 250_000_000, 500_000_000]
+    words = ["stream", str(tmp_path / "runs"), "--results", "--rate", "4", "--out"]
+    for out in (tmp_path / "out.mcap", tmp_path / "frames"):
+        assert main([*words, str(out)]) == 0
+        frames = list(open_source(out))
+        assert len(frames) == 3
+        assert np.array_equal(frames[0].depth, found["/depth_completed"][0][1].data.view("f4").reshape(frames[0].shape))
+    close_all()
 
 
 def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
