@@ -72,9 +72,13 @@ def _subjects(sources: Sequence[tuple[str, Read]], notes: list[str], show: OnSte
     """Yield the subjects and add their notes; if there are several, an unreadable one is reported and skipped."""
     total = len(sources)
     for number, (name, read) in enumerate(sources):
+
+        def show_own(step: Progress, number: int = number) -> None:
+            show(Progress(number / total, step.text))
+
         own: list[str] = []
         try:
-            subject = read(own, lambda step, number=number: show(Progress(number / total, step.text)))
+            subject = read(own, show_own)
         except UsageError:
             raise
         except IlfError as error:

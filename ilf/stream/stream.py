@@ -35,7 +35,7 @@ from ..errors import InputError
 from ..run.run import Run
 from ..segmentation.edges.frame_edges import FrameEdges
 from ..segmentation.extraction import clear_stage_cache, found_blocks
-from .carrying import Carried, Offsets, Reduced, carry_depth
+from .carrying import Carried, Offsets, Reduced, carry_depth, drop_contradicted
 from .pacing import latest_of
 
 Array = NDArray[np.float32]
@@ -131,7 +131,7 @@ class Scene:
     depth : ndarray of float32, shape (H, W), or None
         The latest completed depth without correction [m].
     expected : ndarray of float32, shape (H, W), or None
-        Depth [m] expected from the frame before; None in the first frame.
+        Depth [m] expected from the frame before, where no known depth nearby contradicts it; None in the first frame.
     """
 
     def __init__(self, frame: RGBDFrame, surroundings: Surroundings) -> None:
@@ -164,6 +164,7 @@ class Scene:
         off = off[np.isfinite(off)]
         if off.size and np.mean(off > _CHANGED) > _CHANGED_SHARE:
             return False
+        drop_contradicted(expected, frame.depth)
         self.frame, self._reduced, self.expected = frame, reduced, expected
         self.surroundings = self.surroundings.to_next(step)
         self.change = self.change and self.change.to_next(step)
