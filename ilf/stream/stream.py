@@ -21,8 +21,7 @@ from .._runtime.cancellation import cancelled_by
 from .._runtime.closing import Closeable
 from .._runtime.threads import short_switches
 from ..completion.block import BlockTask, filter_steps
-from ..completion.correction import applied_change, needs_correction
-from ..completion.correction_network import load_correction_network
+from ..completion.correction import applied_change, needs_correction, unapplied_change
 from ..completion.filter import edges_for
 from ..data.blocks import Blocks
 from ..data.declarations import Value
@@ -86,19 +85,16 @@ class Surroundings:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Change of log depth by the correction network, float32 (H, W); None with a note on why there is none."""
+    """Change of log depth by the correction networks, float32 (H, W); None with a note on why there is none."""
 
     values: Array | None
     notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, frame: RGBDFrame, completed: Array, edges: FrameEdges) -> Self:
-        """Run the correction network on a frame's completed depth [m]."""
+        """Run the correction networks on a frame's completed depth [m]."""
         try:
-            network = load_correction_network()
-            if edges.network is None:
-                raise InputError("the correction network needs the contours of the edge network.")
-            return cls(network.change(frame.rgb, frame.depth, completed, edges.probability))
+            return cls(unapplied_change(frame, completed, edges))
         except InputError as error:
             return cls(None, (f"Depth is not corrected: {error}",))
 

@@ -191,3 +191,13 @@ def test_carried_depth_stays_where_nothing_nearby_is_known() -> None:
     depth[:, 20:] = np.nan
     drop_contradicted(carried, depth)
     assert np.isfinite(carried).all()
+
+
+def test_a_sparse_frame_gets_both_corrections_as_alone() -> None:
+    rng = np.random.default_rng(2)
+    rgb = cv2.resize(scene(3)[:, :80], (320, 240), interpolation=cv2.INTER_LINEAR)
+    depth = np.broadcast_to(np.linspace(1.5, 3.0, 320, dtype=np.float32), (240, 320)).copy()
+    depth[rng.random(depth.shape) > 0.01] = np.nan
+    sparse = ilf.RGBDFrame(rgb, depth)
+    with ilf.Stream() as stream:
+        assert np.allclose(stream.complete(sparse).depth, ilf.complete(sparse).depth, rtol=1e-5, equal_nan=True)
