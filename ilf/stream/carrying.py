@@ -173,7 +173,7 @@ _NEARBY = 0.125
 """Side of the square in which known depth speaks for or against carried depth, as a share of the frame's longer
 side."""
 
-_CONTRADICTED, _TIMES_USUAL = 0.02, 3.0
+_CONTRADICTED, _TIMES_USUAL = 0.05, 5.0
 """Carried depth is dropped where known depth nearby is off by more than this share of depth and, as depth may be noisy,
 by more than so many times what is usual in the frame."""
 
