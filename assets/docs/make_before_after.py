@@ -16,7 +16,8 @@ import numpy as np
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf.drawing.blocks import block_overlay
-from ilf.drawing.colours import depth_colours, robust_depth_levels, to_indices
+from ilf.data.colour_maps import depth_colours
+from ilf.drawing.colours import robust_depth_levels, to_indices
 from ilf.evaluation.evaluation import evaluate_completion
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "models"))

@@ -3,7 +3,6 @@ correct it."""
 
 from __future__ import annotations
 
-import statistics
 import threading
 import time
 from collections import deque
@@ -40,7 +39,8 @@ from ilf.sources.reading import read_frame
 from ilf.sources.realsense import camera_pairs
 from ilf.sources.registration import register
 from ilf.sources.source import Source
-from ilf.stream.recording import StreamRecorder
+from ilf.stream.pacing import USUAL_RATE, measured_rate, rate_of
+from ilf.stream.recording import StreamRecorder, stamped
 from ilf.stream.stream import Stream, StreamStatistics
 
 from ..views.colours import DEPTH_MAP, depth_table
@@ -52,7 +52,6 @@ from ..work.jobs import Worker
 from .context import Context, Feature, PendingWork
 from .documents.feature import DocumentsFeature
 from .documents.frame_files import recording_files
-from .sequence.playing import USUAL_RATE
 
 _CAMERA = "RealSense camera"
 
@@ -96,8 +95,8 @@ class Tape:
             if wanted is None:
                 return 0, ""
             if self._recorder is None:
-                self._recorder = StreamRecorder(wanted, with_error=False)
-            self._recorder.write(completion, stamp)
+                self._recorder = StreamRecorder(wanted)
+            self._recorder.write(stamped(completion, stamp, with_error=False))
         except IlfError as error:
             count = 0 if self._recorder is None else self._recorder.count
             self.record(None)
@@ -125,20 +124,16 @@ def play(
             usual, frames = USUAL_RATE, _captured()
         else:
             source = Source(path)
-            usual, frames = _rate_of(source), _readable(partial(read_frame, source.ref(key)) for key in source.keys)
+            usual, frames = (
+                rate_of(source.timestamps or ()),
+                _readable(partial(read_frame, source.ref(key)) for key in source.keys),
+            )
         chosen = rate or usual
         yield chosen
         with closing(frames), Stream(parameters, rate=chosen) as stream, closing(stream.play(frames)) as played:
             for completion in played:
                 recorded, problem = tape.write(completion, time.time_ns())
                 yield LiveFrame(completion, stream.statistics, recorded, problem)
-
-
-def _rate_of(source: Source) -> float:
-    """Frames a second, by the timestamps if there are any."""
-    gaps = np.diff(source.timestamps or ())
-    gaps = gaps[gaps > 0]
-    return 1 / statistics.median(gaps.tolist()) if gaps.size else USUAL_RATE
 
 
 def _captured() -> Generator[RGBDFrame, None, None]:
@@ -351,11 +346,9 @@ class LiveWindow(QDialog):
         colour.show_rgb(completion.frame.rgb)
         measured.show_rgb(table[to_indices(completion.frame.depth, *levels)])
         completed.show_rgb(table[to_indices(completion.depth, *levels)])
-        passed = self._times[-1] - self._times[0]
-        rate = (len(self._times) - 1) / passed if passed > 0 else 0.0
         recorded = f"; recorded: {counted(frame.recorded, 'frame')}" if frame.recorded else ""
         self.state.show_message(
-            f"{completion.frame.name}: {rate:.1f} of {self._rate:.1f} frames a second; latency "
+            f"{completion.frame.name}: {measured_rate(self._times):.1f} of {self._rate:.1f} frames a second; latency "
             f"{1000 * found.median:.0f} ms (median), {1000 * found.worst:.0f} ms (95 %); "
             f"{counted(found.frames, 'frame')} completed, {found.dropped} dropped, {counted(found.scenes, 'scene')}"
             f"{recorded}. {self._problem}",

@@ -14,8 +14,9 @@ from PIL import Image, ImageDraw, ImageFont
 from .._runtime.children import run_in_processes
 from .._runtime.installation import optional
 from .._runtime.writing import atomic_path, write_bytes
+from ..data.colour_maps import depth_colours
 from ..data.frame import RGBDFrame
-from ..drawing.colours import depth_colours, robust_depth_levels, sample, to_indices
+from ..drawing.colours import robust_depth_levels, sample, to_indices
 from ..errors import FormatError, IlfError, InputError
 from ..io.images import read_colour
 from ..sources.frame_ref import FrameRef

@@ -29,10 +29,8 @@ COMMANDS = {
     "project": "make, show, export and replay project files; export results to other programs",
     "models": "list, import and remove edge networks",
     "sample": "write the bundled sample frame into a folder",
-    "capture": "capture a frame with a RealSense camera",
-    "live": "play a recording at its rate in the window, completed as it plays",
-    "stream": "complete a recording frame after frame, as a robot would, into one MCAP file or a folder",
-    "rosbag": "write completed depth as a ROS 2 recording",
+    "live": "play a recording or a camera in the window, completed as it plays, or capture a frame with the camera",
+    "stream": "complete a recording frame after frame, as a robot would, or write results, as a recording or a folder",
 }
 """Name -> one-line help. `add_arguments` in the module of the same name adds the arguments and the function that runs
 the command to its parser. The module is imported only when its command is used."""

@@ -1,4 +1,4 @@
-"""`ilf live`: play a recording at its rate, or a camera, in the window, completed as it plays."""
+"""`ilf live`: play a recording at its rate, or a camera, in the window, completed as it plays; or capture a frame."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import sys
 from .._runtime.installation import child_command
 from .._runtime.plugins import entry_points
 from ..errors import InputError
-from ..sources.realsense import connected_realsense
-from .usage import Parser
+from ..sources.frame_writing import new_frame_files, write_frame
+from ..sources.realsense import SETTLING, capture_frame, connected_realsense
+from .output import warn
+from .usage import Parser, UsageError, count
 
 
 def add_arguments(parser: Parser) -> None:
@@ -18,7 +20,8 @@ def add_arguments(parser: Parser) -> None:
     parser.description = (
         "Play a recording or folder at its rate, or the connected RealSense camera, in a window, with colour, measured "
         "and completed depth, rate, latency and dropped frames; record it, or freeze a frame to correct it. The same "
-        "as `ilf-gui --live` and `ilf-gui --realsense`."
+        "as `ilf-gui --live` and `ilf-gui --realsense`. With --capture, a frame of the camera is written, without a "
+        "window."
     )
     parser.set_defaults(command=run)
     played = parser.add_mutually_exclusive_group(required=True)
@@ -32,10 +35,28 @@ def add_arguments(parser: Parser) -> None:
         metavar="HZ",
         help="frames a second (default: by the timestamps; 10 without any, or of a camera)",
     )
+    capturing = parser.add_argument_group("capturing a frame")
+    capturing.add_argument(
+        "--capture",
+        metavar="DIR",
+        help="register the depth of a frame of the camera to colour, and write it into this folder, created if "
+        "missing, which the other commands read",
+    )
+    capturing.add_argument(
+        "--settle",
+        type=count,
+        metavar="N",
+        help=f"frames to discard first, until the exposure has settled (default: {SETTLING})",
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
+    if arguments.capture is None and arguments.settle is not None:
+        raise UsageError("--settle applies to a frame that is captured: add --capture.")
+    if arguments.capture is not None:
+        _capture(arguments)
+        return
     if arguments.realsense:
         connected_realsense()
     played = ["--realsense"] if arguments.realsense else ["--live", arguments.source]
@@ -45,3 +66,13 @@ def run(arguments: argparse.Namespace) -> None:
     if window is None:
         raise InputError("The window's command ilf-gui is not installed. Reinstall ilf-studio.")
     sys.exit(subprocess.call([*child_command(window.module), *played, *rate]))
+
+
+def _capture(arguments: argparse.Namespace) -> None:
+    if not arguments.realsense:
+        raise UsageError("--capture takes a frame of the camera: give --realsense in place of a source.")
+    new_frame_files(arguments.capture)
+    frame = capture_frame(SETTLING if arguments.settle is None else arguments.settle)
+    warn(frame.notes)
+    for path in write_frame(arguments.capture, frame):
+        print(path)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import os
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -27,70 +26,58 @@ from .output import Bar, shows_progress, warn
 from .parsing import add_flags, add_frame, add_settings, frame_from, hold_out_from, preset_from, with_given
 from .usage import Parser, UsageError, add_progress
 
-# The frames that the arguments of `ilf report` name, read one after the other.
-
 OnStep = Callable[[Progress], None]
+Read = Callable[[list[str], OnStep], Subject]
+"""Reads a frame to report on, adds notes and reports progress."""
 
 
-@dataclass(frozen=True)
-class ReportSource:
-    """A frame to report on: its name, and the function that reads it, adds notes and reports progress."""
-
-    name: str
-    read: Callable[[list[str], OnStep], Subject]
-
-
-def report_sources(arguments: argparse.Namespace, opened: ExitStack) -> list[ReportSource]:
-    """List the frames that the arguments name: of folders, records and projects, or of the two files of one frame.
-
-    Projects stay open as long as `opened`.
-    """
+def _sources(arguments: argparse.Namespace, opened: ExitStack) -> list[tuple[str, Read]]:
+    """List the names and readers of the frames that the arguments name: of folders, records and projects, which stay
+    open as long as `opened`, or of the two files of one frame."""
     inputs = [Path(path) for path in arguments.inputs]
     if not inputs:
         raise UsageError("Give a colour and a depth file, one folder or more, a run.json, or a project.")
-    if not all(os.path.isdir(path) or path.suffix.lower() in (".json", SUFFIX) for path in inputs):
-        return [ReportSource(arguments.inputs[0], partial(_completed, arguments, arguments.inputs))]
-    sources: list[ReportSource] = []
+    if not all(path.is_dir() or path.suffix.lower() in (".json", SUFFIX) for path in inputs):
+        return [(arguments.inputs[0], partial(_completed, arguments, arguments.inputs))]
+    sources: list[tuple[str, Read]] = []
     for path in inputs:
-        record = path / RECORD_FILE if os.path.isdir(path) else path
-        if path.suffix.lower() == SUFFIX and not os.path.isdir(path):
-            _refuse_flags(arguments, path)
+        record = path / RECORD_FILE if path.is_dir() else path
+        if path.is_dir() and not record.is_file():
+            sources.append((str(path), partial(_completed, arguments, [str(path)])))
+            continue
+        _refuse_flags(arguments, record)
+        if record.suffix.lower() == SUFFIX:
             sources += _of_project(opened.enter_context(open_project(path)), arguments.look_in)
-        elif os.path.isfile(record) or not os.path.isdir(
-            path
-        ):  # the output folder of a run can be read as a frame, too, but is reported as a run
-            _refuse_flags(arguments, record)
-            sources.append(ReportSource(str(path), partial(_replayed, record)))
-        else:
-            sources.append(ReportSource(str(path), partial(_completed, arguments, [str(path)])))
+        else:  # the output folder of a run can be read as a frame, too, but is reported as a run
+            sources.append((str(path), partial(_replayed, record)))
     return sources
 
 
-def read_subjects(sources: Sequence[ReportSource], notes: list[str], on_step: OnStep) -> Iterator[Subject | Unreadable]:
+def _subjects(sources: Sequence[tuple[str, Read]], notes: list[str], show: OnStep) -> Iterator[Subject | Unreadable]:
     """Yield the subjects and add their notes; if there are several, an unreadable one is reported and skipped."""
     total = len(sources)
-    for number, source in enumerate(sources):
+    for number, (name, read) in enumerate(sources):
 
-        def on_own_step(step: Progress, number: int = number) -> None:
-            on_step(Progress(number / total, step.text))
+        def show_own(step: Progress, number: int = number) -> None:
+            show(Progress(number / total, step.text))
 
         own: list[str] = []
         try:
-            subject = source.read(own, on_own_step)
+            subject = read(own, show_own)
         except UsageError:
             raise
         except IlfError as error:
             if total == 1:
                 raise
-            notes.append(f"{source.name} is not in the report: {error}")
-            yield Unreadable(source.name, str(error))
+            notes.append(f"{name} is not in the report: {error}")
+            yield Unreadable(name, str(error))
         else:
             before = f"{subject.run.frame.name}: " if total > 1 else ""
             notes += [before + note for note in own]
             yield subject
 
 
-def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str], on_step: OnStep) -> Subject:
+def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str], show: OnStep) -> Subject:
     """Complete a frame with the settings of the arguments."""
     chosen = preset_from(arguments.preset)
     parameters = with_given(chosen.parameters, arguments)
@@ -102,39 +89,36 @@ def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str
             f"No blocks were found in {frame.name}, so there is nothing to report on. Change the extraction "
             "(--blocks-* options)."
         )
-    completion = _complete(made, on_step)
+    completion = _complete(made, show)
     notes += [*made.blocks.notes, *completion.notes]
     return Subject(made, completion)
 
 
-def _replayed(record: Path, notes: list[str], on_step: OnStep) -> Subject:
+def _replayed(record: Path, notes: list[str], show: OnStep) -> Subject:
     """Replay a recorded run."""
     again = replay(record)
-    completion = _complete(again.run, on_step)
+    completion = _complete(again.run, show)
     notes += [*again.differences, *again.run.blocks.notes, *completion.notes, *again.verdict(completion)]
     return Subject(again.run, completion, again=shlex.join(["ilf", "complete", "--replay", str(record.absolute())]))
 
 
-def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSource]:
+def _of_project(opened: OpenedProject, folders: Sequence[str]) -> list[tuple[str, Read]]:
     """List a project's frames with work on them; their files are also searched in `folders`."""
-    places = replace(project.places, folders=tuple(map(Path, folders)))
-    frames = [frame for frame in project.project.frames if frame.has_state and frame.summary.has_work]
+    project, places = opened.project, replace(opened.places, folders=tuple(map(Path, folders)))
+
+    def stored(frame: ProjectFrame, notes: list[str], _: OnStep) -> Subject:
+        decoded = opened.state(frame.id, places)
+        notes += decoded.problems
+        state = decoded.state.with_current_settings(frame.summary.note, project.common if project.for_all else None)
+        again = shlex.join(["ilf", "project", "replay", str(opened.path), "--frame", frame.id])
+        return Subject.of_state(state, again, decoded.problems)
+
+    frames = [frame for frame in project.frames if frame.has_state and frame.summary.has_work]
     if not frames:
         raise InputError(
-            f"{project.path} has no frame with edits or results, so there is nothing to report on. Run blocks first."
+            f"{opened.path} has no frame with edits or results, so there is nothing to report on. Run blocks first."
         )
-
-    for_all = project.project.common if project.project.for_all else None
-
-    def stored(frame: ProjectFrame, notes: list[str], on_step: OnStep) -> Subject:
-        decoded = project.state(frame.id, places)
-        notes += decoded.problems
-        again = shlex.join(["ilf", "project", "replay", str(project.path), "--frame", frame.id])
-        return Subject.of_state(
-            decoded.state.with_current_settings(frame.summary.note, for_all), again, decoded.problems
-        )
-
-    return [ReportSource(frame.name, partial(stored, frame)) for frame in frames]
+    return [(frame.name, partial(stored, frame)) for frame in frames]
 
 
 def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
@@ -143,9 +127,9 @@ def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
         raise UsageError(f"{file} contains the settings of its runs: leave out {', '.join(also)}.")
 
 
-def _complete(made: Run, on_step: OnStep) -> Completion:
+def _complete(made: Run, show: OnStep) -> Completion:
     name = made.frame.name
-    return run_to_end(completion_steps(made, None), lambda step: on_step(Progress(0.0, f"{name}: {step.text}")))
+    return run_to_end(completion_steps(made, None), lambda step: show(Progress(0.0, f"{name}: {step.text}")))
 
 
 _WITH_RUNS = {"--look-in", "--hold-out", "--seeds", "--out", "--progress", "--no-progress", "--device"}
@@ -174,35 +158,25 @@ def add_arguments(parser: Parser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    options, path = hold_out_from(arguments), _output(arguments)
+    hidden = hold_out_from(arguments)
+    out = None if arguments.out is None else Path(arguments.out)
+    if out is not None and out.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(
+            f"--out must end in .html, not {out.name}. For PDF, print the page in a browser, or use "
+            "File > Report… in the window."
+        )
     notes: list[str] = []
     with ExitStack() as opened:
-        sources = report_sources(arguments, opened)
+        sources = _sources(arguments, opened)
         bar = opened.enter_context(Bar(shown=shows_progress(arguments)))
 
         def show(step: Progress) -> None:
             bar.show(step.share, step.text)
 
-        subjects = read_subjects(sources, notes, show)
-        only = Path(arguments.inputs[0])
-        title = only.stem if len(arguments.inputs) == 1 else "Report"
-        made = ReportOptions(title, options)
-        content = run_to_end(report_steps(subjects, made, len(sources)), show)
+        title = Path(arguments.inputs[0]).stem if len(arguments.inputs) == 1 else "Report"
+        steps = report_steps(_subjects(sources, notes, show), ReportOptions(title, hidden), len(sources))
+        content = run_to_end(steps, show)
     warn(notes)
-    if path is None:
-        path = Path(f"{as_file_name(content.title)}-report.html")
+    path = out or Path(f"{as_file_name(content.title)}-report.html")
     write_report(path, content)
     print(f"Written to {path}, {path.stat().st_size / 1000:.0f} kB.")
-
-
-def _output(arguments: argparse.Namespace) -> Path | None:
-    """Return the output file of the arguments, if given."""
-    if arguments.out is None:
-        return None
-    path = Path(arguments.out)
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise UsageError(
-            f"--out must end in .html, not {path.name}. For PDF, print the page in a browser, or use "
-            "File > Report… in the window."
-        )
-    return path

@@ -1,24 +1,26 @@
-"""`ilf stream`: complete a recording frame after frame, as `ilf.Stream` does, into one MCAP file or a folder."""
+"""`ilf stream`: complete a recording frame after frame, as `ilf.Stream` does, or write results, as a recording."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import counted
 from ..data.frame import RGBDFrame
 from ..errors import Cancelled, IlfError, InputError
-from ..io.rosbags import ENCODINGS_OF_ROS
+from ..io.rosbags import ENCODINGS_OF_ROS, STORAGES, StampedDepth, write_rosbag
+from ..run.options import RECORD_FILE
+from ..run.record_file import read_record
+from ..run.stored_results import StoredResults, result_folders
 from ..sources.source import Source
 from ..sources.stamps import stamp_of
-from ..stream.recording import MCAP, StreamRecorder
+from ..stream.recording import MCAP, StreamRecorder, stamped
 from ..stream.stream import Stream
 from .output import Bar, shows_progress, warn
 from .parsing import add_pairing, add_preset, add_reading, preset_from, source_from
-from .usage import Parser, add_progress, count
+from .usage import Parser, UsageError, add_progress, count
 
 
 def add_arguments(parser: Parser) -> None:
@@ -26,33 +28,43 @@ def add_arguments(parser: Parser) -> None:
     parser.description = (
         "Complete a recording or folder frame after frame: blocks, edges and correction are found every few frames and "
         "carried along, so that it is fast and filled depth does not flicker. The output is written frame by frame: if "
-        "the program ends early, it contains the frames up to then."
+        "the program ends early, it contains the frames up to then. With --results, the completed depth of runs is "
+        "written as it is."
     )
     parser.set_defaults(command=run)
     parser.add_argument(
-        "inputs", nargs=1, metavar="SOURCE", help="recording, data set or folder with frames of one moving camera"
+        "inputs",
+        nargs="+",
+        metavar="SOURCE",
+        help="recording, data set or folder with frames of one moving camera; with --results output folders of "
+        "`ilf complete`, or folders of such folders, as written by `ilf batch`",
     )
-    parser.add_argument(
+    parser.add_argument("--results", action="store_true", help="write the completed depth of runs, in order of time")
+    output = parser.add_argument_group("output")
+    output.add_argument(
         "--out",
         required=True,
         metavar="PATH",
         help=f"a ROS 2 recording in one file (*{MCAP}) with colour, completed depth, expected error, camera_info and, "
         "where poses are known, tf; or a folder with a folder for each frame",
     )
-    add_preset(parser)
-    parser.add_argument("--threads", type=count, default=2, metavar="N", help="number of threads (default: 2)")
-    parser.add_argument(
+    output.add_argument(
+        "--bag", choices=STORAGES, help="--out is the folder of a ROS 2 bag stored so, written as a whole"
+    )
+    output.add_argument(
         "--rate", type=float, metavar="HZ", help="frame rate, for frames without timestamps in a recording"
     )
-    parser.add_argument(
+    output.add_argument(
         "--ros-encoding",
         choices=ENCODINGS_OF_ROS,
         default=ENCODINGS_OF_ROS[0],
         help="encoding of depth in a recording: 32FC1 for metres (default), 16UC1 for millimetres",
     )
-    parser.add_argument(
+    output.add_argument(
         "--frame-id", default="camera", metavar="ID", help="coordinate frame of the camera (default: camera)"
     )
+    add_preset(parser)
+    parser.add_argument("--threads", type=count, default=2, metavar="N", help="number of threads (default: 2)")
     add_progress(parser)
     add_pairing(parser)
     add_reading(parser.add_argument_group("reading the frames"))
@@ -60,17 +72,44 @@ def add_arguments(parser: Parser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
+    out = Path(arguments.out)
     if arguments.rate is not None and not arguments.rate > 0:
         raise InputError(f"--rate must be more than 0 frames a second, not {arguments.rate:g}.")
-    source, chosen, out = source_from(arguments), preset_from(arguments.preset), Path(arguments.out)
-    stamp = _stamps(source, arguments.rate, out.suffix.lower() == MCAP)
+    if out.suffix.lower() == ".bag":
+        raise InputError(f"{out}: a ROS 2 recording is a folder; .bag is the file type of ROS 1. Omit .bag.")
+    if arguments.bag and out.suffix.lower() == MCAP:
+        raise UsageError(f"With --bag, --out is a folder, and {out} is a file: leave out --bag or {MCAP}.")
+    if arguments.results:
+        done = _write(arguments, out, _results(arguments))
+        print(f"{counted(done, 'frame')}, written to {out}")
+        return
+    source, chosen = source_from(arguments), preset_from(arguments.preset)
+    with Stream(chosen.parameters, extraction=chosen.extraction, threads=arguments.threads) as stream:
+        done = _write(arguments, out, _completed(arguments, source, stream))
+        found = stream.statistics
+    print(
+        f"{counted(done, 'frame')}, {counted(found.scenes, 'scene')}, {found.median * 1000:.0f} ms a frame (median), "
+        f"{found.worst * 1000:.0f} ms (95 %), written to {out}"
+    )
+
+
+def _write(arguments: argparse.Namespace, out: Path, frames: Iterator[StampedDepth]) -> int:
+    """Write frames as they come; return how many."""
+    encoding, frame_id = arguments.ros_encoding, arguments.frame_id
+    if arguments.bag:
+        return write_rosbag(out, frames, encoding=encoding, storage=arguments.bag, frame_id=frame_id)
+    with StreamRecorder(out, encoding=encoding, frame_id=frame_id) as recorder:
+        for frame in frames:
+            recorder.write(frame)
+        return recorder.count
+
+
+def _completed(arguments: argparse.Namespace, source: Source, stream: Stream) -> Iterator[StampedDepth]:
+    """Complete the frames of a source; those that cannot be completed are left out, with a warning."""
+    recorded = arguments.bag is not None or Path(arguments.out).suffix.lower() == MCAP
+    stamp = _stamps(source, arguments.rate, recorded)
     noted: set[str] = set()
-    with ExitStack() as stack:
-        recorder = stack.enter_context(
-            StreamRecorder(out, encoding=arguments.ros_encoding, frame_id=arguments.frame_id)
-        )
-        stream = stack.enter_context(Stream(chosen.parameters, extraction=chosen.extraction, threads=arguments.threads))
-        bar = stack.enter_context(Bar(len(source), "frames", shown=shows_progress(arguments)))
+    with Bar(len(source), "frames", shown=shows_progress(arguments)) as bar:
         for number, key in enumerate(cancellable_items(source.keys)):
             try:
                 completion = stream.complete(source.read(key))
@@ -81,15 +120,10 @@ def run(arguments: argparse.Namespace) -> None:
             else:
                 warn(note for note in completion.notes if note not in noted)
                 noted.update(completion.notes)
-                recorder.write(completion, stamp(number, completion.frame))
+                yield stamped(completion, stamp(number, completion.frame))
             bar.advance(key)
-    found = stream.statistics
-    if not found.frames:
+    if not stream.statistics.frames:
         raise InputError(f"None of the {counted(len(source), 'frame')} could be completed.")
-    print(
-        f"{counted(found.frames, 'frame')}, {counted(found.scenes, 'scene')}, "
-        f"{found.median * 1000:.0f} ms a frame (median), {found.worst * 1000:.0f} ms (95 %), written to {out}"
-    )
 
 
 def _stamps(source: Source, rate: float | None, needed: bool) -> Callable[[int, RGBDFrame], int]:
@@ -104,4 +138,25 @@ def _stamps(source: Source, rate: float | None, needed: bool) -> Callable[[int, 
         exact = None if frame.inputs is None else stamp_of(frame.inputs)  # times are rounded
         return round(times[number] * 1e9) if exact is None else exact
 
+    return stamp
+
+
+def _results(arguments: argparse.Namespace) -> Iterator[StampedDepth]:
+    """The results of runs, in the order of the times of their frames."""
+    folders = [folder for named in arguments.inputs for folder in result_folders(named)]
+    stamps = [_stamp_of_result(folder, number, arguments.rate) for number, folder in enumerate(folders)]
+    for stamp, folder in sorted(zip(stamps, folders, strict=True)):
+        result = StoredResults(folder)[0]
+        yield StampedDepth(
+            result.depth, result.intrinsics, stamp, result.rgb, result.expected_error, result.pose, result.name
+        )
+
+
+def _stamp_of_result(folder: Path, number: int, rate: float | None) -> int:
+    inputs = read_record(folder / RECORD_FILE).inputs
+    stamp = None if inputs is None else stamp_of(inputs, folder)
+    if stamp is None and rate is not None:
+        stamp = round(number / rate * 1e9)
+    if stamp is None:
+        raise InputError(f"{folder}: its frame has no timestamp. Give the frame rate (--rate).")
     return stamp

@@ -23,7 +23,7 @@ from ..data.results import NO_BLOCK, BlockResult, Step
 from ..errors import InputError
 from ..segmentation.extraction import found_blocks
 from .block import BlockTask, Watch, filter_steps
-from .correction import BaseCompletion, Correction, find_base_completion, needs_correction
+from .correction import BaseCompletion, Correction, correction_networks, find_base_completion, needs_correction
 from .edge_aware.fitted_guide import fit_guide
 from .filter import edges_for, is_guided
 from .guide_hold_out import GuideHoldOut, HeldOutErrors, decided, held_out_frames
@@ -234,7 +234,7 @@ def _compute_correction(
     if not isinstance(base, BaseCompletion):
         return base, ()
     try:
-        networks = base.networks()
+        networks = correction_networks(base.frame, base.edges)
         results = [done[label] for label in base.own]
         with closing(filter_steps(base.rest, threads, {})) as steps:
             for progress in steps:

@@ -113,6 +113,42 @@ def fading(known: NDArray[np.bool_]) -> Array:
     return np.clip(faded, 0, 1, out=faded)
 
 
+Networks = tuple[CorrectionNetwork, SparseCorrectionNetwork | None]
+
+
+def correction_networks(frame: RGBDFrame, edges: FrameEdges) -> Networks:
+    """Load the correction network and, for a sparse frame, that for sparse depth.
+
+    Raises
+    ------
+    InputError
+        If one is missing or broken, or their input from the edge network is missing.
+    """
+    network = load_correction_network()
+    if edges.network is None:
+        raise InputError("the correction network needs the contours of the edge network.")
+    return network, load_sparse_correction_network() if frame.known.mean() < SPARSE else None
+
+
+def unapplied_change(frame: RGBDFrame, completed: Array, edges: FrameEdges) -> Array:
+    """Run the networks on a frame's completed depth [m]: the change of log depth for `applied_change`, in this frame
+    or where another one shows the same points.
+
+    Raises
+    ------
+    InputError
+        As `correction_networks`, or if a network's output is not finite.
+    """
+    network, further = correction_networks(frame, edges)
+    change = network.change(frame.rgb, frame.depth, completed, edges.probability)
+    if further is None:
+        return change
+    applied = applied_change(change, frame.known)
+    corrected = np.asarray(completed * np.exp(applied), np.float32)
+    more = further.change(frame.rgb, frame.depth, corrected, applied, edges.probability)
+    return np.asarray(change + more / np.float32(_SHARE), np.float32)  # it is applied in full
+
+
 corrections = FrameCache[RGBDFrame, Correction]()
 """Cache by frame and extraction parameters."""
 
@@ -139,22 +175,7 @@ class BaseCompletion:
     own: tuple[int, ...]
     rest: tuple[BlockTask, ...]
 
-    def networks(self) -> tuple[CorrectionNetwork, SparseCorrectionNetwork | None]:
-        """Load the correction network and, for a sparse frame, that for sparse depth.
-
-        Raises
-        ------
-        InputError
-            If one is missing or broken, or their input from the edge network is missing.
-        """
-        network = load_correction_network()
-        if self.edges.network is None:
-            raise InputError("the correction network needs the contours of the edge network.")
-        return network, load_sparse_correction_network() if self.frame.known.mean() < SPARSE else None
-
-    def correction(
-        self, networks: tuple[CorrectionNetwork, SparseCorrectionNetwork | None], results: Iterable[BlockResult]
-    ) -> Correction:
+    def correction(self, networks: Networks, results: Iterable[BlockResult]) -> Correction:
         """Run the networks on the base completion and cache the correction with the frame.
 
         Parameters

@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.installation import optional
+from .colour_maps import DEPTH_MAP, MISSING, depth_colours
 
 _WIDTH = 240
 """Maximum width of a thumbnail [px]."""
-
-_MISSING = (178, 182, 189)
-"""Colour of missing depth."""
 
 _MOST_NAMED = 12
 """Largest number of blocks of which a plot has a legend."""
@@ -72,8 +70,8 @@ def plot_row(images: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     size = (4.0 * len(images), 4.0 * height / width + 0.5)
     figure, axes = pyplot.subplots(1, len(images), figsize=size, sharex=True, sharey=True, layout="compressed")
     for axis, (title, image) in zip(axes, images.items(), strict=True):
-        shown = axis.imshow(image, cmap="turbo", vmin=low, vmax=high) if _is_depth(image) else axis.imshow(image)
-        axis.set(title=title, xticks=[], yticks=[], facecolor=np.array(_MISSING) / 255)
+        shown = axis.imshow(image, cmap=DEPTH_MAP, vmin=low, vmax=high) if _is_depth(image) else axis.imshow(image)
+        axis.set(title=title, xticks=[], yticks=[], facecolor=np.array(MISSING) / 255)
     figure.colorbar(shown, ax=axes, label="Depth [m]")
     return np.asarray(axes)
 
@@ -92,7 +90,7 @@ def plot_error(rgb: NDArray[np.uint8], error: NDArray[np.float32]) -> NDArray[An
     norm = optional("matplotlib.colors", "ilf-studio[plot]", "A plot").LogNorm(max(low, 1e-3), max(high, 1e-2))
     shown = axes[1].imshow(1000 * error, cmap="inferno", norm=norm)
     for axis, title in zip(axes, ("Colour", "Expected error"), strict=True):
-        axis.set(title=title, xticks=[], yticks=[], facecolor=np.array(_MISSING) / 255)
+        axis.set(title=title, xticks=[], yticks=[], facecolor=np.array(MISSING) / 255)
     figure.colorbar(shown, ax=axes, label="Expected error [mm]")
     return np.asarray(axes)
 
@@ -152,8 +150,7 @@ def _coloured(depth: NDArray[np.float32], low: float, high: float) -> NDArray[np
     """Render depth as a colour image, uint8 (H, W, 3), RGB."""
     known = np.isfinite(depth)
     shares = np.clip((np.where(known, depth, low) - low) / (high - low), 0, 1)
-    picture = cv2.applyColorMap(np.round(255 * shares).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1]
-    return np.where(known[..., None], picture, np.array(_MISSING, np.uint8))
+    return depth_colours()[np.where(known, np.round(254 * shares) + 1, 0).astype(np.uint8)]
 
 
 def _data_uri(picture: NDArray[np.uint8]) -> str:

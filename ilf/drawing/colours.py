@@ -1,10 +1,9 @@
-"""Colour maps: values to 8-bit indices, colour ranges, lookup tables, and the spectrum of a block's depth."""
+"""Values to 8-bit indices of colour maps, colour ranges, and the spectrum of a block's depth."""
 
 from __future__ import annotations
 
 import math
 
-import cv2
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
@@ -47,7 +46,7 @@ def robust_error_levels(error: NDArray[np.floating]) -> tuple[float, float]:
     if known.size == 0:
         return 1.0, 10.0
     low, high = (float(level) for level in np.percentile(known, (1, 99)))
-    low, high = 1 / _round_up(1 / low), _round_up(high)
+    low, high = 1 / round_up(1 / low), round_up(high)
     return low, max(high, 10 * low)
 
 
@@ -61,10 +60,10 @@ def robust_difference_level(difference: NDArray[np.floating], percent: float = 9
     level = float(np.percentile(np.abs(known), percent)) if known.size else 0.0
     if level <= _SMALLEST_DIFFERENCE:
         return _SMALLEST_DIFFERENCE
-    return _round_up(level)
+    return round_up(level)
 
 
-def _round_up(value: float) -> float:
+def round_up(value: float) -> float:
     """Round up to 1, 2 or 5 times a power of ten. Applied to the inverse, its inverse rounds down."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-6))
@@ -83,42 +82,6 @@ def sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
 def _known_sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
     few = sample(values)
     return few[np.isfinite(few)]
-
-
-# Lookup tables from 8-bit indices of `to_indices` to colours. Index 0, missing, is grey in all of them.
-
-Colour = tuple[int, int, int]
-"""Red, green, blue, 0-255."""
-
-MISSING: Colour = (178, 182, 189)
-
-_BELOW, _ZERO, _ABOVE = (33, 84, 176), (246, 246, 244), (186, 32, 42)
-
-
-def depth_colours() -> NDArray[np.uint8]:
-    """Colour map of depth, uint8 (256, 3): turbo, near is blue."""
-    return _of_map(cv2.COLORMAP_TURBO)
-
-
-def error_colours() -> NDArray[np.uint8]:
-    """Colour map of absolute errors, uint8 (256, 3): inferno, small is dark."""
-    return _of_map(cv2.COLORMAP_INFERNO)
-
-
-def difference_colours() -> NDArray[np.uint8]:
-    """Colour map of signed differences, uint8 (256, 3): blue below zero, nearly white at zero, red above."""
-    below, zero, above = (np.array(colour, np.float64) for colour in (_BELOW, _ZERO, _ABOVE))
-    t = np.linspace(-1, 1, 255)[:, None]
-    return _with_missing(np.round(zero + np.abs(t) ** 0.8 * (np.where(t < 0, below, above) - zero)))
-
-
-def _of_map(number: int) -> NDArray[np.uint8]:
-    column = np.round(np.linspace(0, 255, 255)).astype(np.uint8)[:, None]
-    return _with_missing(cv2.applyColorMap(column, number)[:, 0, ::-1])
-
-
-def _with_missing(colours: NDArray[np.number]) -> NDArray[np.uint8]:
-    return np.vstack([MISSING, colours]).astype(np.uint8)
 
 
 # The spectrum of a block's depth, for display with the pass band.

@@ -5,49 +5,25 @@ from __future__ import annotations
 import io
 import os
 import struct
-from collections.abc import Sequence
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.closing import Closeable
 from .._runtime.files import open_file
+from .._runtime.installation import optional
 from ..errors import ExportError, cause
 
 if TYPE_CHECKING:
     from _typeshed import WriteableBuffer
 
 _MAGIC = b"\x89MCAP0\r\n"
-_HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
-
-
-class McapMessage(NamedTuple):
-    """A message.
-
-    Attributes
-    ----------
-    topic : str
-    kind : str
-        Its type, such as "sensor_msgs/msg/Image".
-    definition : str
-        The definition of its type, as in ROS 2 recordings.
-    data : bytes
-        Serialised as CDR.
-    """
-
-    topic: str
-    kind: str
-    definition: str
-    data: bytes
+_FOOTER, _DATA_END = 0x02, 0x0F
 
 
 def _record(code: int, content: bytes) -> bytes:
     return struct.pack("<BQ", code, len(content)) + content
-
-
-def _text(text: str) -> bytes:
-    encoded = text.encode()
-    return struct.pack("<I", len(encoded)) + encoded
 
 
 _FOOTER_AND_MAGIC = _record(_FOOTER, bytes(20)) + _MAGIC
@@ -56,8 +32,8 @@ _END = _record(_DATA_END, bytes(4)) + _FOOTER_AND_MAGIC
 
 
 class McapFile(Closeable):
-    """Writes messages into an MCAP file, one chunk per call of `write`, followed by the end of the file, which the next
-    chunk replaces: the file is complete between any two calls.
+    """Writes messages into an MCAP file, one chunk per moment, followed by the end of the file, which the next chunk
+    replaces: the file is complete between any two moments.
 
     Parameters
     ----------
@@ -68,55 +44,67 @@ class McapFile(Closeable):
     ------
     ExportError
         If the file exists or cannot be written.
+    InputError
+        If the package mcap is not installed (extra `sensors`).
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
+        writer = optional("mcap.writer", "ilf-studio[sensors]", "Writing an MCAP file")
         self.path = Path(path)
-        self._schemas: dict[str, int] = {}
+        self._content = io.BytesIO()
+        self._writer = writer.Writer(
+            self._content,
+            chunk_size=sys.maxsize,
+            compression=writer.CompressionType.NONE,
+            index_types=writer.IndexType.NONE,
+            repeat_channels=False,
+            repeat_schemas=False,
+            use_statistics=False,
+            use_summary_offsets=False,
+            enable_crcs=False,
+        )
+        self._writer.start("ros2", "ilf")
         self._channels: dict[str, int] = {}
-        start = _MAGIC + _record(_HEADER, _text("ros2") + _text("ilf"))
-        self._end = len(start)
+        self._end = 0
         try:
             self._file = open(self.path, "xb", buffering=0)  # noqa: SIM115 - closed by `close`
-            self._write_at(0, start + _END)
+            self.finish_moment()
         except FileExistsError as error:
             raise ExportError(f"{self.path} already exists. Choose another name.") from error
         except OSError as error:
             raise ExportError(f"{self.path} could not be written: {cause(error)}.") from error
 
-    def write(self, stamp: int, messages: Sequence[McapMessage]) -> None:
-        """Write the messages of one moment [ns]; all of them or, after an error, none.
+    def add(self, topic: str, kind: str, definition: str, data: bytes, stamp: int) -> None:
+        """Add a message of this moment: its type, the definition of that, and its content in CDR."""
+        if topic not in self._channels:
+            schema = self._writer.register_schema(kind, "ros2msg", definition.encode())
+            self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
+        self._writer.add_message(self._channels[topic], stamp, data, stamp)
+
+    def finish_moment(self) -> None:
+        """Write the messages that were added; all of them or, after an error, none, and no more afterwards.
 
         Raises
         ------
         ExportError
             If they cannot be written, for example on a full disk; the file then ends with the messages before.
         """
-        schemas, channels, records = dict(self._schemas), dict(self._channels), []
-        for message in messages:
-            if message.kind not in schemas:
-                schemas[message.kind] = len(schemas) + 1
-                content = struct.pack("<H", schemas[message.kind]) + _text(message.kind) + _text("ros2msg")
-                records.append(_record(_SCHEMA, content + _text(message.definition)))
-            if message.topic not in channels:
-                channels[message.topic] = len(channels) + 1
-                content = struct.pack("<HH", channels[message.topic], schemas[message.kind]) + _text(message.topic)
-                records.append(_record(_CHANNEL, content + _text("cdr") + struct.pack("<I", 0)))
-            head = struct.pack("<HIQQ", channels[message.topic], 0, stamp, stamp)
-            records.append(_record(_MESSAGE, head + message.data))
-        content = b"".join(records)
-        about = struct.pack("<QQQI", stamp, stamp, len(content), 0) + _text("") + struct.pack("<Q", len(content))
-        chunk = _record(_CHUNK, about + content)
+        self._writer.flush()
+        size = self._content.tell()
+        self._writer.finish()
         try:
-            self._write_at(self._end, chunk + _END)
+            self._write_at(self._end, self._content.getvalue())
         except OSError as error:
             self._file.truncate(self._end)
-            self._write_at(self._end, _END)  # there is room: it was there before
+            if self._end:
+                self._write_at(self._end, _END)  # there is room: it was there before
+            self._file.close()
             raise ExportError(
                 f"{self.path} could not be written: {cause(error)}. It contains the frames up to here."
             ) from error
-        self._end += len(chunk)
-        self._schemas, self._channels = schemas, channels
+        self._end += size
+        self._content.seek(0)
+        self._content.truncate()
 
     def close(self) -> None:
         """Close the file."""

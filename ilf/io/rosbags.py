@@ -19,7 +19,7 @@ from .._runtime.writing import moving_into_place, remove, removed_on_exit
 from ..data.camera import Camera
 from ..errors import ExportError, ParameterError, cause
 from .depth import UINT16_MAX
-from .mcap import McapFile, McapMessage
+from .mcap import McapFile
 
 DEPTH_TOPIC, CAMERA_TOPIC = "/depth_completed", "/camera_info"
 COLOUR_TOPIC, ERROR_TOPIC = "/image_rect_color", "/expected_error"
@@ -49,6 +49,8 @@ class StampedDepth:
         [m], NaN where depth was measured or is missing.
     pose : ndarray of float64, shape (4, 4), or None
         Transform of the camera's points [m] to the world.
+    name : str
+        Name of the frame, which a recording does not contain.
     """
 
     depth: NDArray[np.float32]
@@ -57,6 +59,7 @@ class StampedDepth:
     rgb: NDArray[np.uint8] | None = None
     expected_error: NDArray[np.float32] | None = None
     pose: NDArray[np.float64] | None = None
+    name: str = "frame"
 
 
 def write_rosbag(
@@ -156,25 +159,20 @@ class DepthRecorder(Closeable):
     ExportError
         If the file exists or cannot be written.
     InputError
-        If the package rosbags is not installed (extra `sensors`).
+        If the packages rosbags and mcap are not installed (extra `sensors`).
     """
 
     def __init__(self, path: str | os.PathLike[str], *, encoding: str = "32FC1", frame_id: str = "camera") -> None:
         self._store, self._encoding, self._frame_id = _typestore(), encoding, frame_id
         self._file = McapFile(path)
-        self.count = 0
-        """Number of frames written."""
 
     def write(self, frame: StampedDepth) -> None:
         """Write a frame; raises ExportError if it cannot be written, for example on a full disk."""
-        messages = []
         for topic, message in _messages(self._store, frame, self._encoding, self._frame_id):
             kind = message.__msgtype__
             definition, _ = self._store.generate_msgdef(kind, ros_version=2)
-            data = bytes(self._store.serialize_cdr(message, kind))
-            messages.append(McapMessage(topic, kind, definition, data))
-        self._file.write(frame.stamp, messages)
-        self.count += 1
+            self._file.add(topic, kind, definition, bytes(self._store.serialize_cdr(message, kind)), frame.stamp)
+        self._file.finish_moment()
 
     def close(self) -> None:
         """Close the file."""

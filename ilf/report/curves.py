@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from .._runtime.formatting import length_text
 from ..data.results import History, IterationRecord
+from ..drawing.colours import round_up
 from .subject import Subject
 from .templates import render
 
@@ -67,48 +68,33 @@ def curve_plots(subject: Subject, lines: Sequence[Line]) -> list[Plot]:
     if sigma := points(lambda record, _: math.log10(record.sigma_i) if record.sigma_i > 0 else math.nan):
         limits = {results[line.label].parameters.s_criteria for line in lines}
         limit = math.log10(limits.pop()) if len(limits) == 1 and min(limits) > 0 else None
-        values = [y for _, places in sigma for _, y in places] + ([] if limit is None else [limit])
-        low, high = math.floor(min(values)), max(math.ceil(max(values)), math.floor(min(values)) + 1)
-        powers = range(low, high + 1, math.ceil((high - low) / 6))
-        plots.append(_plot("sigma_i", sigma, (low, high), {p: length_text(10.0**p) for p in powers}, limit))
+        plots.append(_plot("sigma_i", sigma, lambda power: length_text(10.0**power), least_step=1, criterion=limit))
     if l1 := points(lambda record, history: 100 * record.l1 / history[-1].l1 if history[-1].l1 > 0 else math.nan):
-        first, last, ticks = _percent_axis([y for _, places in l1 for _, y in places])
-        plots.append(_plot("L1 norm, in percent of its last value", l1, (first, last), ticks))
+        plots.append(_plot("L1 norm, in percent of its last value", l1, lambda share: f"{share:.6g} %"))
     return plots
-
-
-def _percent_axis(values: Sequence[float]) -> tuple[float, float, dict[float, str]]:
-    low, high = min(values), max(values)
-    if high - low < 1e-3 * max(abs(high), 1):
-        low, high = low - 1, high + 1
-    step = _round_step((high - low) / 4)
-    first, last = math.floor(low / step), math.ceil(high / step)
-    digits = max(0, -math.floor(math.log10(step) + 1e-9))
-    return first * step, last * step, {n * step: f"{n * step:.{digits}f} %" for n in range(first, last + 1)}
-
-
-def _round_step(least: float) -> float:
-    """Round up to 1, 2 or 5 times a power of ten."""
-    power = 10.0 ** math.floor(math.log10(least))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= least)
 
 
 def _plot(
     title: str,
     curves: Sequence[tuple[Line, Points]],
-    limits: tuple[float, float],
-    ticks: dict[float, str],
+    text: Callable[[float], str],
+    least_step: float = 0.02,
     criterion: float | None = None,
 ) -> Plot:
-    last = max(x for _, places in curves for x, _ in places)
+    """Draw curves; the axis has about five ticks at round values, `text` is their label."""
+    values = [y for _, places in curves for _, y in places] + ([] if criterion is None else [criterion])
+    step = max(round_up(max(max(values) - min(values), 1e-9) / 5), least_step)
+    first = math.floor(min(values) / step)
+    last = max(math.ceil(max(values) / step), first + 1)
+    iterations = max(x for _, places in curves for x, _ in places)
     svg = render(
         "plot.svg",
         curves=curves,
-        last=max(last, 1),
-        step=max(1, round(_round_step(last / 5))),
-        low=limits[0],
-        high=limits[1],
-        ticks=ticks,
+        last=max(iterations, 1),
+        step=max(1, round(round_up(max(iterations, 1) / 5))),
+        low=first * step,
+        high=last * step,
+        ticks={number * step: text(number * step) for number in range(first, last + 1)},
         criterion=criterion,
     )
     return Plot(title, f"data:image/svg+xml;base64,{base64.b64encode(svg.encode()).decode()}")

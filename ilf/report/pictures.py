@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,18 +14,15 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from .._runtime.formatting import counted
+from ..data.colour_maps import MISSING, Colour, depth_colours, difference_colours, error_colours
 from ..data.frame import RGBDFrame
 from ..drawing.blocks import inner_points
 from ..drawing.colours import (
-    MISSING,
-    Colour,
-    depth_colours,
-    difference_colours,
-    error_colours,
     log_indices,
     robust_depth_levels,
     robust_difference_level,
     robust_error_levels,
+    round_up,
     to_indices,
 )
 from ..evaluation.hold_out import HoldOutResult
@@ -149,19 +145,13 @@ def scale_bar(frame: RGBDFrame, depth: NDArray[np.floating]) -> tuple[float, str
     """
     width = frame.shape[1]
     if frame.intrinsics is None:
-        pixels = _round_down(_MAX_BAR_SHARE * width)
+        pixels = 1 / round_up(1 / (_MAX_BAR_SHARE * width))
         return pixels / width, f"{pixels:g} px"
     median = float(np.nanmedian(depth))
     across = width * median / frame.intrinsics.fx
-    metres = _round_down(_MAX_BAR_SHARE * across)
+    metres = 1 / round_up(1 / (_MAX_BAR_SHARE * across))
     length = f"{metres:g} m" if metres >= 1 else f"{1000 * metres:g} mm" if metres < 0.01 else f"{100 * metres:g} cm"
     return metres / across, f"{length} at {median:.2f} m depth"
-
-
-def _round_down(value: float) -> float:
-    """Round down to 1, 2 or 5 times a power of ten."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return max(step * power for step in (1, 2, 5) if step * power <= value * (1 + 1e-9))
 
 
 def _expected(expected: NDArray[np.float32], shape: tuple[int, int]) -> Picture:

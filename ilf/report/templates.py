@@ -5,10 +5,17 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .._runtime.formatting import UNKNOWN, counted, grouped, length_text, millimetres
 from .._runtime.installation import __version__
-from ..completion.confidence.expected_error import RMS_MEANING, RMS_NAME
-from ..data.parameters import to_text
+from ..completion.completion import guide_text
+from ..completion.confidence.expected_error import MEDIAN_NAME, RMS_MEANING, RMS_NAME
+from ..data.camera import camera_text
+from ..data.parameters import BlockParameters, Parameters, nearest_preset, to_text
+from ..evaluation.hold_out import untrusted_note
+from ..io.encodings import encoding_of_inputs
+from .evaluations import p95
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -39,11 +46,24 @@ def _environment() -> Environment:
         "grouped": grouped,
         "metres": length_text,
         "parameters": to_text,
+        "p95": p95,
+        "camera": camera_text,
+        "finite": np.isfinite,
+        "nan": np.isnan,
+        "median": np.median,
     }
     environment.globals |= {
         "unknown": UNKNOWN,
         "version": __version__,
-        "expected_name": f"{RMS_NAME} [mm]",
+        "both": lambda one, other: np.count_nonzero(one & other),
+        "expected_name": RMS_NAME,
+        "median_name": MEDIAN_NAME,
         "expected_meaning": RMS_MEANING,
+        "filter_declarations": Parameters.declarations(),
+        "extraction_declarations": BlockParameters.declarations(),
+        "nearest_preset": nearest_preset,
+        "encoding_of": encoding_of_inputs,
+        "guide_text": guide_text,
+        "untrusted_note": untrusted_note,
     }
     return environment

@@ -169,6 +169,18 @@ _FIT_ROUNDS, _OFF = 4, 0.01
 """Rounds of reweighting, and the deviation [share of depth] at which a pixel's weight is halved."""
 
 
+_NEARBY = 0.125
+"""Side of the square in which known depth speaks for or against carried depth, as a share of the frame's longer
+side."""
+
+_CONTRADICTED, _TIMES_USUAL = 0.05, 5.0
+"""Carried depth is dropped where known depth nearby is off by more than this share of depth and, as depth may be noisy,
+by more than so many times what is usual in the frame."""
+
+_MOST_OFF = 0.5
+"""Share of depth as which a larger deviation counts."""
+
+
 def carry_depth(before: Array, step: Offsets, frame: RGBDFrame) -> Array:
     """Depth [m] expected in a frame from the completed depth of the one before; NaN where that is not visible.
 
@@ -205,3 +217,20 @@ def carry_depth(before: Array, step: Offsets, frame: RGBDFrame) -> Array:
         found = np.linalg.lstsq(terms * weights[:, None], change * weights, rcond=None)[0]
     a, b, c, d = (np.float32(one) for one in found)
     return np.asarray(expected + a + expected * (b * x + c * y + d), np.float32)
+
+
+def drop_contradicted(expected: Array, depth: Array) -> None:
+    """Set expected depth to NaN where known depth nearby contradicts it: beside moving things, and where a mistake has
+    been carried. Both float32 (H, W) [m]; `depth` is NaN where it is missing."""
+    lattice = np.s_[_STRIDE // 2 :: _STRIDE, _STRIDE // 2 :: _STRIDE]
+    off = np.abs(expected[lattice] - depth[lattice]) / depth[lattice]
+    known = np.isfinite(off)
+    side = max(round(_NEARBY * max(expected.shape) / _STRIDE), 1)
+    if not known.any():
+        return
+    limit = max(_CONTRADICTED, _TIMES_USUAL * float(np.median(off[known])))
+    off = np.where(known, np.minimum(off, np.float32(_MOST_OFF)), np.float32(0))
+    total, count = (cv2.boxFilter(one.astype(np.float32), -1, (side, side), normalize=False) for one in (off, known))
+    contradicted = (count > 0.5) & (total > limit * count)  # the mean over the known pixels nearby
+    full = cv2.resize(contradicted.astype(np.uint8), expected.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    expected[full > 0] = np.nan

@@ -21,8 +21,7 @@ from .._runtime.cancellation import cancelled_by
 from .._runtime.closing import Closeable
 from .._runtime.threads import short_switches
 from ..completion.block import BlockTask, filter_steps
-from ..completion.correction import applied_change, needs_correction
-from ..completion.correction_network import load_correction_network
+from ..completion.correction import applied_change, needs_correction, unapplied_change
 from ..completion.filter import edges_for
 from ..data.blocks import Blocks
 from ..data.declarations import Value
@@ -35,7 +34,7 @@ from ..errors import InputError
 from ..run.run import Run
 from ..segmentation.edges.frame_edges import FrameEdges
 from ..segmentation.extraction import clear_stage_cache, found_blocks
-from .carrying import Carried, Offsets, Reduced, carry_depth
+from .carrying import Carried, Offsets, Reduced, carry_depth, drop_contradicted
 from .pacing import latest_of
 
 Array = NDArray[np.float32]
@@ -86,19 +85,16 @@ class Surroundings:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Change of log depth by the correction network, float32 (H, W); None with a note on why there is none."""
+    """Change of log depth by the correction networks, float32 (H, W); None with a note on why there is none."""
 
     values: Array | None
     notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, frame: RGBDFrame, completed: Array, edges: FrameEdges) -> Self:
-        """Run the correction network on a frame's completed depth [m]."""
+        """Run the correction networks on a frame's completed depth [m]."""
         try:
-            network = load_correction_network()
-            if edges.network is None:
-                raise InputError("the correction network needs the contours of the edge network.")
-            return cls(network.change(frame.rgb, frame.depth, completed, edges.probability))
+            return cls(unapplied_change(frame, completed, edges))
         except InputError as error:
             return cls(None, (f"Depth is not corrected: {error}",))
 
@@ -131,7 +127,7 @@ class Scene:
     depth : ndarray of float32, shape (H, W), or None
         The latest completed depth without correction [m].
     expected : ndarray of float32, shape (H, W), or None
-        Depth [m] expected from the frame before; None in the first frame.
+        Depth [m] expected from the frame before, where no known depth nearby contradicts it; None in the first frame.
     """
 
     def __init__(self, frame: RGBDFrame, surroundings: Surroundings) -> None:
@@ -164,6 +160,7 @@ class Scene:
         off = off[np.isfinite(off)]
         if off.size and np.mean(off > _CHANGED) > _CHANGED_SHARE:
             return False
+        drop_contradicted(expected, frame.depth)
         self.frame, self._reduced, self.expected = frame, reduced, expected
         self.surroundings = self.surroundings.to_next(step)
         self.change = self.change and self.change.to_next(step)
@@ -388,22 +385,19 @@ class Stream(Closeable):
         return replace(completion, notes=tuple(dict.fromkeys((*notes, *scene.notes, *completion.notes))))
 
     def play(self, frames: Iterable[RGBDFrame]) -> Generator[Completion, None, None]:
-        """Complete frames as they come. Without a rate, every one; with a rate, frames are taken at that rate, in a
-        thread, and while one is being completed, of those that come only the latest waits: the others are dropped. The
-        first, which takes longest, is completed before others are taken.
+        """Complete frames as they come, which are taken in a thread. Without a rate, every one; with a rate, frames are
+        taken at that rate, and while one is being completed, of those that come only the latest waits: the others are
+        dropped. The first, which takes longest, is completed before others are taken.
 
         Parameters
         ----------
         frames : iterable of RGBDFrame
             A recording, or a camera that waits for its next frame.
         """
-        if self._rate is None:
-            yield from map(self.complete, frames)
-            return
         coming = iter(frames)
         for first in itertools.islice(coming, 1):
             yield self.complete(first)
-        with closing(latest_of(coming, self._rate)) as taken:
+        with closing(latest_of(coming, lambda: self._rate)) as taken:
             for frame, dropped in taken:
                 self.dropped += dropped
                 yield self.complete(frame)

@@ -133,7 +133,7 @@ def by_neighbour(folder: Path, frame: RGBDFrame, place: str) -> int:
 def by_recording_of_a_result(folder: Path, frame: RGBDFrame, place: str) -> int:
     path = run_record(folder, frame)
     edited(path, lambda data: data["inputs"].update(frame="1", rgb={"path": f"{place}/a.bag", "sha256": "0"}))
-    return main(["rosbag", str(path.parent), "--out", str(folder / "out")])
+    return main(["stream", str(path.parent), "--results", "--bag", "mcap", "--out", str(folder / "out")])
 
 
 def by_meta(key: str, folder: Path, frame: RGBDFrame, place: str) -> int:

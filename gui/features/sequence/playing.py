@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import statistics
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget
 
-from ilf._runtime.cancellation import check_cancelled
 from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing
+from ilf.stream.pacing import USUAL_RATE, latest_of, measured_rate, rate_of
 from ilf.stream.stream import Stream
 
 from ...base.commands import Actions, Command
@@ -35,12 +33,6 @@ from ..views import ViewsFeature
 from .moments import Moment
 
 # Playing, in the worker's thread.
-
-USUAL_RATE = 10.0
-"""Frames a second of a source without timestamps, and of a camera."""
-
-_POLL_S = 0.02
-"""Interval of checks for cancellation while the next frame is not due [s]."""
 
 
 @dataclass
@@ -89,7 +81,7 @@ class PlayedFrame:
 def play(
     count: int, row: int, read: Callable[[int], Moment], pace: Pace, parameters: Parameters
 ) -> Generator[PlayedFrame, None, None]:
-    """Yield the frames of a list from a row on, each when it is due; of those that are late, only the latest.
+    """Yield the frames of a list from a row on, each read when it is due; of those that are late, only the latest.
 
     Parameters
     ----------
@@ -103,11 +95,12 @@ def play(
     parameters : Parameters
         Of the filter, to complete frames.
     """
-    before, shown = None, row
-    due, left_out, unreadable, failed = time.monotonic(), 0, 0, 0
+    before, shown, left_out, unreadable, failed = None, row, 0, 0, 0
     with ExitStack() as stack:
         stream: Stream | None = None
-        while failed < count:
+        due = stack.enter_context(closing(latest_of(_rows(count, row, pace), lambda: pace.rate)))
+        for row, late in due:
+            left_out += late
             try:
                 moment = read(row)
                 if pace.completes and moment.depth is None:
@@ -116,29 +109,21 @@ def play(
                     depth = stream.complete(moment.frame).depth
                     moment = replace(moment, depth=depth, text="completed as it plays")
             except IlfError:
-                unreadable, failed, late = unreadable + 1, failed + 1, 0
+                unreadable, failed = unreadable + 1, failed + 1
+                if failed == count:
+                    return
             else:
+                before = before if row > shown else None  # the first one again
                 change = moment.since(before, row - shown) if pace.flickers else Before()
-                _wait_until(due)
                 yield PlayedFrame(row, moment, change, left_out, unreadable)
                 before, shown, failed = moment, row, 0
-                now, rate = time.monotonic(), pace.rate
-                late = 0 if rate is None else max(int((now - due) * rate), 0)
-                due = now if rate is None else due + (1 + late) / rate
-            if row == count - 1:
-                if not pace.loop:
-                    return
-                row, before = 0, None
-            else:
-                late = min(late, count - 2 - row)  # the last frame is always shown
-                row += 1 + late
-                left_out += late
 
 
-def _wait_until(due: float) -> None:
-    while (left := due - time.monotonic()) > 0:
-        check_cancelled()
-        time.sleep(min(left, _POLL_S))
+def _rows(count: int, row: int, pace: Pace) -> Iterator[int]:
+    """The rows to be played, one after the other."""
+    yield from range(row, count)
+    while pace.loop:
+        yield from range(count)
 
 
 # The window.
@@ -341,8 +326,7 @@ class PlayFeature(Feature):
         self._presenter.show_played(moment.frame, moment.depth, moment.text, shown.before)
         self._frames.show_played(self._entries[shown.row])
         self._clock.append(time.monotonic())
-        passed = self._clock[-1] - self._clock[0]
-        self.rate = (len(self._clock) - 1) / passed if passed > 0 else 0.0
+        self.rate = measured_rate(self._clock)
         self._status.show_playing(self._text(shown))
 
     def _text(self, shown: PlayedFrame) -> str:
@@ -364,15 +348,10 @@ class PlayFeature(Feature):
 
     def _set_speed(self, speed: float | None) -> None:
         self._speed = speed
-        self.pace.rate = None if speed is None else speed * self._own_rate()
+        self.pace.rate = (
+            None if speed is None else speed * rate_of([self._times.get(entry.key) for entry in self._entries])
+        )
         self._clock.clear()
-
-    def _own_rate(self) -> float:
-        """Frames a second of the list, by the times of its frames if they are known."""
-        times = [self._times.get(entry.key) for entry in self._entries]
-        gaps = [later - time for time, later in pairwise(times) if time is not None and later is not None]
-        gaps = [gap for gap in gaps if gap > 0]
-        return 1 / statistics.median(gaps) if gaps else USUAL_RATE
 
     def _note_times(self, _: FrameRef, listing: Listing) -> None:
         keys = (source.key for source in listing.sources)

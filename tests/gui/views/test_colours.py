@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication
 from gui.base import theme
 from gui.views.colours import DEPTH_MAP, DEPTH_MAPS, depth_table, difference_table, error_table, strength_table
 from gui.views.scene_items import blend
+from ilf.data.colour_maps import depth_colours
 
 from ..base.test_theme import APART, SEEN_BY, lab
 
@@ -29,6 +30,10 @@ def test_what_is_farther_or_larger_is_brighter_for_everybody(name: str, eye: str
     lightness = _seen(SEQUENTIAL[name], eye)[:, 0]
     assert (np.diff(lightness) > 0).all()
     assert lightness[-1] - lightness[0] > 50
+
+
+def test_reports_draw_depth_as_the_window_does() -> None:
+    assert np.abs(depth_table(DEPTH_MAP)[1:, :3].astype(int) - depth_colours()[1:]).max() <= 2
 
 
 def test_the_default_has_equal_steps_and_turbo_stays_a_choice() -> None:

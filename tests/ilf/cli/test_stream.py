@@ -44,6 +44,31 @@ def test_a_folder_gets_a_frame_in_each_of_its_folders(tmp_path: Path, capsys: py
     ]
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["stream", "in", "--out", "a.bag"], "Omit .bag"),
+        (["stream", "in", "--out", "a.mcap", "--bag", "mcap"], "leave out --bag or .mcap"),
+        (["stream", "in", "--out", "a", "--rate", "0"], "--rate must be more than 0"),
+        (["stream", "in", "--results", "--out", "a.mcap"], "in contains no results"),
+        (["live", "in", "--capture", "a"], "give --realsense in place of a source"),
+        (["live", "--realsense", "--settle", "3"], "add --capture"),
+    ],
+)
+def test_what_cannot_be_done_is_told_and_nothing_is_written(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    said: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_small_frame(tmp_path / "in" / "b")
+    assert main(words) in {1, 2}
+    assert said in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["in"]
+
+
 @pytest.mark.parametrize("played", [["room"], ["--realsense"]])
 def test_live_starts_the_window_as_it_is_installed(monkeypatch: pytest.MonkeyPatch, played: list[str]) -> None:
     commands: list[list[str]] = []

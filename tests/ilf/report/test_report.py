@@ -20,6 +20,7 @@ from ilf._runtime.formatting import millimetres
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.data.blocks import BlockInfo, Blocks
+from ilf.data.colour_maps import MISSING
 from ilf.errors import InputError
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion, run_to_end
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
@@ -27,7 +28,7 @@ from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
-from ilf.report.pictures import scale_bar
+from ilf.report.pictures import frame_pictures, scale_bar
 from ilf.report.replay_command import replay_text
 from ilf.report.report import ReportOptions, report, report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
@@ -184,16 +185,16 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
     subjects = [
         Subject(nothing, nothing.complete()),
         Subject(many, ilf.complete(bare, np.zeros((40, 60), np.int32))),
-        Unreadable("gone", "gone/depth.png is not there."),
+        Unreadable(NASTY, f"{NASTY} is not there."),
     ]
-    page = Page(report(subjects, ReportOptions("Three <frames>", HoldOutTest())))
+    page = Page(report(subjects, ReportOptions(NASTY, HoldOutTest())))
     alone(page)
+    assert page.text.count(NASTY) == 6  # title, heading, and name and reason in the index and in its place
     for words in ("The frame has no blocks.", "10 px", "No block has been run.", "No block was iterated."):
         assert words in page.text
-    assert page.text.count("gone/depth.png is not there.") == 2
     assert len(page.table("no.", "block")) == 100
     index = page.table("", "frame")
-    assert [row[1] for row in index] == ["bare", "bare", "gone"]
+    assert [row[1] for row in index] == ["bare", "bare", NASTY]
     assert index[0][3:5] == ["8.3%", "8.3%"]
     assert "truth [mm]" not in page.text  # none of them has one
     assert page.values["href"] == ["#frame-1", "#frame-2", "#frame-3", *["#frames"] * 3]
@@ -223,6 +224,17 @@ def test_paths_that_are_no_text_are_told_as_far_as_they_are(run: Run, subject: S
     content = run_to_end(report_steps([replace(subject, run=odd)], options))
     write_report(tmp_path / "page.html", content)
     assert "<h1>caf?</h1>" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_depth_is_drawn_in_the_colours_of_the_window(subject: Subject) -> None:
+    expected = ilf.expected_error(subject.completion)
+    pictures = [one for one in frame_pictures(subject, expected, None, 1024) if one.title.startswith("Depth")]
+    assert [picture.title for picture in pictures] == ["Depth in", "Depth out"]
+    for picture in pictures:
+        with Image.open(io.BytesIO(base64.b64decode(picture.image.partition(",")[2]))) as image:
+            palette = np.reshape(image.getpalette(), (-1, 3))
+        assert palette[0].tolist() == list(MISSING)
+        assert np.abs(palette[[1, 255]] - [(68, 1, 84), (253, 231, 37)]).max() <= 1  # the ends of viridis
 
 
 def test_the_scale_bar_is_as_long_as_it_says() -> None:

@@ -89,11 +89,11 @@ def test_a_frame_of_a_device(library: Any, tmp_path: Path, monkeypatch: pytest.M
     assert pair.depth_to_colour[:2, :2] == pytest.approx(
         np.array([[math.cos(0.004), -math.sin(0.004)], [math.sin(0.004), math.cos(0.004)]]), abs=1e-6
     )
-    assert main(["capture", "--out", str(tmp_path / "taken"), "--settle", "2"]) == 0
+    assert main(["live", "--realsense", "--capture", str(tmp_path / "taken"), "--settle", "2"]) == 0
     frame = ilf.load_frame(tmp_path / "taken")
     assert (frame.shape, frame.intrinsics.fx) == ((H, W), 30)
     assert np.nanmedian(frame.depth) == pytest.approx(np.nanmedian(register(pair).depth), abs=0.01)
-    assert main(["capture", "--out", str(tmp_path / "taken"), "--settle", "1"]) == 1
+    assert main(["live", "--realsense", "--capture", str(tmp_path / "taken"), "--settle", "1"]) == 1
 
 
 def test_frames_come_until_the_camera_is_lost(library: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,7 +105,7 @@ def test_frames_come_until_the_camera_is_lost(library: Any, monkeypatch: pytest.
     assert not software.running
 
 
-@pytest.mark.parametrize("command", [["capture", "--out", "none"], ["live", "--realsense"]])
+@pytest.mark.parametrize("command", [["live", "--realsense", "--capture", "none"], ["live", "--realsense"]])
 def test_no_camera_is_one_message(
     library: Any,
     capsys: pytest.CaptureFixture[str],

@@ -23,6 +23,7 @@ from tests.ilf.bags import COLOUR, DEPTH, START, H, W, write_aligned
 from tests.ilf.small_runs import small_run, written
 
 METRES = np.where(DEPTH > 0, DEPTH / 1000, np.nan).astype(np.float32)
+BAG = ["--results", "--bag", "mcap"]
 CAMERA = Camera(30.0, 31.0, 15.5, 11.5)
 
 
@@ -76,11 +77,18 @@ def test_frames_without_times_follow_each_other_at_the_rate_that_is_given(
     written(small_run(tmp_path), tmp_path / "runs" / "a", ExportOptions(cloud=None))
     for name in ("b", "c"):
         shutil.copytree(tmp_path / "runs" / "a", tmp_path / "runs" / name)
-    assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "none")]) == 1
+    assert main(["stream", str(tmp_path / "runs"), *BAG, "--out", str(tmp_path / "none")]) == 1
     assert "has no timestamp. Give the frame rate (--rate)." in capsys.readouterr().err
-    assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "out"), "--rate", "4"]) == 0
+    assert main(["stream", str(tmp_path / "runs"), *BAG, "--out", str(tmp_path / "out"), "--rate", "4"]) == 0
     found = _messages(tmp_path / "out")
     assert [stamp for stamp, _ in found["/depth_completed"]] == [0, 250_000_000, 500_000_000]
+    words = ["stream", str(tmp_path / "runs"), "--results", "--rate", "4", "--out"]
+    for out in (tmp_path / "out.mcap", tmp_path / "frames"):
+        assert main([*words, str(out)]) == 0
+        frames = list(open_source(out))
+        assert len(frames) == 3
+        assert np.array_equal(frames[0].depth, found["/depth_completed"][0][1].data.view("f4").reshape(frames[0].shape))
+    close_all()
 
 
 def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
@@ -118,7 +126,7 @@ def test_runs_become_a_recording_with_the_times_of_their_source(
         ]
         assert main([*words, "--no-expected-error"] if number else words) == 0
     close_all()
-    assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "out")]) == 0
+    assert main(["stream", str(tmp_path / "runs"), *BAG, "--out", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.startswith("2 frames, written to")
     found = _messages(tmp_path / "out")
     assert [stamp for stamp, _ in found["/depth_completed"]] == [START, START + 33_000_000]
@@ -142,15 +150,15 @@ def test_runs_become_a_recording_with_the_times_of_their_source(
     assert frame.intrinsics is not None
     close_all()
     cv2.imwrite(str(tmp_path / "runs" / "0" / "expected_error.png"), millimetres[1:])
-    assert main(["rosbag", str(tmp_path / "runs" / "0"), "--out", str(tmp_path / "odd")]) == 1
+    assert main(["stream", str(tmp_path / "runs" / "0"), *BAG, "--out", str(tmp_path / "odd")]) == 1
     assert "expected_error.png has another size than its depth" in capsys.readouterr().err
     assert not (tmp_path / "odd").exists()
-    assert main(["rosbag", str(tmp_path / "out"), "--out", str(tmp_path / "more")]) == 1
+    assert main(["stream", str(tmp_path / "out"), *BAG, "--out", str(tmp_path / "more")]) == 1
     assert "contains no results" in capsys.readouterr().err
-    assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "done.bag")]) == 1
+    assert main(["stream", str(tmp_path / "runs"), *BAG, "--out", str(tmp_path / "done.bag")]) == 1
     assert "Omit .bag" in capsys.readouterr().err
     assert not (tmp_path / "done.bag").exists()
-    assert main(["rosbag", "nowhere", "--out", "bag"]) == 1
+    assert main(["stream", "nowhere", *BAG, "--out", "bag"]) == 1
     assert "nowhere: cannot be read" in capsys.readouterr().err
 
 

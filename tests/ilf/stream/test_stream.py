@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import ilf
-from ilf.stream.carrying import Offsets, Reduced, carry_depth
+from ilf.stream.carrying import Offsets, Reduced, carry_depth, drop_contradicted
 from ilf.stream.pacing import latest_of
 from ilf.stream.stream import Change, StreamStatistics
 
@@ -140,7 +140,7 @@ def test_only_the_latest_of_waiting_frames_is_taken() -> None:
         yield from (1, 2, 3)
         all_given.set()
 
-    taken = latest_of(frames(), rate=1e9)
+    taken = latest_of(frames(), lambda: 1e9)
     assert next(taken) == (0, 0)
     first_taken.set()
     all_given.wait()
@@ -172,3 +172,32 @@ def test_depth_is_carried_as_the_camera_moves_it() -> None:
     off = expected[inner] - (exact[inner] + 0.005 * SHIFT - 0.1)
     assert np.nanmax(np.abs(off)) < 0.005
     assert np.isfinite(expected[inner]).mean() > 0.95
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.03])
+def test_carried_depth_is_dropped_where_known_depth_nearby_contradicts_it(noise: float) -> None:
+    rng = np.random.default_rng(1)
+    carried = np.full((96, 160), 3.0, np.float32)
+    depth = (3.0 * (1 + noise * rng.standard_normal(carried.shape))).astype(np.float32)
+    depth[:, :60] *= 0.7  # something has come into view
+    depth[40:56, 20:36] = depth[40:56, 110:126] = np.nan
+    drop_contradicted(carried, depth)
+    assert np.isnan(carried[40:56, 20:36]).all()
+    assert np.isfinite(carried[:, 75:]).all()
+
+
+def test_carried_depth_stays_where_nothing_nearby_is_known() -> None:
+    carried, depth = (np.full((96, 160), 3.0, np.float32) for _ in range(2))
+    depth[:, 20:] = np.nan
+    drop_contradicted(carried, depth)
+    assert np.isfinite(carried).all()
+
+
+def test_a_sparse_frame_gets_both_corrections_as_alone() -> None:
+    rng = np.random.default_rng(2)
+    rgb = cv2.resize(scene(3)[:, :80], (320, 240), interpolation=cv2.INTER_LINEAR)
+    depth = np.broadcast_to(np.linspace(1.5, 3.0, 320, dtype=np.float32), (240, 320)).copy()
+    depth[rng.random(depth.shape) > 0.01] = np.nan
+    sparse = ilf.RGBDFrame(rgb, depth)
+    with ilf.Stream() as stream:
+        assert np.allclose(stream.complete(sparse).depth, ilf.complete(sparse).depth, rtol=1e-5, equal_nan=True)
