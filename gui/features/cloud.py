@@ -24,9 +24,10 @@ from ..views.cloud.scene import Scene
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.linked_views import LinkedViews
+from ..views.view_data import colour_table
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
-from .views import ErrorFeature, colour_table
+from .expected_error import ErrorFeature
 
 # Links the points of the cloud with the pixels of the images, in both directions.
 
@@ -247,7 +248,7 @@ class CloudFeature(Feature):
             document.frame.rgb,
             depth,
             theme.colours(self._cloud.palette()),
-            self._views.material.depth_table,
+            self._views.data.depth_table,
             {kind: self._range(kind) for kind in KINDS},
             labels,
             block_colours,

@@ -1,4 +1,4 @@
-"""Contents of the views, and the comparison of two depths by swipe, by blinking and side by side."""
+"""Contents of the views, what workers find for them, and the comparison of two depths."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.completion.interpolation import linear
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.data.results import Completion, PassBandRecord
+from ilf.data.results import PassBandRecord
 from ilf.drawing.colours import depth_spectrum
-from ilf.project.run_history import StoredRun
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from ..base.commands import Command
@@ -25,89 +24,11 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
 from ..state.workspace import Workspace
-from ..views.contents import EARLIER, RUNS
 from ..views.layouts import COMPARE
 from ..views.linked_views import LinkedViews
-from ..views.material import ShownRun, Spectrum
+from ..views.view_data import Spectrum
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
-from .views import ViewsFeature, ViewsPresenter, colour_table
-
-# Passes what the current result is compared with to the views: runs, the previous run, ground truth.
-
-
-class Comparison(QObject):
-    """Runs that are ticked for comparison, and the replacement of the result while side A is shown."""
-
-    def __init__(self, workspace: Workspace, views: LinkedViews, presenter: ViewsPresenter) -> None:
-        super().__init__(views)
-        self._workspace = workspace
-        self._views = views
-        self._presenter = presenter
-        self._document: Document | None = None
-        self._earlier: Completion | None = None
-        self._has_other_blocks = False
-
-    def show(self) -> None:
-        """Show ground truth and runs of the current frame."""
-        self._document = document = self._workspace.current if self._workspace.has_current else None
-        if document is None:
-            self._earlier = None
-            return
-        earlier = earlier_run(document)
-        self._earlier = None if earlier is None else earlier.completion  # keeps it from being composed again every time
-        self._views.show_data(
-            ground_truth=document.frame.ground_truth,
-            runs=tuple(_shown(kept, document) for kept in document.compared),
-            earlier=None if earlier is None else _shown(earlier, document),
-            result_number=_number_of_result(document),
-        )
-
-    def show_a_as_result(self, on: bool) -> None:
-        """Show side A with the blocks of its run instead of the result, or go back."""
-        document, side = self._document, self._views.sides.names[0]
-        kept = None if document is None else _stored_run(document, side)
-        if on and document is not None and kept is not None:
-            labels = kept.run.blocks.labels
-            if not np.array_equal(labels, document.labels):
-                self._has_other_blocks = True
-                self._presenter.show_other_blocks(labels)
-        self._views.sides.show_a_as_result(on)
-        if not on and self._has_other_blocks:
-            self._has_other_blocks = False
-            self._presenter.show_present()
-
-
-def earlier_run(document: Document) -> StoredRun | None:
-    """The latest stored run whose results are not the current ones."""
-    return next((kept for kept in reversed(document.state.runs) if not _is_present(kept, document)), None)
-
-
-def _number_of_result(document: Document) -> int:
-    """The number of the latest stored run whose results are the current ones; 0 for none."""
-    there = reversed(document.state.runs) if document.valid_results() else ()
-    return next((kept.number for kept in there if _is_present(kept, document)), 0)
-
-
-def _is_present(kept: StoredRun, document: Document) -> bool:
-    """Whether the results of a stored run are the current ones."""
-    return all(kept.results.get(label) is result for label, result in document.valid_results().items())
-
-
-def _stored_run(document: Document, side: str) -> StoredRun | None:
-    """The run of one side of the comparison; None if the side is no run."""
-    if side == EARLIER:
-        return earlier_run(document)
-    number = RUNS.index(side) if side in RUNS else len(document.compared)
-    return document.compared[number] if number < len(document.compared) else None
-
-
-def _shown(kept: StoredRun, document: Document) -> ShownRun:
-    completion, labels = kept.completion, kept.run.blocks.labels
-    extrapolated = completion.extrapolated if completion.extrapolated.any() else None
-    others = None if np.array_equal(labels, document.labels) else (labels, colour_table(document, int(labels.max())))
-    return ShownRun(kept.name, completion.depth, extrapolated, kept.colour, others, kept.number)
-
 
 # Data derived from the current frame for visible views: edges, interpolated holes, guide, spectrum.
 
@@ -169,7 +90,7 @@ class _Derived(QObject):
         """Request the result unless it is there or pending; None shows `otherwise` at once."""
         if question is None:
             self.forget()
-            self._views.show_data(**{self._part: self._nothing if otherwise is None else otherwise})
+            self._views.show_found(**{self._part: self._nothing if otherwise is None else otherwise})
         elif question != self._requested:
             self._requested = question
             self._questions.ask(question)
@@ -185,7 +106,7 @@ class _Derived(QObject):
 
     def _take(self, question: _Request, answer: Any) -> None:
         if self._requested is not None and question == self._requested and self._belongs():
-            self._views.show_data(**{self._part: answer})
+            self._views.show_found(**{self._part: answer})
 
     def _fail(self, question: _Request, error: Exception) -> None:
         if self._requested is not None and question == self._requested:
@@ -285,7 +206,6 @@ class CompareFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, views, actions = context.workspace, context.views, context.actions
-        self.comparison = Comparison(workspace, views, context.feature(ViewsFeature).presenter)
         actions.add(self._commands())
         self.derived = DerivedPresenter(workspace, views)
         self._was_compared = False
@@ -297,7 +217,6 @@ class CompareFeature(Feature):
         add = context.refresh.add
         # an edit must show its effect on the result
         add("blink", lambda: actions["blink"].setChecked(False), inputs | Part.STROKE)
-        add("comparison", self.comparison.show, compared, Part.LABELS | Part.RESULTS)
         add(
             "derived",
             self.derived.show,
@@ -353,7 +272,7 @@ class CompareFeature(Feature):
                 icon="ph.eye",
                 checkable=True,
                 held="V",
-                handler=self.comparison.show_a_as_result,
+                handler=self._show_side_a,
                 needs=Need.FRAME,
             ),
             Command(
@@ -365,6 +284,12 @@ class CompareFeature(Feature):
                 needs=Need.FRAME,
             ),
         )
+
+    def _show_side_a(self, on: bool) -> None:
+        """Show side A, with the blocks of its run, in place of the result, or the result again."""
+        views = self.context.views
+        views.sides.show_a_as_result(on)
+        views.blocks.draw(Part.LABELS)
 
     def _compare_two(self, on: bool) -> None:
         if on != (self.context.views.layout_name == COMPARE):

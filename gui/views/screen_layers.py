@@ -271,9 +271,12 @@ class ScreenLayers:
         self._draw_lines()
 
     def set_masks(self, masks: Mapping[str, Mask | None]) -> None:
-        """Set the pixels, bool (H, W), that are striped, by the names of `STYLES`; None for none."""
-        self._masks = {name: mask for name, mask in masks.items() if mask is not None}
-        self._draw_stripes()
+        """Set the pixels, bool (H, W), that are striped, by the names of `STYLES`; None for none. The same arrays are
+        not drawn again."""
+        present = {name: mask for name, mask in masks.items() if mask is not None}
+        if present.keys() != self._masks.keys() or any(mask is not self._masks[name] for name, mask in present.items()):
+            self._masks = present
+            self._draw_stripes()
 
     def striped_in(self, view: ImageView) -> list[str]:
         """What is striped in a view. Views that show missing depth stripe what is outside the view only with it."""

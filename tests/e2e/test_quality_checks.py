@@ -14,10 +14,10 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature, block_rows
+from gui.features.expected_error import ErrorFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.quality import QualityPanel
 from gui.features.status import StatusFeature
-from gui.features.views import ErrorFeature
 from gui.state.document import Document
 from gui.state.results import ErrorEstimate
 from ilf.data.frame import RGBDFrame
