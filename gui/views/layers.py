@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
 
 from ilf.drawing.blocks import marked_picture
-from ilf.drawing.colours import robust_difference_level, robust_error_levels, sample
+from ilf.drawing.colours import robust_difference_level, robust_error_levels, sample, to_indices
 
 from ..base.theme import Colours
 from .colours import Levels, difference_table, error_table, full_levels, mark_table, strength_table
@@ -69,7 +69,7 @@ class Layer:
     picture : callable or None
         Finds a colour picture, uint8 (H, W, 3), which is shown instead of values until the parts are other arrays.
     message, text : str
-        Shown in place of a picture, and beside the title.
+        Shown in place of the picture, if it is not "", and beside the title.
     legend : list of (QBrush, str)
     """
 
@@ -87,6 +87,20 @@ class Layer:
     message: str = ""
     text: str = ""
     legend: Legend = field(default_factory=list)
+
+    def indices(self, *parts: NDArray[Any]) -> NDArray[np.uint8]:
+        """Indices into the table of the parts, or of the same piece of each."""
+        values, levels = self.measure(*parts), self.levels
+        if self.logarithmic:
+            values, levels = np.log(values), (float(np.log(levels[0])), float(np.log(levels[1])))
+        return to_indices(values, *levels)
+
+    def value_at(self, x: int, y: int, parts: Sequence[NDArray[Any]]) -> float | None:
+        """Value of the parts at a pixel, in the unit of the colour bar; None if there is none."""
+        if not parts or not (0 <= y < parts[0].shape[0] and 0 <= x < parts[0].shape[1]):
+            return None
+        value = float(self.measure(*(part[y : y + 1, x : x + 1] for part in parts))[0, 0])
+        return value if np.isfinite(value) else None
 
 
 class Content(NamedTuple):
@@ -163,7 +177,7 @@ def levels_of(
 ) -> Levels:
     """Colour range of a kind for some values, in its unit, with this robust range; the former one during playing."""
     former = data.ranges[kind].levels
-    if data.played and former is not None:
+    if data.played is not None and former is not None:
         return former
     return data.ranges[kind].find(robust, lambda: full_levels(values()))
 
@@ -319,8 +333,7 @@ def difference(data: ViewData, name: str, look: Look) -> Layer:
     note = ""
     if not np.nanmax(np.abs(sampled), initial=0.0) > 0:
         note = _equality(first, second)
-        if note == _NO_DIFFERENCE:
-            return Layer(message=note, text=_note(data, name))
+    message, note = (note, "") if note == _NO_DIFFERENCE else ("", note)
 
     def robust() -> Levels:
         level = robust_difference_level(sampled[sampled != 0], _FLICKER_PERCENT if name in FLICKERS else 99)
@@ -337,8 +350,9 @@ def difference(data: ViewData, name: str, look: Look) -> Layer:
         table=difference_table(look.colours.is_dark),
         marks=_one_only,
         mark_table=mark_table(*colours),
+        message=message,
         text=_note(data, name, note),
-        legend=[*_one_only_legend(data, name, pair, colours), (look.hatch, "missing")],
+        legend=[] if message else [*_one_only_legend(data, name, pair, colours), (look.hatch, "missing")],
     )
 
 
