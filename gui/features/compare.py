@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -38,79 +38,16 @@ _MIN_EXTENT = 24
 """Minimum extent of the shown spectrum [wave numbers], where the grid has them."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class _Request:
     """Request for derived data, computed in a worker thread; requests with the same key have the same result."""
 
     key: tuple[Any, ...]
-    find: Callable[[], Any]
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Request) and _same(self.key, other.key)
-
-    __hash__ = None  # type: ignore[assignment]
+    find: Callable[[], Any] = field(compare=False)
 
 
-def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
-    """Whether two keys are the same; frames and results are compared by identity."""
-    return len(one) == len(other) and all(
-        a is b or (isinstance(a, (int, BlockParameters)) and a == b) for a, b in zip(one, other, strict=True)
-    )
-
-
-class _Derived(QObject):
-    """One kind of derived data: requested while visible and after a change, and shown when available.
-
-    Signals
-    -------
-    failed(object)
-        The exception raised during the computation.
-    """
-
-    failed = Signal(object)
-
-    def __init__(self, part: str, nothing: Any, views: LinkedViews, belongs: Callable[[], bool]) -> None:
-        super().__init__(views)
-        self._belongs = belongs
-        """Whether what was requested is of the frame that the views show."""
-        self._part = part
-        self._views = views
-        self._nothing = nothing
-        self._requested: _Request | None = None
-        self._questions = LatestRequest[_Request, Any](lambda question: question.find(), self)
-        self._questions.answered.connect(self._take)
-        self._questions.failed.connect(self._fail)
-
-    @property
-    def busy(self) -> bool:
-        """Whether a result is pending."""
-        return self._questions.busy
-
-    def request(self, question: _Request | None, otherwise: Any = None) -> None:
-        """Request the result unless it is there or pending; None shows `otherwise` at once."""
-        if question is None:
-            self.forget()
-            self._views.show_found(**{self._part: self._nothing if otherwise is None else otherwise})
-        elif question != self._requested:
-            self._requested = question
-            self._questions.ask(question)
-
-    def forget(self) -> None:
-        """Drop what is pending, and show nothing of it."""
-        self._requested = None
-        self._questions.forget()
-
-    def shutdown(self) -> bool:
-        """Stop permanently. True if the thread has ended."""
-        return self._questions.shutdown()
-
-    def _take(self, question: _Request, answer: Any) -> None:
-        if self._requested is not None and question == self._requested and self._belongs():
-            self._views.show_found(**{self._part: answer})
-
-    def _fail(self, question: _Request, error: Exception) -> None:
-        if self._requested is not None and question == self._requested:
-            self.failed.emit(error)
+_NOTHING: dict[str, Any] = {"edges": None, "interpolated": None, "guide": None, "spectrum": ""}
+"""Each kind of derived data -> what is shown while there is none."""
 
 
 class DerivedPresenter(QObject):
@@ -129,62 +66,86 @@ class DerivedPresenter(QObject):
         self._workspace = workspace
         self._views = views
         self._document: Document | None = None
-        self._edges = _Derived("edges", None, views, self._is_shown)
-        self._interpolated = _Derived("interpolated", None, views, self._is_shown)
-        self._guide = _Derived("guide", None, views, self._is_shown)
-        self._spectrum = _Derived("spectrum", "", views, self._is_shown)
-        self._all = self._edges, self._interpolated, self._guide, self._spectrum
-        for one in self._all:
-            one.failed.connect(self.failed)
+        self._requested: dict[str, _Request] = {}
+        self._questions: dict[str, LatestRequest[_Request, Any]] = {}
+        for name in _NOTHING:
+            self._questions[name] = questions = LatestRequest[_Request, Any](lambda request: request.find(), self)
+            questions.answered.connect(lambda request, answer, name=name: self._take(name, request, answer))
+            questions.failed.connect(
+                lambda request, error, name=name: self.failed.emit(error) if self._needs(name, request) else None
+            )
 
     @property
     def busy(self) -> bool:
         """Whether a result is pending."""
-        return any(one.busy for one in self._all)
-
-    def _is_shown(self) -> bool:
-        return self._document is not None and self._workspace.is_shown(self._document)
+        return any(questions.busy for questions in self._questions.values())
 
     def show(self) -> None:
         """Request what is visible and not yet computed."""
         document = self._workspace.current if self._workspace.has_current else None
         if document is not self._document:
             self._document = document
-            for one in self._all:
-                one.request(None)
+            for name in _NOTHING:
+                self._tell(name)
         if document is None:
             return
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
         if self._views.shows("edges"):
-            self._edges.request(_Request((frame, extraction), lambda: find_edges(frame, extraction)))
+            self._ask("edges", (frame, extraction), lambda: find_edges(frame, extraction))
         if self._views.shows("interpolated"):
-            self._interpolated.request(_Request((frame,), lambda: linear(frame)))
+            self._ask("interpolated", (frame,), lambda: linear(frame))
         # also while it is not visible: a run needs it, too
-        self._guide.request(None if frame.guide is None else _Request((frame,), lambda: _fitted(frame)))
+        if frame.guide is None:
+            self._tell("guide")
+        else:
+            self._ask("guide", (frame,), lambda: _fitted(frame))
         if self._views.shows("spectrum"):
             self._ask_spectrum(document)
+
+    def _ask(self, name: str, key: tuple[Any, ...], find: Callable[[], Any]) -> None:
+        """Request derived data unless it is there or pending."""
+        request = _Request(key, find)
+        if request != self._requested.get(name):
+            self._requested[name] = request
+            self._questions[name].ask(request)
+
+    def _tell(self, name: str, instead: str = "") -> None:
+        """Drop what is pending, and show nothing of it, or a text instead."""
+        self._requested.pop(name, None)
+        self._questions[name].forget()
+        shown = instead or _NOTHING[name]
+        if getattr(self._views.data, name) is not shown:
+            self._views.show_found(**{name: shown})
+
+    def _needs(self, name: str, request: _Request) -> bool:
+        return request == self._requested.get(name)
+
+    def _take(self, name: str, request: _Request, answer: Any) -> None:
+        # another frame may be shown that nothing was asked of yet
+        if self._needs(name, request) and self._document is not None and self._workspace.is_shown(self._document):
+            self._views.show_found(**{name: answer})
 
     def _ask_spectrum(self, document: Document) -> None:
         label = self._workspace.chosen
         result = document.valid_results().get(label)
         if not label:
-            self._spectrum.request(None, "Select a block")
+            self._tell("spectrum", "Select a block")
         elif result is None or not result.history:
-            self._spectrum.request(None, f"{document.info(label).name} has not been run")
+            self._tell("spectrum", f"{document.info(label).name} has not been run")
         elif not isinstance(last := result.history[-1], PassBandRecord):
-            self._spectrum.request(
-                None,
+            self._tell(
+                "spectrum",
                 f"{document.info(label).name} has no pass band: select a preset of the paper and run it again",
             )
         else:
             radii, name, padding = last.radii, document.info(label).name, result.parameters.padding
             depth = np.full(result.block.mask.shape, np.nan, np.float32)
             depth[result.block.mask] = result.depth
-            self._spectrum.request(_Request((result,), lambda: _spectrum(depth, padding, radii, name)))
+            self._ask("spectrum", (result,), lambda: _spectrum(depth, padding, radii, name))
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if all threads have ended."""
-        ended = [one.shutdown() for one in self._all]
+        ended = [questions.shutdown() for questions in self._questions.values()]
         return all(ended)
 
 
