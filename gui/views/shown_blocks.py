@@ -41,6 +41,7 @@ class ShownBlocks:
 
     def draw(self, parts: Part) -> None:
         """Draw what has changed: all if colours have, else the changed boxes, the selection and the names."""
+        parts &= BLOCK_PARTS
         boxes, document, labels = self._boxes.copy(), self._data.document, self._data.labels
         self._boxes.clear()
         if document is None or labels is None:
