@@ -182,14 +182,27 @@ def levels_of(
     return data.ranges[kind].find(robust, lambda: full_levels(values()))
 
 
+_LACKING = {
+    "ground_truth": "This frame has no ground truth",
+    "guide": "This frame has no guide: File > Load guide\N{HORIZONTAL ELLIPSIS}",
+    "from_neighbours": "No depth of neighbours is used: File > Use neighbours\N{HORIZONTAL ELLIPSIS}",
+}
+"""What a frame may be without -> what to say then."""
+
+
+def lacking(content: str, data: ViewData) -> str:
+    """Why the frame has nothing of a content; "" if it has, or may get it."""
+    needed = operands_of(content) or (content,)
+    return next((why for name, why in _LACKING.items() if name in needed and getattr(data, name) is None), "")
+
+
 def missing_reason(depth: str, data: ViewData) -> str:
     """Why a depth is not there."""
     reasons = {
         "result": data.no_result,
         EARLIER: "No run before this one",
         INTERPOLATED: "Interpolating\N{HORIZONTAL ELLIPSIS}",
-        "ground_truth": "This frame has no ground truth",
-        "guide": "This frame has no guide",
+        **_LACKING,
         BEFORE_IN: data.before.text,
         BEFORE_OUT: data.before.text if data.before.depth_in is None else "The frame before has no result",
     }
@@ -216,7 +229,7 @@ def mask(data: ViewData, name: str, look: Look) -> Layer:
     masks = {"invalid_mask": data.invalid_mask, "from_neighbours": data.from_neighbours}
     shown = masks.get(name, None if result is None else result.extrapolated)
     if shown is None or rgb is None:
-        reasons = {"invalid_mask": "No invalid depth", "from_neighbours": "No depth of neighbours is used"}
+        reasons = {"invalid_mask": "No invalid depth", **_LACKING}
         otherwise = data.no_result if data.result is None else "Nothing is extrapolated"
         return Layer(message=reasons.get(name, otherwise))
     return Layer(
