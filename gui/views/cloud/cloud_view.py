@@ -100,7 +100,8 @@ class DepthClip(QWidget):
         """Depth range [m] that is drawn."""
         self.near, self.far = self._slider("Nearest depth"), self._slider("Farthest depth")
         self._labels = PlainLabel(), PlainLabel()
-        everything = QToolButton(text="All", autoRaise=True)
+        everything = QToolButton(autoRaise=True)
+        everything.setText("All")
         everything.setAccessibleName("Draw all depths")
         everything.setToolTip("Draw all depths again")
         everything.clicked.connect(self.clear)
