@@ -22,6 +22,7 @@ from ..features.curves import CurvesFeature
 from ..features.depth_colours import DepthColoursFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
+from ..features.expected_error import ErrorFeature
 from ..features.extraction.feature import ExtractionFeature
 from ..features.filter import FilterPanel
 from ..features.frame_list.feature import FramesFeature
@@ -43,7 +44,7 @@ from ..features.sequence.playing import PlayFeature
 from ..features.shortcuts import ShortcutsFeature
 from ..features.status import StatusFeature
 from ..features.tools import ToolsFeature
-from ..features.views import ErrorFeature, ViewsFeature
+from ..features.views import ViewsFeature
 from ..project.recorder import Recorder
 from ..project.store import WorkStore
 from ..state.parts import Part
@@ -141,7 +142,7 @@ class MainWindow(QMainWindow):
     def _make_display(self, persistent: bool) -> None:
         """Make the widgets that several features use, and the context of the features."""
         self.panels = Docks(self, persistent)
-        self.views, self.cloud = LinkedViews(), CloudView()
+        self.views, self.cloud = LinkedViews(self.workspace), CloudView()
         self.centre = Centre(self.views, self.cloud)
         self.setCentralWidget(self.centre)
         self.log, self.toasts = LogPanel(), Toasts(self)

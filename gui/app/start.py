@@ -96,7 +96,7 @@ def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
     for package in ("pyqtgraph", "qtawesome"):
         optional(package, "ilf-studio[app]", "The window")
 
-    from ..features.views import ErrorFeature
+    from ..features.expected_error import ErrorFeature
     from .main_window import MainWindow
 
     window = MainWindow(persistent=options.screenshot is None)

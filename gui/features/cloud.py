@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QBrush, QColor
 
 from ilf.data.camera import Camera
 
@@ -19,14 +21,16 @@ from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.cloud.canvas import CloudCanvas
-from ..views.cloud.colouring import CloudRequest, ColourBy, Subject, compose, value_of
+from ..views.cloud.colouring import CloudRequest, ColourBy, Subject, compose, signed_table
 from ..views.cloud.scene import Scene
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
+from ..views.layers import Layer, Look, content_of
 from ..views.linked_views import LinkedViews
+from ..views.view_data import ShownDepth, colour_table
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
-from .views import ErrorFeature, colour_table
+from .expected_error import ErrorFeature
 
 # Links the points of the cloud with the pixels of the images, in both directions.
 
@@ -242,22 +246,21 @@ class CloudFeature(Feature):
         if chosen is None and by is not ColourBy.BLOCK:
             self._blocks = None
         labels, block_colours = self._present_blocks(document) if chosen or by is ColourBy.BLOCK else (None, None)
-        other = document.compared[0] if document.compared else None
+        shades = theme.colours(self._cloud.palette())
+        layer = self._layer(document, depth, by.content, shades) if by.content else Layer()
+        lacking = {ColourBy.EXPECTED: "measured", ColourBy.ERROR: "no ground truth"}
+        if document.compared:
+            lacking[ColourBy.DIFFERENCE] = f"not in {document.compared[0].name}"
         subject = Subject(
             document.frame.rgb,
             depth,
-            theme.colours(self._cloud.palette()),
-            self._views.material.depth_table,
-            {kind: self._range(kind) for kind in KINDS},
+            shades,
+            layer,
+            content_of(by.content).unit if by.content else "",
+            lacking.get(by, ""),
             labels,
             block_colours,
-            expected=document.expected_error() if by is ColourBy.EXPECTED else None,
-            unsupported=document.unsupported() if by is ColourBy.EXPECTED else None,
-            ground_truth=document.frame.ground_truth if by is ColourBy.ERROR else None,
-            other=other.completion.depth if other is not None and by is ColourBy.DIFFERENCE else None,
-            other_name=other.name if other is not None else "",
-            filled=completion.filled if completion is not None and by is ColourBy.FILLED else None,
-            extrapolated=completion.extrapolated if completion is not None and by is ColourBy.FILLED else None,
+            self._marks(document, by, shades),
         )
         return CloudRequest(document.key, intrinsics, subject, by, chosen, title)
 
@@ -268,12 +271,34 @@ class CloudFeature(Feature):
             self._proposed = known = depth, document.proposal, document.with_proposal(depth)
         return known[2]
 
+    def _layer(self, document: Document, depth: NDArray[np.float32], content: str, shades: theme.Colours) -> Layer:
+        """The layer of a content of the images for this depth, in their colour ranges."""
+        data = copy(self._views.data)
+        data.result, data.expected, data.error_is_outdated = ShownDepth(depth), document.expected_error(), False
+        data.swipe_column, data.shows_a_as_result = None, False
+        data.ranges = {kind: self._range(kind) for kind in KINDS}
+        found = content_of(content).find(data, content, Look(shades, QBrush()))
+        # in the images, zero is close to the background, where a surface without error would be invisible
+        return replace(found, table=signed_table()) if content_of(content).range_kind == "signed" else found
+
     def _range(self, kind: str) -> Range:
         """Range mode of a kind, with its fixed levels if any; depth uses the levels of the images."""
         if kind == "depth":
             return Range(FIXED, self._views.ranges.depth)
         one = self._views.ranges.of(kind)
         return replace(one) if one.locked or one.mode == FIXED else replace(one, levels=None)
+
+    @staticmethod
+    def _marks(
+        document: Document, by: ColourBy, shades: theme.Colours
+    ) -> tuple[tuple[NDArray[np.bool_], QColor, str], ...]:
+        completion, unsupported = document.completion(), document.unsupported()
+        if by is ColourBy.FILLED and completion is not None:
+            filled = (completion.filled, shades.accent, "filled")
+            return filled, (completion.extrapolated, shades.warning, "extrapolated")
+        if by is ColourBy.EXPECTED and unsupported is not None:
+            return ((unsupported, shades.warning, "unsupported"),)
+        return ()
 
     def _present_blocks(self, document: Document) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
         if self._blocks is None:
@@ -304,9 +329,8 @@ class CloudFeature(Feature):
     def _show_value(self, pixel: tuple[int, int] | None) -> None:
         """Mark the value of a pixel on the colour bar."""
         request = self._made[0] if self._made is not None and pixel is not None and self._shows_present() else None
-        self._cloud.bar.set_value(
-            None if request is None or pixel is None else value_of(request.subject, request.by, pixel)
-        )
+        layer = Layer() if request is None else request.subject.layer
+        self._cloud.bar.set_value(None if pixel is None else layer.value_at(*pixel, layer.parts))
 
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""

@@ -1,10 +1,10 @@
-"""Contents of the views, and the comparison of two depths by swipe, by blinking and side by side."""
+"""Contents of the views, what workers find for them, and the comparison of two depths."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,8 @@ from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.completion.interpolation import linear
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.data.results import Completion, PassBandRecord
+from ilf.data.results import PassBandRecord
 from ilf.drawing.colours import depth_spectrum
-from ilf.project.run_history import StoredRun
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from ..base.commands import Command
@@ -25,89 +24,11 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
 from ..state.workspace import Workspace
-from ..views.contents import EARLIER, RUNS
 from ..views.layouts import COMPARE
 from ..views.linked_views import LinkedViews
-from ..views.material import ShownRun, Spectrum
+from ..views.view_data import Spectrum
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
-from .views import ViewsFeature, ViewsPresenter, colour_table
-
-# Passes what the current result is compared with to the views: runs, the previous run, ground truth.
-
-
-class Comparison(QObject):
-    """Runs that are ticked for comparison, and the replacement of the result while side A is shown."""
-
-    def __init__(self, workspace: Workspace, views: LinkedViews, presenter: ViewsPresenter) -> None:
-        super().__init__(views)
-        self._workspace = workspace
-        self._views = views
-        self._presenter = presenter
-        self._document: Document | None = None
-        self._earlier: Completion | None = None
-        self._has_other_blocks = False
-
-    def show(self) -> None:
-        """Show ground truth and runs of the current frame."""
-        self._document = document = self._workspace.current if self._workspace.has_current else None
-        if document is None:
-            self._earlier = None
-            return
-        earlier = earlier_run(document)
-        self._earlier = None if earlier is None else earlier.completion  # keeps it from being composed again every time
-        self._views.show_data(
-            ground_truth=document.frame.ground_truth,
-            runs=tuple(_shown(kept, document) for kept in document.compared),
-            earlier=None if earlier is None else _shown(earlier, document),
-            result_number=_number_of_result(document),
-        )
-
-    def show_a_as_result(self, on: bool) -> None:
-        """Show side A with the blocks of its run instead of the result, or go back."""
-        document, side = self._document, self._views.sides.names[0]
-        kept = None if document is None else _stored_run(document, side)
-        if on and document is not None and kept is not None:
-            labels = kept.run.blocks.labels
-            if not np.array_equal(labels, document.labels):
-                self._has_other_blocks = True
-                self._presenter.show_other_blocks(labels)
-        self._views.sides.show_a_as_result(on)
-        if not on and self._has_other_blocks:
-            self._has_other_blocks = False
-            self._presenter.show_present()
-
-
-def earlier_run(document: Document) -> StoredRun | None:
-    """The latest stored run whose results are not the current ones."""
-    return next((kept for kept in reversed(document.state.runs) if not _is_present(kept, document)), None)
-
-
-def _number_of_result(document: Document) -> int:
-    """The number of the latest stored run whose results are the current ones; 0 for none."""
-    there = reversed(document.state.runs) if document.valid_results() else ()
-    return next((kept.number for kept in there if _is_present(kept, document)), 0)
-
-
-def _is_present(kept: StoredRun, document: Document) -> bool:
-    """Whether the results of a stored run are the current ones."""
-    return all(kept.results.get(label) is result for label, result in document.valid_results().items())
-
-
-def _stored_run(document: Document, side: str) -> StoredRun | None:
-    """The run of one side of the comparison; None if the side is no run."""
-    if side == EARLIER:
-        return earlier_run(document)
-    number = RUNS.index(side) if side in RUNS else len(document.compared)
-    return document.compared[number] if number < len(document.compared) else None
-
-
-def _shown(kept: StoredRun, document: Document) -> ShownRun:
-    completion, labels = kept.completion, kept.run.blocks.labels
-    extrapolated = completion.extrapolated if completion.extrapolated.any() else None
-    others = None if np.array_equal(labels, document.labels) else (labels, colour_table(document, int(labels.max())))
-    return ShownRun(kept.name, completion.depth, extrapolated, kept.colour, others, kept.number)
-
 
 # Data derived from the current frame for visible views: edges, interpolated holes, guide, spectrum.
 
@@ -117,79 +38,16 @@ _MIN_EXTENT = 24
 """Minimum extent of the shown spectrum [wave numbers], where the grid has them."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class _Request:
     """Request for derived data, computed in a worker thread; requests with the same key have the same result."""
 
     key: tuple[Any, ...]
-    find: Callable[[], Any]
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Request) and _same(self.key, other.key)
-
-    __hash__ = None  # type: ignore[assignment]
+    find: Callable[[], Any] = field(compare=False)
 
 
-def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
-    """Whether two keys are the same; frames and results are compared by identity."""
-    return len(one) == len(other) and all(
-        a is b or (isinstance(a, (int, BlockParameters)) and a == b) for a, b in zip(one, other, strict=True)
-    )
-
-
-class _Derived(QObject):
-    """One kind of derived data: requested while visible and after a change, and shown when available.
-
-    Signals
-    -------
-    failed(object)
-        The exception raised during the computation.
-    """
-
-    failed = Signal(object)
-
-    def __init__(self, part: str, nothing: Any, views: LinkedViews, belongs: Callable[[], bool]) -> None:
-        super().__init__(views)
-        self._belongs = belongs
-        """Whether what was requested is of the frame that the views show."""
-        self._part = part
-        self._views = views
-        self._nothing = nothing
-        self._requested: _Request | None = None
-        self._questions = LatestRequest[_Request, Any](lambda question: question.find(), self)
-        self._questions.answered.connect(self._take)
-        self._questions.failed.connect(self._fail)
-
-    @property
-    def busy(self) -> bool:
-        """Whether a result is pending."""
-        return self._questions.busy
-
-    def request(self, question: _Request | None, otherwise: Any = None) -> None:
-        """Request the result unless it is there or pending; None shows `otherwise` at once."""
-        if question is None:
-            self.forget()
-            self._views.show_data(**{self._part: self._nothing if otherwise is None else otherwise})
-        elif question != self._requested:
-            self._requested = question
-            self._questions.ask(question)
-
-    def forget(self) -> None:
-        """Drop what is pending, and show nothing of it."""
-        self._requested = None
-        self._questions.forget()
-
-    def shutdown(self) -> bool:
-        """Stop permanently. True if the thread has ended."""
-        return self._questions.shutdown()
-
-    def _take(self, question: _Request, answer: Any) -> None:
-        if self._requested is not None and question == self._requested and self._belongs():
-            self._views.show_data(**{self._part: answer})
-
-    def _fail(self, question: _Request, error: Exception) -> None:
-        if self._requested is not None and question == self._requested:
-            self.failed.emit(error)
+_NOTHING: dict[str, Any] = {"edges": None, "interpolated": None, "guide": None, "spectrum": ""}
+"""Each kind of derived data -> what is shown while there is none."""
 
 
 class DerivedPresenter(QObject):
@@ -208,62 +66,86 @@ class DerivedPresenter(QObject):
         self._workspace = workspace
         self._views = views
         self._document: Document | None = None
-        self._edges = _Derived("edges", None, views, self._is_shown)
-        self._interpolated = _Derived("interpolated", None, views, self._is_shown)
-        self._guide = _Derived("guide", None, views, self._is_shown)
-        self._spectrum = _Derived("spectrum", "", views, self._is_shown)
-        self._all = self._edges, self._interpolated, self._guide, self._spectrum
-        for one in self._all:
-            one.failed.connect(self.failed)
+        self._requested: dict[str, _Request] = {}
+        self._questions: dict[str, LatestRequest[_Request, Any]] = {}
+        for name in _NOTHING:
+            self._questions[name] = questions = LatestRequest[_Request, Any](lambda request: request.find(), self)
+            questions.answered.connect(lambda request, answer, name=name: self._take(name, request, answer))
+            questions.failed.connect(
+                lambda request, error, name=name: self.failed.emit(error) if self._needs(name, request) else None
+            )
 
     @property
     def busy(self) -> bool:
         """Whether a result is pending."""
-        return any(one.busy for one in self._all)
-
-    def _is_shown(self) -> bool:
-        return self._document is not None and self._workspace.is_shown(self._document)
+        return any(questions.busy for questions in self._questions.values())
 
     def show(self) -> None:
         """Request what is visible and not yet computed."""
         document = self._workspace.current if self._workspace.has_current else None
         if document is not self._document:
             self._document = document
-            for one in self._all:
-                one.request(None)
+            for name in _NOTHING:
+                self._tell(name)
         if document is None:
             return
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
         if self._views.shows("edges"):
-            self._edges.request(_Request((frame, extraction), lambda: find_edges(frame, extraction)))
+            self._ask("edges", (frame, extraction), lambda: find_edges(frame, extraction))
         if self._views.shows("interpolated"):
-            self._interpolated.request(_Request((frame,), lambda: linear(frame)))
+            self._ask("interpolated", (frame,), lambda: linear(frame))
         # also while it is not visible: a run needs it, too
-        self._guide.request(None if frame.guide is None else _Request((frame,), lambda: _fitted(frame)))
+        if frame.guide is None:
+            self._tell("guide")
+        else:
+            self._ask("guide", (frame,), lambda: _fitted(frame))
         if self._views.shows("spectrum"):
             self._ask_spectrum(document)
+
+    def _ask(self, name: str, key: tuple[Any, ...], find: Callable[[], Any]) -> None:
+        """Request derived data unless it is there or pending."""
+        request = _Request(key, find)
+        if request != self._requested.get(name):
+            self._requested[name] = request
+            self._questions[name].ask(request)
+
+    def _tell(self, name: str, instead: str = "") -> None:
+        """Drop what is pending, and show nothing of it, or a text instead."""
+        self._requested.pop(name, None)
+        self._questions[name].forget()
+        shown = instead or _NOTHING[name]
+        if getattr(self._views.data, name) is not shown:
+            self._views.show_found(**{name: shown})
+
+    def _needs(self, name: str, request: _Request) -> bool:
+        return request == self._requested.get(name)
+
+    def _take(self, name: str, request: _Request, answer: Any) -> None:
+        # another frame may be shown that nothing was asked of yet
+        if self._needs(name, request) and self._document is not None and self._workspace.is_shown(self._document):
+            self._views.show_found(**{name: answer})
 
     def _ask_spectrum(self, document: Document) -> None:
         label = self._workspace.chosen
         result = document.valid_results().get(label)
         if not label:
-            self._spectrum.request(None, "Select a block")
+            self._tell("spectrum", "Select a block")
         elif result is None or not result.history:
-            self._spectrum.request(None, f"{document.info(label).name} has not been run")
+            self._tell("spectrum", f"{document.info(label).name} has not been run")
         elif not isinstance(last := result.history[-1], PassBandRecord):
-            self._spectrum.request(
-                None,
+            self._tell(
+                "spectrum",
                 f"{document.info(label).name} has no pass band: select a preset of the paper and run it again",
             )
         else:
             radii, name, padding = last.radii, document.info(label).name, result.parameters.padding
             depth = np.full(result.block.mask.shape, np.nan, np.float32)
             depth[result.block.mask] = result.depth
-            self._spectrum.request(_Request((result,), lambda: _spectrum(depth, padding, radii, name)))
+            self._ask("spectrum", (result,), lambda: _spectrum(depth, padding, radii, name))
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if all threads have ended."""
-        ended = [one.shutdown() for one in self._all]
+        ended = [questions.shutdown() for questions in self._questions.values()]
         return all(ended)
 
 
@@ -285,7 +167,6 @@ class CompareFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, views, actions = context.workspace, context.views, context.actions
-        self.comparison = Comparison(workspace, views, context.feature(ViewsFeature).presenter)
         actions.add(self._commands())
         self.derived = DerivedPresenter(workspace, views)
         self._was_compared = False
@@ -297,7 +178,6 @@ class CompareFeature(Feature):
         add = context.refresh.add
         # an edit must show its effect on the result
         add("blink", lambda: actions["blink"].setChecked(False), inputs | Part.STROKE)
-        add("comparison", self.comparison.show, compared, Part.LABELS | Part.RESULTS)
         add(
             "derived",
             self.derived.show,
@@ -353,7 +233,7 @@ class CompareFeature(Feature):
                 icon="ph.eye",
                 checkable=True,
                 held="V",
-                handler=self.comparison.show_a_as_result,
+                handler=self._show_side_a,
                 needs=Need.FRAME,
             ),
             Command(
@@ -365,6 +245,12 @@ class CompareFeature(Feature):
                 needs=Need.FRAME,
             ),
         )
+
+    def _show_side_a(self, on: bool) -> None:
+        """Show side A, with the blocks of its run, in place of the result, or the result again."""
+        views = self.context.views
+        views.sides.show_a_as_result(on)
+        views.blocks.draw(Part.LABELS)
 
     def _compare_two(self, on: bool) -> None:
         if on != (self.context.views.layout_name == COMPARE):

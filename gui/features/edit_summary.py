@@ -25,12 +25,13 @@ from ..state.document import Document
 from ..state.edits import DrawnChange, Edit
 from ..state.parts import Part
 from ..state.workspace import Workspace
+from ..views.linked_views import LinkedViews
+from ..views.view_data import FormerState
 from ..widgets.basics import Themed
 from ..work.frame_runs import RunState
 from ..work.latest_request import LatestRequest
 from ..work.runs import RunController
 from .context import Context, Feature
-from .views import ViewsFeature, ViewsPresenter
 
 # One line under the views with the summary of the last edit.
 
@@ -201,7 +202,7 @@ class EditSummaryPresenter(QObject):
     """
 
     def __init__(
-        self, workspace: Workspace, runs: RunController, views: ViewsPresenter, line: EditSummaryLine, live: QAction
+        self, workspace: Workspace, runs: RunController, views: LinkedViews, line: EditSummaryLine, live: QAction
     ) -> None:
         super().__init__(line)
         self._workspace = workspace
@@ -235,12 +236,12 @@ class EditSummaryPresenter(QObject):
         """Show the blocks and the depth before the last edit (after it if it was undone), or go back."""
         self._line.mark_before(on)
         if not on or not self._edited:
-            self._views.show_present()
+            self._views.look_back(None)
             return
         labels = self._workspace.current.labels
         if self._change is not None and self._change.patch is not None:
             labels = _labels_before(self._change.patch, self._change.forward, labels)
-        self._views.show_other(labels, None if self._before is None else self._before.depth)
+        self._views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
@@ -349,8 +350,7 @@ class EditSummaryFeature(Feature):
         )
         self.line = EditSummaryLine()
         context.centre.add_strip(self.line)
-        views = context.feature(ViewsFeature).presenter
-        self.presenter = EditSummaryPresenter(workspace, runs, views, self.line, actions["live"])
+        self.presenter = EditSummaryPresenter(workspace, runs, context.views, self.line, actions["live"])
         edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
         # an edit shows the current state again
         context.refresh.add(

@@ -165,7 +165,7 @@ class RunsFeature(Feature):
         """Show whether a run goes on or is paused; views without a result say that it is being computed."""
         if self._workspace.has_current:
             first = self._runs.going and self._workspace.current.current_depth() is None
-            self.context.views.show_data(is_running=first)
+            self.context.views.show_found(is_running=first)
         self._pause.setChecked(self._is_paused)
         self._pause.setText("Resume" if self._is_paused else "&Pause")
 

@@ -15,13 +15,13 @@ from ..state.workspace import Workspace
 from ..tools.select import selected_text
 from ..views.cloud.canvas import HINT, MOVES
 from ..views.contents import FLICKERS
-from ..views.material import Material
+from ..views.view_data import ViewData
 from ..widgets.basics import ElidedLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
 from .context import Context, Feature
 from .documents.feature import DocumentsFeature
-from .views import ErrorFeature
+from .expected_error import ErrorFeature
 
 # The status bar: effect of a click, pixel under the cursor, progress.
 
@@ -105,7 +105,7 @@ class StatusFeature(Feature):
         """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
-        self.readout = ReadoutPresenter(workspace, context.views.material, self.bar.readout)
+        self.readout = ReadoutPresenter(workspace, context.views.data, self.bar.readout)
         context.views.cursorMoved.connect(self.readout.point_at)
         self._error = context.feature(ErrorFeature)
         add = context.refresh.add
@@ -180,10 +180,10 @@ class StatusFeature(Feature):
 class ReadoutPresenter(QObject):
     """Readout of the pixel under the cursor."""
 
-    def __init__(self, workspace: Workspace, material: Material, label: QLabel) -> None:
+    def __init__(self, workspace: Workspace, data: ViewData, label: QLabel) -> None:
         super().__init__(label)
         self._workspace = workspace
-        self._material = material
+        self._data = data
         self._label = label
         self._pixel: tuple[int, int] | None = None
 
@@ -245,7 +245,7 @@ class ReadoutPresenter(QObject):
 
     def _played(self, x: int, y: int) -> list[str]:
         """Return the values of a frame that is played; none if the pixel is outside."""
-        depths = [(name, self._material.depth(depth)) for name, depth in (("in", "depth-in"), ("out", "result"))]
+        depths = [(name, self._data.depth(depth)) for name, depth in (("in", "depth-in"), ("out", "result"))]
         height, width = (0, 0) if depths[0][1] is None else depths[0][1].depth.shape
         if x >= width or y >= height:
             return []
@@ -256,7 +256,7 @@ class ReadoutPresenter(QObject):
         """Return the change of depth in and depth out against the frame before, as far as it is known."""
         parts = []
         for name, depths in (("in", FLICKERS["flicker-in"]), ("out", FLICKERS["flicker"])):
-            now, before = (self._material.depth(depth) for depth in depths)
+            now, before = (self._data.depth(depth) for depth in depths)
             if now is not None and before is not None and np.isfinite(change := now.depth[y, x] - before.depth[y, x]):
                 parts.append(f"flicker {name} {1000 * change:+.1f} mm")
         return parts

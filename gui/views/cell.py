@@ -14,11 +14,11 @@ from .focus_frame import FOCUS_WIDTH, FocusFrame
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import Layer, Legend, Look, checked, content_of, title_of, uses
-from .material import Material
 from .pixel_items import BlockOverlay
 from .spectrum_picture import SpectrumPicture
 from .stages import StagePicker
 from .title_strip import TitleStrip
+from .view_data import ViewData
 
 EventHandler = Callable[[ImageView, QEvent], bool]
 
@@ -44,7 +44,7 @@ class Cell(QWidget):
 
     chosen = Signal(str)
 
-    def __init__(self, content: str, on_event: EventHandler, material: Material, overlay: BlockOverlay) -> None:
+    def __init__(self, content: str, on_event: EventHandler, data: ViewData, overlay: BlockOverlay) -> None:
         super().__init__()
         self.content = content
         """Name of the content; `concrete` is the content that it currently resolves to."""
@@ -62,7 +62,7 @@ class Cell(QWidget):
         self._legend: Legend = []
         self._stripe_legend: Legend = []
         self.picture = LayerPicture(self.view, self.bar)
-        self._material = material
+        self._data = data
         self._overlay = overlay
         # fills of the blocks, and of those of the two sides, if divided and different from the current ones
         self._fills = [self.view.place(overlay.new_item()), self.view.add_layer(1), self.view.add_layer(1)]
@@ -78,8 +78,8 @@ class Cell(QWidget):
 
     @property
     def uses(self) -> frozenset[str]:
-        """Parts of the material that the content depends on."""
-        return uses(self.concrete, self._material)
+        """Parts of the data that the content depends on."""
+        return uses(self.concrete, self._data)
 
     @property
     def range_kind(self) -> str:
@@ -99,7 +99,7 @@ class Cell(QWidget):
 
     def follow(self) -> None:
         """Change to another layer if the content resolves to another concrete content."""
-        concrete = self._material.concrete(self.content)
+        concrete = self._data.concrete(self.content)
         if concrete == self.concrete:
             return
         self.concrete = concrete
@@ -108,7 +108,7 @@ class Cell(QWidget):
         self.picture.draw(Layer())
         self.set_legend([])
         self.strip.set_text("")
-        self.strip.set_title(title_of(concrete, self._material))
+        self.strip.set_title(title_of(concrete, self._data))
         self.bar.set_unit(content.unit)
         self.view.shows_missing = content.stripes == "missing"
         self.view.shows_unsupported = content.stripes == "unsupported"
@@ -128,7 +128,7 @@ class Cell(QWidget):
             self._widget = SpectrumPicture(self.view)
         elif self.concrete == "extraction":
             self._widget = StagePicker(self.strip)
-            self._widget.chosen.connect(self._material.stage.set_stage)
+            self._widget.chosen.connect(self._data.stage.set_stage)
             self._widget.setFont(self.strip.font())
             self.strip.set_title_widget(self._widget)
 
@@ -143,7 +143,7 @@ class Cell(QWidget):
         self.set_legend(self._legend)
 
     def redraw(self, parts: Set[str]) -> None:
-        """Redraw if the content depends on any of these changed parts of the material."""
+        """Redraw if the content depends on any of these changed parts of the data."""
         if not self.uses.isdisjoint(parts):
             self.draw_again()
 
@@ -159,7 +159,7 @@ class Cell(QWidget):
 
     def open_menu(self, place: QPoint | None = None) -> None:
         """Open the content menu."""
-        self._menu.offer(self._material, self.content)
+        self._menu.offer(self._data, self.content)
         self._menu.popup(self.strip.menu_position() if place is None else place)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
@@ -177,25 +177,25 @@ class Cell(QWidget):
             self._show_value()
 
     def _draw(self, look: Look) -> None:
-        material, run = self._material, self._material.run(self.concrete)
-        layer = content_of(self.concrete).find(material, self.concrete, look)
-        self.strip.set_title(title_of(self.concrete, material), None if run is None else run.colour)
+        data, run = self._data, self._data.run(self.concrete)
+        layer = content_of(self.concrete).find(data, self.concrete, look)
+        self.strip.set_title(title_of(self.concrete, data), None if run is None else run.colour)
         self.strip.set_text(layer.text)
         self.set_legend(layer.legend)
         self.picture.draw(layer)
         if self.concrete == "colour":
             self._draw_sides()
         if isinstance(self._widget, StagePicker):
-            self._widget.show_stage(material.stage.stage)
-            self._widget.set_hints(material.stage.hints)
+            self._widget.show_stage(data.stage.stage)
+            self._widget.set_hints(data.stage.hints)
         elif self._widget is not None:
             self._widget.set_colours(look.colours)
-            self._widget.show_spectrum(material.spectrum)
+            self._widget.show_spectrum(data.spectrum)
 
     def _draw_sides(self) -> None:
         """Draw the blocks of the two sides in their columns, and the current blocks in the others."""
-        column, blocks = self._material.swipe_column, self._material.side_blocks
-        width = 0 if self._material.rgb is None else self._material.rgb.shape[1]
+        column, blocks = self._data.swipe_column, self._data.side_blocks
+        width = 0 if self._data.rgb is None else self._data.rgb.shape[1]
         spans = [(0, width), (width, width)] if column is None else [(0, column), (column, width)]
         own = [0, width]
         for index, (item, given, span) in enumerate(zip(self._fills[1:], blocks, spans, strict=True)):

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Signal
 from ilf.drawing.colours import robust_depth_levels
 
 from .colours import FIXED, FULL, KINDS, Levels, Range, depth_table, full_levels
-from .material import Material
+from .view_data import ViewData
 
 
 class ColourRanges(QObject):
@@ -22,9 +22,9 @@ class ColourRanges(QObject):
 
     changed = Signal()
 
-    def __init__(self, material: Material, parent: QObject) -> None:
+    def __init__(self, data: ViewData, parent: QObject) -> None:
         super().__init__(parent)
-        self._material = material
+        self._data = data
 
     @property
     def depth(self) -> Levels:
@@ -34,11 +34,11 @@ class ColourRanges(QObject):
     @property
     def depth_map(self) -> str:
         """Name of the depth colour map, one of `colours.DEPTH_MAPS`."""
-        return self._material.depth_map
+        return self._data.depth_map
 
     def of(self, kind: str) -> Range:
         """Colour range of a kind."""
-        return self._material.ranges[kind]
+        return self._data.ranges[kind]
 
     def set(self, kind: str, mode: str, levels: Levels | None = None, locked: bool | None = None) -> None:
         """Set the mode (`colours.MODES`), the ends or the lock of the colour range of a kind.
@@ -62,13 +62,13 @@ class ColourRanges(QObject):
 
     def set_depth_map(self, name: str) -> None:
         """Set the depth colour map by a name of `colours.DEPTH_MAPS`."""
-        self._material.depth_table = depth_table(name)
-        self._material.depth_map = name
+        self._data.depth_table = depth_table(name)
+        self._data.depth_map = name
         self.changed.emit()
 
     def reset_for_frame(self) -> None:
         """Update all ranges except locked ones for the current frame."""
-        for one in self._material.ranges.values():
+        for one in self._data.ranges.values():
             one.reset_for_frame()
         self.update_depth_range()
 
@@ -82,7 +82,7 @@ class ColourRanges(QObject):
 
     def update_depth_range(self) -> None:
         """Update the range of all depths from depth in; the full range also from the result."""
-        depth_in, result = self._material.depth_in, self._material.result
+        depth_in, result = self._data.depth_in, self._data.result
         if depth_in is None:
             return
         depths = [depth_in] if result is None else [depth_in, result.depth]

@@ -1,7 +1,7 @@
 """Contents of the cells of the linked views: their names and titles. No Qt.
 
 A content's name is a kind ("strength"), a depth ("result", "run-2"), or a difference with its two depths
-("difference:result:run-1"). Some names depend on the data and are resolved by `Material.concrete`: "difference",
+("difference:result:run-1"). Some names depend on the data and are resolved by `ViewData.concrete`: "difference",
 "evaluation", and the two sides of a comparison, "a" and "b".
 """
 

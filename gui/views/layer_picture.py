@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QColor
 
 from ilf.data.label_map import Box
-from ilf.drawing.colours import sample, to_indices
+from ilf.drawing.colours import sample
 
 from .colour_bar import ColourBar
 from .image_view import ImageView
@@ -37,7 +37,7 @@ class LayerPicture:
     def draw(self, layer: Layer) -> None:
         """Draw a layer, as far as it is not drawn already."""
         former, self._layer = self._layer, layer
-        if not layer.parts:
+        if layer.message or not layer.parts:
             self._show_message(layer.message)
         elif layer.picture is not None:
             if former.picture is None or not _are_same(former.parts, layer.parts):
@@ -51,10 +51,7 @@ class LayerPicture:
 
     def value_at(self, x: int, y: int) -> float | None:
         """Value at a pixel, in the unit of the colour bar; None if there is none."""
-        if not self.drawn or not (0 <= y < self.drawn[0].shape[0] and 0 <= x < self.drawn[0].shape[1]):
-            return None
-        value = float(self._layer.measure(*(part[y : y + 1, x : x + 1] for part in self._parts))[0, 0])
-        return value if np.isfinite(value) else None
+        return self._layer.value_at(x, y, self._parts)
 
     def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
         """Values shown in a box or a mask (H, W), or a sample of them, in the unit of the colour bar, NaN = missing.
@@ -111,10 +108,7 @@ class LayerPicture:
 def _indices(layer: Layer, box: Box) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
     """Indices of the picture in a box, and of what lies below it, None for nothing."""
     parts = [part[box] for part in layer.parts]
-    values, levels = layer.measure(*parts), layer.levels
-    if layer.logarithmic:
-        values, levels = np.log(values), (float(np.log(levels[0])), float(np.log(levels[1])))
-    indices = to_indices(values, *levels)
+    indices = layer.indices(*parts)
     if layer.extrapolated is None:
         return indices, None if layer.marks is None else layer.marks(*parts)
     below = np.where(layer.extrapolated[box], indices, np.uint8(0))

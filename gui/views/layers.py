@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
 
 from ilf.drawing.blocks import marked_picture
-from ilf.drawing.colours import robust_difference_level, robust_error_levels, sample
+from ilf.drawing.colours import robust_difference_level, robust_error_levels, sample, to_indices
 
 from ..base.theme import Colours
 from .colours import Levels, difference_table, error_table, full_levels, mark_table, strength_table
@@ -31,8 +31,8 @@ from .contents import (
     operands_of,
     short_title,
 )
-from .material import Depth, Mask, Material, ShownDepth
 from .scene_items import blend, hatch_brush
+from .view_data import Depth, Mask, ShownDepth, ViewData
 
 Legend = list[tuple[QBrush, str]]
 
@@ -69,7 +69,7 @@ class Layer:
     picture : callable or None
         Finds a colour picture, uint8 (H, W, 3), which is shown instead of values until the parts are other arrays.
     message, text : str
-        Shown in place of a picture, and beside the title.
+        Shown in place of the picture, if it is not "", and beside the title.
     legend : list of (QBrush, str)
     """
 
@@ -88,13 +88,27 @@ class Layer:
     text: str = ""
     legend: Legend = field(default_factory=list)
 
+    def indices(self, *parts: NDArray[Any]) -> NDArray[np.uint8]:
+        """Indices into the table of the parts, or of the same piece of each."""
+        values, levels = self.measure(*parts), self.levels
+        if self.logarithmic:
+            values, levels = np.log(values), (float(np.log(levels[0])), float(np.log(levels[1])))
+        return to_indices(values, *levels)
+
+    def value_at(self, x: int, y: int, parts: Sequence[NDArray[Any]]) -> float | None:
+        """Value of the parts at a pixel, in the unit of the colour bar; None if there is none."""
+        if not parts or not (0 <= y < parts[0].shape[0] and 0 <= x < parts[0].shape[1]):
+            return None
+        value = float(self.measure(*(part[y : y + 1, x : x + 1] for part in parts))[0, 0])
+        return value if np.isfinite(value) else None
+
 
 class Content(NamedTuple):
-    """Title of a content, function that finds its layer, parts of the material that it uses, kind of its colour range
+    """Title of a content, function that finds its layer, parts of the data that it uses, kind of its colour range
     ("" for none), unit of its colour bar, and what is striped over it besides what is striped everywhere."""
 
     title: str
-    find: Callable[[Material, str, Look], Layer]
+    find: Callable[[ViewData, str, Look], Layer]
     uses: frozenset[str] = frozenset()
     range_kind: str = ""
     unit: str = ""
@@ -117,14 +131,14 @@ def content_of(name: str) -> Content:
     return _DEPTH if name in COMPARABLE else CONTENTS[name]
 
 
-def uses(name: str, material: Material) -> frozenset[str]:
-    """Parts of the material that a concrete content uses now."""
+def uses(name: str, data: ViewData) -> frozenset[str]:
+    """Parts of the data that a concrete content uses now."""
     depths: tuple[str, ...] = operands_of(name) or ((name,) if name in COMPARABLE else ())
     if name == "depth-in":  # the invalid mask does not change it
         return content_of(name).uses | {"frame"}
     more = {"swipe", "runs"} if name == "result" else set()
-    if name == "result" and (material.swipe_column is not None or material.shows_a_as_result):
-        depths += material.sides
+    if name == "result" and (data.swipe_column is not None or data.shows_a_as_result):
+        depths += data.sides
     return content_of(name).uses | {_PARTS.get(depth, "runs") for depth in depths} | more
 
 
@@ -137,16 +151,16 @@ _PARTS = {
     BEFORE_IN: "before",
     BEFORE_OUT: "before",
 }
-"""Part of the material of each depth; the others are runs."""
+"""Part of the data of each depth; the others are runs."""
 
 
-def title_of(name: str, material: Material) -> str:
+def title_of(name: str, data: ViewData) -> str:
     """Title of a concrete content."""
-    if name == "result" and material.shows_a_as_result:
-        name = material.sides[0]
-    names = material.names
-    if name == "result" and material.swipe_column is not None:
-        first, second = (short_title(side, names) for side in material.sides)
+    if name == "result" and data.shows_a_as_result:
+        name = data.sides[0]
+    names = data.names
+    if name == "result" and data.swipe_column is not None:
+        first, second = (short_title(side, names) for side in data.sides)
         return f"A: {first} | B: {second}"
     if name in TITLES:
         return TITLES[name]
@@ -159,25 +173,38 @@ def title_of(name: str, material: Material) -> str:
 
 
 def levels_of(
-    material: Material, kind: str, robust: Callable[[], Levels], values: Callable[[], NDArray[np.floating]]
+    data: ViewData, kind: str, robust: Callable[[], Levels], values: Callable[[], NDArray[np.floating]]
 ) -> Levels:
     """Colour range of a kind for some values, in its unit, with this robust range; the former one during playing."""
-    former = material.ranges[kind].levels
-    if material.played and former is not None:
+    former = data.ranges[kind].levels
+    if data.played is not None and former is not None:
         return former
-    return material.ranges[kind].find(robust, lambda: full_levels(values()))
+    return data.ranges[kind].find(robust, lambda: full_levels(values()))
 
 
-def missing_reason(depth: str, material: Material) -> str:
+_LACKING = {
+    "ground_truth": "This frame has no ground truth",
+    "guide": "This frame has no guide: File > Load guide\N{HORIZONTAL ELLIPSIS}",
+    "from_neighbours": "No depth of neighbours is used: File > Use neighbours\N{HORIZONTAL ELLIPSIS}",
+}
+"""What a frame may be without -> what to say then."""
+
+
+def lacking(content: str, data: ViewData) -> str:
+    """Why the frame has nothing of a content; "" if it has, or may get it."""
+    needed = operands_of(content) or (content,)
+    return next((why for name, why in _LACKING.items() if name in needed and getattr(data, name) is None), "")
+
+
+def missing_reason(depth: str, data: ViewData) -> str:
     """Why a depth is not there."""
     reasons = {
-        "result": material.no_result,
+        "result": data.no_result,
         EARLIER: "No run before this one",
         INTERPOLATED: "Interpolating\N{HORIZONTAL ELLIPSIS}",
-        "ground_truth": "This frame has no ground truth",
-        "guide": "This frame has no guide",
-        BEFORE_IN: material.before.text,
-        BEFORE_OUT: material.before.text if material.before.depth_in is None else "The frame before has no result",
+        **_LACKING,
+        BEFORE_IN: data.before.text,
+        BEFORE_OUT: data.before.text if data.before.depth_in is None else "The frame before has no result",
     }
     if depth in RUNS:
         return f"No run {RUNS.index(depth) + 1} is ticked for comparison"
@@ -187,23 +214,23 @@ def missing_reason(depth: str, material: Material) -> str:
 # Colour, masks over the dimmed colour image, and edges.
 
 
-def colour(material: Material, name: str, look: Look) -> Layer:
+def colour(data: ViewData, name: str, look: Look) -> Layer:
     """The colour image, which the view's fills of blocks lie over."""
-    rgb = material.rgb
+    rgb = data.rgb
     return Layer() if rgb is None else Layer((rgb,), picture=lambda: rgb)
 
 
 _MASK_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32), "from_neighbours": (120, 220, 110)}
 
 
-def mask(material: Material, name: str, look: Look) -> Layer:
+def mask(data: ViewData, name: str, look: Look) -> Layer:
     """Extrapolated pixels, invalid ones, or those from neighbours, with their share of the frame."""
-    result, rgb, colour = material.depth("result"), material.rgb, _MASK_COLOURS[name]
-    masks = {"invalid_mask": material.invalid_mask, "from_neighbours": material.from_neighbours}
+    result, rgb, colour = data.depth("result"), data.rgb, _MASK_COLOURS[name]
+    masks = {"invalid_mask": data.invalid_mask, "from_neighbours": data.from_neighbours}
     shown = masks.get(name, None if result is None else result.extrapolated)
     if shown is None or rgb is None:
-        reasons = {"invalid_mask": "No invalid depth", "from_neighbours": "No depth of neighbours is used"}
-        otherwise = material.no_result if material.result is None else "Nothing is extrapolated"
+        reasons = {"invalid_mask": "No invalid depth", **_LACKING}
+        otherwise = data.no_result if data.result is None else "Nothing is extrapolated"
         return Layer(message=reasons.get(name, otherwise))
     return Layer(
         (shown, rgb),
@@ -214,23 +241,23 @@ def mask(material: Material, name: str, look: Look) -> Layer:
     )
 
 
-def edges(material: Material, name: str, look: Look) -> Layer:
+def edges(data: ViewData, name: str, look: Look) -> Layer:
     """Edge strength, from which blocks are extracted, or crease strength, if the detector finds them, 0-1."""
-    found = material.edges
+    found = data.edges
     strength = None if found is None else found.crease if name == "creases" else found.strength
     if strength is not None:
         return Layer((strength,), table=strength_table())
     if found is not None:
         return Layer(message="Only the detector rgbd finds creases")
-    return Layer(message="" if material.rgb is None else "Finding edges\N{HORIZONTAL ELLIPSIS}")
+    return Layer(message="" if data.rgb is None else "Finding edges\N{HORIZONTAL ELLIPSIS}")
 
 
 # A stage of the extraction, and the spectrum of a block, each with a widget in the cell.
 
 
-def stage(material: Material, name: str, look: Look) -> Layer:
+def stage(data: ViewData, name: str, look: Look) -> Layer:
     """The selected stage of the extraction."""
-    board = material.stage
+    board = data.stage
     legend = [(QBrush(QColor(*colour)), text) for colour, text in board.legend]
     picture = board.picture
     if picture is None:
@@ -247,9 +274,9 @@ def _strength(indices: NDArray[np.uint8]) -> NDArray[np.float32]:
 BAND = QColor(90, 230, 255)
 
 
-def spectrum(material: Material, name: str, look: Look) -> Layer:
+def spectrum(data: ViewData, name: str, look: Look) -> Layer:
     """What is said about the spectrum, which has no pixels of the frame."""
-    shown = material.spectrum
+    shown = data.spectrum
     return Layer() if isinstance(shown, str) else Layer(text=shown.text, legend=[(QBrush(BAND), "pass band")])
 
 
@@ -259,19 +286,19 @@ STRIPE = QColor(255, 255, 255, 190)
 _STALE = QColor(140, 146, 140)
 
 
-def depth(material: Material, name: str, look: Look) -> Layer:
+def depth(data: ViewData, name: str, look: Look) -> Layer:
     """One depth [m]; missing depth is hatched, extrapolated depth striped, stale depth grey."""
-    shown = _depth_shown(material, name)
-    text = material.moment if name == "result" and not material.shows_a_as_result else ""
+    shown = _depth_shown(data, name)
+    text = data.moment if name == "result" and not data.shows_a_as_result else ""
     missing = [(look.hatch, "missing")]
     if shown is None:
-        return Layer(message=missing_reason(name, material), text=text, legend=missing)
+        return Layer(message=missing_reason(name, data), text=text, legend=missing)
     striped = [] if shown.extrapolated is None else [(hatch_brush(look.colours.muted, STRIPE), "extrapolated")]
     stale = _stale_pixels(shown)
     return Layer(
         (shown.depth,),
-        levels=material.ranges["depth"].levels or (0.0, 1.0),
-        table=material.depth_table,
+        levels=data.ranges["depth"].levels or (0.0, 1.0),
+        table=data.depth_table,
         stale=stale,
         extrapolated=shown.extrapolated,
         has_dots=True,
@@ -280,13 +307,13 @@ def depth(material: Material, name: str, look: Look) -> Layer:
     )
 
 
-def _depth_shown(material: Material, name: str) -> ShownDepth | None:
+def _depth_shown(data: ViewData, name: str) -> ShownDepth | None:
     """The depth to draw; depth in includes invalid depth, under its stripes."""
     if name == "depth-in":
-        return None if material.measured is None else ShownDepth(material.measured)
-    column = material.swipe_column
-    swiped = material.swiped(column) if name == "result" and column is not None else None
-    return material.depth(name) if swiped is None else swiped
+        return None if data.measured is None else ShownDepth(data.measured)
+    column = data.swipe_column
+    swiped = data.swiped(column) if name == "result" and column is not None else None
+    return data.depth(name) if swiped is None else swiped
 
 
 def _stale_pixels(shown: ShownDepth) -> Mask:
@@ -304,30 +331,29 @@ _FLICKER_PERCENT = 90
 """Share of the pixels in the colour range of flicker: beside outlines, a moving camera changes depth by far more."""
 
 
-def difference(material: Material, name: str, look: Look) -> Layer:
+def difference(data: ViewData, name: str, look: Look) -> Layer:
     """The first depth minus the second; pixels with only one of them are marked.
 
     It stays to be seen while side A is shown in place of the result.
     """
     pair = operands_of(name) or ("result", "depth-in")
-    one, other = (material.own_depth(operand) for operand in pair)
+    one, other = (data.own_depth(operand) for operand in pair)
     if one is None or other is None:
         missing = pair[0] if one is None else pair[1]
-        return Layer(message=missing_reason(missing, material), text=_note(material, name))
+        return Layer(message=missing_reason(missing, data), text=_note(data, name))
     first, second = one.depth, other.depth
     sampled = _difference(sample(first), sample(second))
     note = ""
     if not np.nanmax(np.abs(sampled), initial=0.0) > 0:
         note = _equality(first, second)
-        if note == _NO_DIFFERENCE:
-            return Layer(message=note, text=_note(material, name))
+    message, note = (note, "") if note == _NO_DIFFERENCE else ("", note)
 
     def robust() -> Levels:
         level = robust_difference_level(sampled[sampled != 0], _FLICKER_PERCENT if name in FLICKERS else 99)
         return -level, level
 
     # equal pixels, such as most measured ones, are ignored
-    low, high = levels_of(material, "signed", robust, lambda: _difference(first, second))
+    low, high = levels_of(data, "signed", robust, lambda: _difference(first, second))
     level = max(abs(low), abs(high))
     colours = [blend(look.colours.background, only, 0.55) for only in (look.colours.good, look.colours.warning)]
     return Layer(
@@ -337,8 +363,9 @@ def difference(material: Material, name: str, look: Look) -> Layer:
         table=difference_table(look.colours.is_dark),
         marks=_one_only,
         mark_table=mark_table(*colours),
-        text=_note(material, name, note),
-        legend=[*_one_only_legend(material, name, pair, colours), (look.hatch, "missing")],
+        message=message,
+        text=_note(data, name, note),
+        legend=[] if message else [*_one_only_legend(data, name, pair, colours), (look.hatch, "missing")],
     )
 
 
@@ -365,19 +392,19 @@ def _equality(first: Depth, second: Depth) -> str:
     return "no difference" if both.any() else "no pixel has both"
 
 
-def _note(material: Material, name: str, text: str = "") -> str:
+def _note(data: ViewData, name: str, text: str = "") -> str:
     """A text about the difference, and the iteration of the result, or which frame is the one before."""
     if name in FLICKERS:
-        about = "" if material.before.depth_in is None else material.before.text
+        about = "" if data.before.depth_in is None else data.before.text
     else:
-        about = material.moment if "result" in (operands_of(name) or ()) else ""
+        about = data.moment if "result" in (operands_of(name) or ()) else ""
     return ", ".join(part for part in (text, about) if part)
 
 
-def _one_only_legend(material: Material, name: str, pair: tuple[str, str], colours: list[QColor]) -> Legend:
+def _one_only_legend(data: ViewData, name: str, pair: tuple[str, str], colours: list[QColor]) -> Legend:
     if pair[1] == "depth-in" or name in FLICKERS:
         return [(QBrush(colours[0]), "filled" if pair[1] == "depth-in" else "not seen before")]
-    names = material.names
+    names = data.names
     return [(QBrush(colour), f"only {short_title(depth, names)}") for colour, depth in zip(colours, pair, strict=True)]
 
 
@@ -386,18 +413,18 @@ def _one_only_legend(material: Material, name: str, pair: tuple[str, str], colou
 _MIN_MM = 0.01
 
 
-def expected(material: Material, name: str, look: Look) -> Layer:
+def expected(data: ViewData, name: str, look: Look) -> Layer:
     """The expected error, grey where depth is stale; the view stripes unsupported pixels."""
-    depth_in, error = material.depth_in, material.expected
+    depth_in, error = data.depth_in, data.expected
     measured = blend(look.colours.background, look.colours.text, 0.2 if look.colours.is_dark else 0.14)
     legend = [(QBrush(measured), "measured"), (look.hatch, "missing")]
     if depth_in is None or error is None:
-        waiting = "Estimating\N{HORIZONTAL ELLIPSIS}" if material.error_is_outdated else material.no_result
+        waiting = "Estimating\N{HORIZONTAL ELLIPSIS}" if data.error_is_outdated else data.no_result
         return Layer(message=waiting, legend=legend)
     sampled = sample(error) * _MM
-    low, high = levels_of(material, "expected", lambda: robust_error_levels(sampled), lambda: error * _MM)
-    stale = _stale_pixels(material.result or ShownDepth(error))
-    current = "of the current result" if material.moment else ""
+    low, high = levels_of(data, "expected", lambda: robust_error_levels(sampled), lambda: error * _MM)
+    stale = _stale_pixels(data.result or ShownDepth(error))
+    current = "of the current result" if data.moment else ""
     return Layer(
         (error, depth_in),
         lambda error, depth_in: error * _MM,
@@ -407,7 +434,7 @@ def expected(material: Material, name: str, look: Look) -> Layer:
         stale=stale,
         marks=lambda error, depth_in: np.isfinite(depth_in).view(np.uint8),
         mark_table=mark_table(measured),
-        text="of the previous result" if material.error_is_outdated else current,
+        text="of the previous result" if data.error_is_outdated else current,
         legend=[*_stale_legend(stale), *legend],
     )
 
@@ -422,7 +449,7 @@ CONTENTS = {
     "expected-error": Content(
         "Expected error",
         expected,
-        frozenset({"invalid_mask", "expected", "levels", "moment", "result"}),
+        frozenset({"invalid_mask", "expected", "levels", "result"}),
         "expected",
         "mm",
         stripes="unsupported",

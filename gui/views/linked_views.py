@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,29 +10,27 @@ from PySide6.QtCore import QEvent, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
-from ilf.drawing.blocks import InnerPoint, inner_points
-from ilf.segmentation.edges.frame_edges import FrameEdges
+from ilf.data.frame import RGBDFrame
 
 from ..base import theme
+from ..state.parts import EVERY_PART, Part
+from ..state.workspace import Workspace
 from ..widgets.basics import Themed
 from .cell import Cell
 from .colour_ranges import ColourRanges
 from .image_view import ImageView, ViewTransform
 from .interaction import PointerHandler, Preview
 from .layouts import CELLS
-from .material import Before, Material, ShownDepth, ShownRun, Spectrum
 from .navigation import Navigation
-from .pixel_items import BlockOverlay
 from .scene_items import missing_brush
-from .screen_layers import ScreenLayers
 from .sheet import Sheet
+from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
 from .stages import StageModel
+from .view_data import READ, Before, FormerState, ViewData
 
-_PARTS = {"earlier": "runs", "result_number": "runs", "error_is_outdated": "expected", "is_running": "result"}
-"""Parts that some data belong to; the others are parts of their own."""
-_MARKS = {"invalid_mask", "by_hand", "suspect", "unsupported"}
-"""Data that are striped."""
+_MARKS = {"frame", "invalid_mask", "by_hand", "result", "expected"}
+"""Data of which some pixels are striped."""
 
 
 class LinkedViews(Themed, QWidget):
@@ -49,8 +46,9 @@ class LinkedViews(Themed, QWidget):
     ----------
     cells : dict
         Name -> Cell.
-    material : Material
-        Data of the frame shown.
+    data : ViewData
+        What is shown.
+    blocks : ShownBlocks
     ranges : ColourRanges
     sides : SideComparison
     extraction : StageModel
@@ -78,29 +76,25 @@ class LinkedViews(Themed, QWidget):
     rangeChanged = Signal()
     pressed = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._transform = ViewTransform()
         self._navigation = Navigation(self._transform, self)
         self.extraction = StageModel(self)
-        self.material = Material(self.extraction)
-        self._given: dict[str, Any] = {}
-        """Data of the frame as they were given."""
+        self.data = ViewData(workspace, self.extraction)
+        self.blocks = ShownBlocks(workspace, self.data)
         self._used_with_sides: frozenset[str] = frozenset()
-        """Parts that the shown cells used when the sides were last drawn."""
-        self._names: Mapping[int, str] | None = None
+        """Data that the shown cells used when the sides were last drawn."""
         self._shows_missing = False
-        self._overlay = BlockOverlay(1)
         self.cells = {
-            name: Cell(content, self._handle, self.material, self._overlay) for name, (_, content) in CELLS.items()
+            name: Cell(content, self._handle, self.data, self.blocks.overlay) for name, (_, content) in CELLS.items()
         }
-        self._views = [cell.view for cell in self.cells.values()]
-        self._layers = ScreenLayers()
+        self._views = self.blocks.views = [cell.view for cell in self.cells.values()]
         self._active = next(iter(self.cells))
         self._last_levels: tuple[float, float] | None = None
-        self.ranges = ColourRanges(self.material, self)
+        self.ranges = ColourRanges(self.data, self)
         self.ranges.changed.connect(self._follow_ranges)
-        self.sides = SideComparison(self.material, self._views, self._content_of, self)
+        self.sides = SideComparison(self.data, self._views, self._content_of, self)
         self.sides.changed.connect(self._follow_sides)
 
         self._empty = QWidget()
@@ -118,7 +112,7 @@ class LinkedViews(Themed, QWidget):
         for name, cell in self.cells.items():
             cell.view.resized.connect(self._follow_size)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
-        self.extraction.changed.connect(lambda: self._changed("stage"))
+        self.extraction.changed.connect(lambda: self._draw("stage"))
         self._navigation.cursorMoved.connect(self._move_cursor)
         self._navigation.contextMenuRequested.connect(self.contextMenuRequested)
         self._navigation.transformChanged.connect(self._show_transform)
@@ -140,31 +134,26 @@ class LinkedViews(Themed, QWidget):
 
     # the frame and its result
 
-    def set_frame(
-        self, rgb: NDArray[np.uint8], measured: NDArray[np.float32], outside_view: NDArray[np.bool_] | None = None
-    ) -> None:
-        """Show a new frame, fitted, with its own depth range; clear blocks, result, invalid mask and preview.
+    def refresh(self, parts: Part = EVERY_PART) -> None:
+        """Draw what has changed of the current document, or all that depends on another one."""
+        shown = self.data.document or self.data.played
+        changed = self.data.read(parts)
+        if shown is not (self.data.document or self.data.played):
+            self._begin_frame()
+            self._draw()
+        elif changed:
+            self._draw(*changed)
 
-        Parameters
-        ----------
-        rgb : ndarray
-            Colour, uint8 (H, W, 3).
-        measured : ndarray
-            Depth [m], float32 (H, W), NaN = missing; the invalid mask is shown by `show_data`.
-        outside_view : ndarray, optional
-            Pixels that the depth camera could not see, bool (H, W).
-
-        Raises
-        ------
-        ValueError
-            If the shapes differ.
-        """
-        if rgb.shape != (*measured.shape, 3):
-            raise ValueError(f"colour {rgb.shape} and depth {measured.shape} do not show the same pixels")
+    def _begin_frame(self) -> None:
+        """Show another frame, fitted, with its own depth range; or none, only the page for that."""
+        measured = self.data.measured
+        self.set_preview(None)
+        self.extraction.show_message("")
+        if measured is None:
+            self._navigation.set_frame(None)
+            self._pages.setCurrentWidget(self._empty)
+            return
         height, width = measured.shape
-        self._forget()
-        self.material.rgb = rgb
-        self.material.measured = self.material.depth_in = measured
         self._transform.set_frame(width, height)
         self._navigation.set_frame((width, height))
         for view in self._views:
@@ -173,108 +162,48 @@ class LinkedViews(Themed, QWidget):
         self.ranges.reset_for_frame()
         self._pages.setCurrentWidget(self._sheet)
         self._sheet.set_aspect(self._transform.aspect)
-        self._changed()
-        self.material.outside_view = outside_view
-        self._show_marks()
 
-    def clear(self) -> None:
-        """Show no frame, only the page for that."""
-        self._navigation.set_frame(None)
-        self._forget()
-        self._pages.setCurrentWidget(self._empty)
-        self._changed()
-
-    def _forget(self) -> None:
-        self.material.forget()
-        self._given.clear()
-        self._overlay.clear()
-        self._layers.set_blocks(None)
-        self.set_selected(())
-        self.set_to_check(())
-        self._show_marks()
-        self._write_names()
-        self.set_preview(None)
-        self.extraction.show_message("")
-
-    def set_result(
-        self,
-        depth_out: NDArray[np.float32] | None,
-        extrapolated: NDArray[np.bool_] | None = None,
-        stale: NDArray[np.bool_] | None = None,
-    ) -> None:
-        """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
-
-        The masks `extrapolated` and `stale`, bool (H, W), mark extrapolated pixels and pixels from an older state of
-        their block. Only changes since the last call are redrawn; the arrays may be the same ones, changed in place.
-
-        Raises
-        ------
-        ValueError
-            If there is no frame or the shape is not its shape.
-        """
-        self._check(depth_out, "a result")
-        self.material.result = None if depth_out is None else ShownDepth(depth_out, extrapolated, stale)
-        self.ranges.update_for_result()
-        self._changed("result")
-
-    def show_played(
-        self,
-        rgb: NDArray[np.uint8],
-        depth_in: NDArray[np.float32],
-        depth_out: NDArray[np.float32] | None,
-        text: str,
-        before: Before,
-    ) -> None:
+    def show_played(self, frame: RGBDFrame, depth: NDArray[np.float32] | None, text: str, before: Before) -> None:
         """Show the next frame of a sequence that is played: where the views were, in the colours of the first one.
 
         Parameters
         ----------
-        rgb : ndarray
-            Colour, uint8 (H, W, 3).
-        depth_in : ndarray
-            Depth [m], float32 (H, W), NaN = missing.
-        depth_out : ndarray, optional
+        frame : RGBDFrame
+        depth : ndarray, optional
             Completed depth [m], float32 (H, W).
         text : str
             How it was completed.
         before : Before
         """
-        material = self.material
-        same_size = material.measured is not None and depth_in.shape == material.measured.shape
-        if not material.played or not same_size:
-            place = self.place if same_size else None
-            self.set_frame(rgb, depth_in)
+        former = self.data.measured
+        same_size = former is not None and former.shape == frame.shape
+        begins = self.data.played is None or not same_size
+        place = self.place if same_size else None
+        self.data.play(frame, depth, text, before)
+        if begins:
+            self._begin_frame()
+            self.blocks.draw(EVERY_PART)
             if place is not None:
                 self.set_place(*place)
-            material.played = True
-        material.rgb, material.measured, material.depth_in = rgb, depth_in, depth_in
-        material.result = None if depth_out is None else ShownDepth(depth_out)
-        self.show_data(moment=text, before=before)
-        self._changed("frame", "invalid_mask", "result", "moment")
-        self._show_marks()
+        self._draw(*READ, "before")
 
-    def show_data(self, **data: Any) -> None:
-        """Show data of the frame by their names in `Material`; what has not changed is not drawn again.
+    def keep_pictures(self, on: bool) -> None:
+        """Keep the pictures while no frame is open and frames are played; with False, show that none is open."""
+        self.data.keeps_picture = on
+        if not on:
+            self.refresh()
 
-        Raises
-        ------
-        ValueError
-            If there is no frame or a shape is not its shape.
-        """
-        material = self.material
-        changed = {name: value for name, value in data.items() if not _are_same(self._given.get(name), value)}
-        for name, value in changed.items():
-            self._check(value, name.replace("_", " "))
-        for name, value in changed.items():
-            self._given[name] = value
-            if name == "invalid_mask":
-                material.set_invalid_mask(value)
-            else:
-                setattr(material, name, value)
-        if changed:
-            self._changed(*(_PARTS.get(name, name) for name in changed))
-        if not _MARKS.isdisjoint(changed):
-            self._show_marks()
+    def show_found(self, **found: Any) -> None:
+        """Show what was found for the views, by its name in `ViewData`."""
+        for name, value in found.items():
+            setattr(self.data, name, value)
+        self._draw(*("result" if name == "is_running" else name for name in found))
+
+    def look_back(self, former: FormerState | None) -> None:
+        """Show other blocks and depth in place of those of the current document; None for its own."""
+        self.data.former = former
+        self.refresh()
+        self.blocks.draw(EVERY_PART)
 
     def set_missing_shown(self, on: bool) -> None:
         """Set whether missing depth is striped over the colour image."""
@@ -282,40 +211,30 @@ class LinkedViews(Themed, QWidget):
         self._show_marks()
 
     def _show_marks(self) -> None:
-        material, measured, unsupported = self.material, self.material.measured, self.material.unsupported
-        self._layers.set_masks(
+        data, measured, unsupported = self.data, self.data.measured, self.data.unsupported
+        self.blocks.layers.set_masks(
             {
                 "missing": ~np.isfinite(measured) if self._shows_missing and measured is not None else None,
-                "outside view": material.outside_view,
+                "outside view": data.outside_view,
                 "unsupported": unsupported if unsupported is not None and unsupported.any() else None,
-                "suspect": material.suspect,
-                "invalid": material.invalid_mask,
-                "by hand": material.by_hand,
+                "suspect": data.suspect,
+                "invalid": data.invalid_mask,
+                "by hand": data.by_hand,
             }
         )
         for cell in self.cells.values():
-            cell.set_stripe_legend(self._layers.striped_in(cell.view))
+            cell.set_stripe_legend(self.blocks.layers.striped_in(cell.view))
 
-    def _check(self, data: Any, what: str) -> None:
-        """Raise ValueError if data, or the arrays in them, are not of the frame's shape."""
-        if isinstance(data, Spectrum):  # has no pixels of the frame
-            return
-        if isinstance(data, tuple):
-            for one in data:
-                self._check(one, what)
-        elif isinstance(data, (ShownRun, FrameEdges)):
-            self._check(data.depth if isinstance(data, ShownRun) else data.strength, what)
-        elif isinstance(data, np.ndarray):
-            measured = self.material.measured
-            if measured is None or data.shape != measured.shape:
-                raise ValueError(f"{what} of shape {data.shape} does not belong to the frame shown")
-
-    def _changed(self, *parts: str) -> None:
-        """Redraw the cells that use any of these parts, or all cells."""
+    def _draw(self, *changed: str) -> None:
+        """Redraw the cells that use any of these data, or all cells."""
+        if not changed or "result" in changed:
+            self.ranges.update_for_result()
+        if not changed or not _MARKS.isdisjoint(changed):
+            self._show_marks()
         for cell in self.cells.values():
             cell.follow()
-            cell.redraw(set(parts) or cell.uses)
-        if not parts or not {"runs", "result"}.isdisjoint(parts):
+            cell.redraw(set(changed) or cell.uses)
+        if not changed or not {"runs", "result"}.isdisjoint(changed):
             self.sides.update_labels()
         levels = self.ranged.bar.levels
         if levels != self._last_levels:
@@ -324,7 +243,7 @@ class LinkedViews(Themed, QWidget):
 
     def _follow_sides(self, part: str) -> None:
         """Draw the changed sides; they may need data that no view has used before."""
-        self._changed(part)
+        self._draw(part)
         used = frozenset().union(*(cell.uses for cell in self._sheet.shown))
         if used != self._used_with_sides:
             self._used_with_sides = used
@@ -348,7 +267,7 @@ class LinkedViews(Themed, QWidget):
             raise ValueError(f"cell must be one of {', '.join(self.cells)}, not {cell!r}")
         if content != self.cells[cell].content:
             self.cells[cell].set_content(content)
-            self._layers.show([cell.view for cell in self._sheet.shown])
+            self.blocks.layers.show([cell.view for cell in self._sheet.shown])
             self._show_marks()
             self.sides.swipe.show()
             self.shownChanged.emit()
@@ -360,7 +279,7 @@ class LinkedViews(Themed, QWidget):
             self.set_content(name, content)
 
     def shows(self, part: str) -> bool:
-        """Whether a visible cell uses a part of the material, such as "edges"."""
+        """Whether a visible cell uses a part of the data, such as "edges"."""
         return any(cell.isVisible() and part in cell.uses for cell in self.cells.values())
 
     @property
@@ -390,59 +309,16 @@ class LinkedViews(Themed, QWidget):
 
     # blocks, selection, preview
 
-    def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
-        """Draw a label map over the colour view.
-
-        Parameters
-        ----------
-        labels : ndarray
-            int32 (H, W), 0 = no block.
-        colour_table : ndarray
-            uint8 (N + 1, 4) RGBA by label; alpha 0 hides a block.
-
-        Raises
-        ------
-        ValueError
-            If there is no frame, the shapes differ or a label has no colour.
-        """
-        self._check(labels, "a label map")
-        self._overlay.set_blocks(labels, colour_table)
-        self._layers.set_blocks(self._overlay.labels, self._overlay.colours)
-        self._write_names()
-
-    def add_colours(self, colour_table: NDArray[np.uint8]) -> None:
-        """Set a colour table that extends the current one to further labels."""
-        self._overlay.add_colours(colour_table)
-        self._layers.add_colours(self._overlay.colours)
-
-    def update_blocks_region(self, rows: slice, columns: slice, labels: NDArray[np.int32]) -> None:
-        """Replace the labels of a box by an int32 array of the box's shape; its labels must have colours."""
-        self._overlay.update_region((rows, columns), labels)
-        self._layers.update_region((rows, columns))
-
     def set_overlay_opacity(self, opacity: float) -> None:
         """Set the opacity of the blocks' fills, 0-1."""
-        self._overlay.set_opacity(opacity)
-        self._changed("swipe")
+        self.blocks.overlay.set_opacity(opacity)
+        self._draw("swipe")
 
     def set_contours_only(self, on: bool) -> None:
         """Set whether blocks are drawn as coloured outlines without fill."""
-        self._overlay.set_filled(not on)
-        self._changed("swipe")
-        self._layers.set_in_colours(on)
-
-    def set_block_names(self, names: Mapping[int, str] | None) -> None:
-        """Write names by label inside the current blocks; None for none."""
-        self._names = names
-        self._write_names()
-
-    def set_selected(self, labels: Iterable[int]) -> None:
-        """Draw a wider line around these blocks in all views."""
-        self._layers.set_selected(labels)
-
-    def set_to_check(self, labels: Iterable[int]) -> None:
-        """Outline blocks that need checking, in a colour of their own, in all views."""
-        self._layers.set_to_check(labels)
+        self.blocks.overlay.set_filled(not on)
+        self._draw("swipe")
+        self.blocks.layers.set_in_colours(on)
 
     def set_preview(self, preview: Preview | None) -> None:
         """Draw the preview of a tool in all views; None removes it."""
@@ -468,7 +344,7 @@ class LinkedViews(Themed, QWidget):
         return self._navigation.pixel
 
     def _follow_ranges(self) -> None:
-        self._changed("levels")
+        self._draw("levels")
         self.rangeChanged.emit()
 
     # transform and layout
@@ -549,7 +425,7 @@ class LinkedViews(Themed, QWidget):
         for view in self._views:
             view.show_transform(self._transform)
         shown = [cell.view for cell in self._sheet.shown]
-        self._layers.show(shown)
+        self.blocks.layers.show(shown)
         self._navigation.follow(shown)
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
@@ -583,12 +459,6 @@ class LinkedViews(Themed, QWidget):
 
     # drawing
 
-    def _write_names(self) -> None:
-        labels, names = self._overlay.labels, self._names or {}
-        points: dict[int, InnerPoint] = inner_points(labels) if labels is not None and names else {}
-        for view in self._views:
-            view.write_names(names, points)
-
     def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
         missing = missing_brush(colours)
@@ -611,8 +481,3 @@ class LinkedViews(Themed, QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self.shownChanged.emit()
-
-
-def _are_same(one: Any, other: Any) -> bool:
-    """Whether two data are the same; arrays are compared by identity."""
-    return one is other or (type(one) in (str, int, bool, tuple, ShownRun) and one == other)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -109,18 +110,32 @@ class ScreenItem(ViewItem):
 
     def __init__(self, z: float) -> None:
         super().__init__(z)
-        self.pixels: Argb = np.zeros((0, 0), np.uint32)
+        self._pixels: Argb = np.zeros((0, 0), np.uint32)
+        self._prepare: Callable[[], None] = lambda: None
         self._drawn = QImage()
         self._place = QPointF()
         self._sampling: Sampling | None = None
 
-    def show_pixels(self, pixels: Argb, sampling: Sampling, ratio: float) -> None:
-        """Show an array, uint32, of the sampling's shape, which the caller may change in place."""
-        self.pixels, self._sampling = pixels, sampling
+    @property
+    def pixels(self) -> Argb:
+        """What is shown."""
+        self._prepare()
+        return self._pixels
+
+    def show_pixels(
+        self, pixels: Argb, sampling: Sampling, ratio: float, prepare: Callable[[], None] = lambda: None
+    ) -> None:
+        """Show an array, uint32, of the sampling's shape, which the caller may change in place; `prepare` is called
+        before it is looked at."""
+        self._pixels, self._sampling, self._prepare = pixels, sampling, prepare
         self._drawn = image_over(pixels, _FORMAT)
         self._drawn.setDevicePixelRatio(ratio)
         self._place = QPointF(sampling.left, sampling.top) / ratio
         self.set_extent(QRectF(0, 0, *sampling.frame))
+
+    def shows(self, pixels: Argb) -> bool:
+        """Whether this array is shown."""
+        return self._pixels is pixels
 
     def notify_change(self, box: Box) -> None:
         """Repaint after the pixels changed inside a box of the array."""
@@ -135,10 +150,11 @@ class ScreenItem(ViewItem):
     def clear(self) -> None:
         """Show nothing."""
         if not self._drawn.isNull():
-            self.pixels, self._drawn = np.zeros((0, 0), np.uint32), QImage()
+            self._pixels, self._drawn, self._prepare = np.zeros((0, 0), np.uint32), QImage(), lambda: None
             self.set_extent(None)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        self._prepare()
         painter.save()
         painter.resetTransform()
         painter.drawImage(self._place, self._drawn)

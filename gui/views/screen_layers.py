@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
@@ -194,12 +195,14 @@ def stripes(mask: NDArray[np.bool_], sampling: Sampling, box: Box, style: Style,
 Mask = NDArray[np.bool_]
 
 
-class _Lines(NamedTuple):
-    """Labels at the device pixels that show the frame, and the lines drawn there."""
+@dataclass
+class _Lines:
+    """The lines at the device pixels that show the frame, and the labels there; drawn when they are looked at first,
+    for a view may be resized several times before it is painted."""
 
-    labels: NDArray[np.int32]
     pixels: Argb
     ratio: int
+    labels: NDArray[np.int32] | None = None
 
 
 class ScreenLayers:
@@ -240,9 +243,9 @@ class ScreenLayers:
             return
         for sampling, lines in self._lines.items():
             part = sampling.box_of(box)
-            if all(span.start < span.stop for span in part):
+            if lines.labels is not None and all(span.start < span.stop for span in part):
                 lines.labels[part] = sampling.sample(self._labels, part)
-                self._redraw(sampling, part)
+                self._redraw(sampling, lines.labels, part)
 
     def set_selected(self, labels: Iterable[int]) -> None:
         """Set the selected blocks."""
@@ -254,13 +257,14 @@ class ScreenLayers:
 
     def _redraw_blocks(self, others: Sequence[int]) -> None:
         for sampling, lines in self._lines.items():
-            part = box_of(self._blocks.mask_of(lines.labels, others)) if others else None
-            if part is not None:
-                self._redraw(sampling, part)
+            if lines.labels is not None and others:
+                part = box_of(self._blocks.mask_of(lines.labels, others))
+                if part is not None:
+                    self._redraw(sampling, lines.labels, part)
 
-    def _redraw(self, sampling: Sampling, part: Box) -> None:
+    def _redraw(self, sampling: Sampling, labels: NDArray[np.int32], part: Box) -> None:
         lines = self._lines[sampling]
-        drawn = self._blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
+        drawn = self._blocks.draw(labels, lines.pixels, part, sampling.rims, lines.ratio)
         for view in self._views:
             if view.sampling == sampling:
                 view.lines.notify_change(drawn)
@@ -271,9 +275,12 @@ class ScreenLayers:
         self._draw_lines()
 
     def set_masks(self, masks: Mapping[str, Mask | None]) -> None:
-        """Set the pixels, bool (H, W), that are striped, by the names of `STYLES`; None for none."""
-        self._masks = {name: mask for name, mask in masks.items() if mask is not None}
-        self._draw_stripes()
+        """Set the pixels, bool (H, W), that are striped, by the names of `STYLES`; None for none. The same arrays are
+        not drawn again."""
+        present = {name: mask for name, mask in masks.items() if mask is not None}
+        if present.keys() != self._masks.keys() or any(mask is not self._masks[name] for name, mask in present.items()):
+            self._masks = present
+            self._draw_stripes()
 
     def striped_in(self, view: ImageView) -> list[str]:
         """What is striped in a view. Views that show missing depth stripe what is outside the view only with it."""
@@ -295,12 +302,17 @@ class ScreenLayers:
             view.lines.clear()
             return
         if sampling not in self._lines:
+            self._lines[sampling] = _Lines(np.zeros(sampling.shape, np.uint32), view.pixel_ratio)
+        lines = self._lines[sampling]
+        if not view.lines.shows(lines.pixels):
+            prepare = partial(self._draw_first, sampling, lines)
+            view.lines.show_pixels(lines.pixels, sampling, view.devicePixelRatioF(), prepare)
+
+    def _draw_first(self, sampling: Sampling, lines: _Lines) -> None:
+        if lines.labels is None and self._labels is not None and self._labels.shape == sampling.frame[::-1]:
             part = whole(sampling.shape)
-            lines = _Lines(sampling.sample(self._labels, part), np.zeros(sampling.shape, np.uint32), view.pixel_ratio)
+            lines.labels = sampling.sample(self._labels, part)
             self._blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
-            self._lines[sampling] = lines
-        if view.lines.pixels is not self._lines[sampling].pixels:
-            view.lines.show_pixels(self._lines[sampling].pixels, sampling, view.devicePixelRatioF())
 
     def _draw_stripes(self) -> None:
         self._stripes.clear()
@@ -317,7 +329,7 @@ class ScreenLayers:
         drawn = self._stripes[key]
         if drawn is None:
             view.stripes.clear()
-        elif view.stripes.pixels is not drawn:
+        elif not view.stripes.shows(drawn):
             view.stripes.show_pixels(drawn, sampling, view.devicePixelRatioF())
 
     def _striped(self, sampling: Sampling, view: ImageView) -> Argb | None:

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from .contents import COMPARABLE, capital, short_title
 from .image_view import ImageView
-from .material import Material
 from .scene_items import ViewItem
+from .view_data import ViewData
 
 # A line over the result that divides two depths: side A is left of it, side B right of it.
 
@@ -210,7 +210,7 @@ class SideComparison(QObject):
 
     Parameters
     ----------
-    material : Material
+    data : ViewData
     views : list of ImageView
     content_of : callable
         The concrete content of a view.
@@ -218,16 +218,16 @@ class SideComparison(QObject):
     Signals
     -------
     changed(str)
-        The part of the material that changed.
+        The part of the data that changed.
     """
 
     changed = Signal(str)
 
     def __init__(
-        self, material: Material, views: list[ImageView], content_of: Callable[[ImageView], str], parent: QObject
+        self, data: ViewData, views: list[ImageView], content_of: Callable[[ImageView], str], parent: QObject
     ) -> None:
         super().__init__(parent)
-        self._material = material
+        self._data = data
         self._content_of = content_of
         self.swipe = Swipe(views, self._is_swiped, lambda view: content_of(view) == "result", self)
         self.swipe.moved.connect(self._follow_handle)
@@ -235,12 +235,12 @@ class SideComparison(QObject):
     @property
     def names(self) -> tuple[str, str]:
         """Names of the two depths, from `contents.COMPARABLE`."""
-        return self._material.sides
+        return self._data.sides
 
     @property
     def chosen(self) -> tuple[str, str]:
         """The two selected depths; "" for automatic."""
-        return self._material.chosen_sides
+        return self._data.chosen_sides
 
     def choose(self, first: str = "", second: str = "") -> None:
         """Select the two depths to compare by their names; "" for automatic.
@@ -253,7 +253,7 @@ class SideComparison(QObject):
         for name in (first, second):
             if name not in ("", *COMPARABLE):
                 raise ValueError(f"a side must be one of {', '.join(COMPARABLE)}, not {name!r}")
-        self._material.chosen_sides = first, second
+        self._data.chosen_sides = first, second
         self.changed.emit("runs")
         self._follow_handle()
 
@@ -263,8 +263,8 @@ class SideComparison(QObject):
 
     def show_a_as_result(self, on: bool) -> None:
         """Show side A in place of the result, or the result again."""
-        if on != self._material.shows_a_as_result:
-            self._material.shows_a_as_result = on
+        if on != self._data.shows_a_as_result:
+            self._data.shows_a_as_result = on
             self.changed.emit("result")
 
     def set_frame(self, width: int, height: int) -> None:
@@ -278,14 +278,14 @@ class SideComparison(QObject):
         self.swipe.set_labels((first, second))
 
     def _label(self, depth: str) -> Label:
-        run = self._material.run(depth)
-        return capital(short_title(depth, self._material.names)), None if run is None else run.colour
+        run = self._data.run(depth)
+        return capital(short_title(depth, self._data.names)), None if run is None else run.colour
 
     def _is_swiped(self, view: ImageView) -> bool:
         """Whether a view is divided: the result, and the blocks if the sides have others; none if a side is missing."""
-        if any(self._material.depth(side) is None for side in self.names):
+        if any(self._data.depth(side) is None for side in self.names):
             return False
-        shown = {"result", "colour"} if any(self._material.side_blocks) else {"result"}
+        shown = {"result", "colour"} if any(self._data.side_blocks) else {"result"}
         return self._content_of(view) in shown
 
     def _follow_handle(self) -> None:
@@ -293,4 +293,4 @@ class SideComparison(QObject):
         self.changed.emit("swipe")
 
     def _place(self) -> None:
-        self._material.swipe_column = round(self.swipe.x) if self.swipe.on else None
+        self._data.swipe_column = round(self.swipe.x) if self.swipe.on else None

@@ -11,8 +11,8 @@ from ..base.theme import Colours
 from .colours import strength_table
 from .image_view import ImageView
 from .layers import BAND
-from .material import Spectrum
 from .pixel_items import packed
+from .view_data import Spectrum
 
 _HALO = QColor(0, 0, 0, 170)
 _MARGIN = 8

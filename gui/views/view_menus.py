@@ -134,19 +134,19 @@ class SidesMenu(QMenu):
     def fill(self) -> None:
         """Fill the menu with all available depths, with the current one checked."""
         self.clear()
-        material, group = self._views.material, QActionGroup(self)
-        for depth in ("", *material.comparable()):
-            text = short_title(depth, material.names) if depth else "automatic"
+        data, group = self._views.data, QActionGroup(self)
+        for depth in ("", *data.comparable()):
+            text = short_title(depth, data.names) if depth else "automatic"
             action = self.addAction(capital(text).replace("&", "&&"))
             action.setProperty(TEMPORARY, True)
             action.setCheckable(True)
-            action.setChecked(material.chosen_sides[self._side] == depth)
+            action.setChecked(data.chosen_sides[self._side] == depth)
             group.addAction(action)
             action.triggered.connect(lambda _=False, depth=depth: self._choose(depth))
 
     def _choose(self, depth: str) -> None:
-        sides = list(self._views.material.chosen_sides)
+        sides = list(self._views.data.chosen_sides)
         sides[self._side] = depth
-        if self._views.material.is_same(*sides):
+        if self._views.data.is_same(*sides):
             sides[1 - self._side] = ""
         self._views.sides.choose(*sides)

@@ -45,7 +45,7 @@ class LatestRequest(QObject, Generic[Request, Answer]):
 
     def __init__(
         self,
-        answer: Callable[[Request], Answer | Generator[float, None, Answer]],
+        answer: Callable[[Request], Answer | Generator[float | None, None, Answer]],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
@@ -63,6 +63,11 @@ class LatestRequest(QObject, Generic[Request, Answer]):
     def busy(self) -> bool:
         """Whether an answer is pending."""
         return self._worker.busy or bool(self._waiting)
+
+    @property
+    def question(self) -> Request | None:
+        """The question in progress whose answer is needed; None for none."""
+        return self._current[0] if self._current else None
 
     def ask(self, question: Request) -> None:
         """Compute an answer; `answered` or `failed` follows, once for equal questions asked meanwhile."""

@@ -10,7 +10,7 @@ import numpy as np
 from PySide6.QtCore import QEventLoop, QTimer
 
 from gui.app.main_window import MainWindow
-from gui.features.views import ErrorFeature
+from gui.features.expected_error import ErrorFeature
 from ilf.segmentation.editing.painting import brush_stroke, paint
 
 _LIMIT_S = 300

@@ -13,9 +13,9 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.cloud import CloudFeature
+from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
 from gui.features.tools import ToolsFeature
-from gui.features.views import ErrorFeature
 from gui.views.cloud.canvas import HINT
 from gui.views.cloud.colouring import ColourBy
 from gui.views.cloud.scene import Scene

@@ -12,8 +12,8 @@ from pytestqt.qtbot import QtBot
 from gui.app.main_window import MainWindow
 from gui.features.colour_range import ColourRange
 from gui.features.compare import CompareFeature
+from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
-from gui.features.views import ErrorFeature
 from gui.views.layouts import LAYOUTS
 from ilf import preset
 from ilf.project.run_history import StoredRun
@@ -157,17 +157,17 @@ def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     window.actions_["merge_blocks"].trigger()
     window.refresh.now()
     window.actions_["blink"].setChecked(True)
-    np.testing.assert_array_equal(window.views._overlay.labels, kept.run.blocks.labels)
+    np.testing.assert_array_equal(window.views.blocks.overlay.labels, kept.run.blocks.labels)
     window.actions_["undo"].trigger()
     window.refresh.now()
     assert not window.actions_["blink"].isChecked()
-    np.testing.assert_array_equal(window.views._overlay.labels, document.labels)
+    np.testing.assert_array_equal(window.views.blocks.overlay.labels, document.labels)
     assert window.views.cells["depth-out"].strip.title == "Depth out"
 
 
 def test_a_side_that_is_to_be_worked_out_is(run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot) -> None:
     window, _ = run_twice
-    material = window.views.material
+    material = window.views.data
     window.actions_["swipe"].setChecked(True)
     settle(window, qtbot)
     assert material.interpolated is None
@@ -179,7 +179,7 @@ def test_a_side_that_is_to_be_worked_out_is(run_twice: tuple[MainWindow, StoredR
 def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot) -> None:
     window, _ = run_twice
     settle(window, qtbot)
-    material = window.views.material
+    material = window.views.data
     assert material.interpolated is None
     assert material.edges is None
     window.views.set_content("colour", "strength")
@@ -265,8 +265,8 @@ def test_a_run_that_is_the_result_is_not_compared_with_itself(run_twice: tuple[M
     workspace.current.compare_runs([window.workspace.current.state.runs[-1]])
     window.actions_["compare_two"].trigger()
     window.refresh.now()
-    assert [views.material.names.get(side, side) for side in views.sides.names] == ["Best", "result"]
+    assert [views.data.names.get(side, side) for side in views.sides.names] == ["Best", "result"]
     workspace.accept_run(best)
     window.refresh.draw_all()
     assert views.sides.names == ("run-1", "result")
-    assert views.material.result_number == best.number
+    assert views.data.result_number == best.number

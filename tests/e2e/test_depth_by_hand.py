@@ -68,7 +68,7 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     window.actions_["continue_plane"].trigger()
     qtbot.waitUntil(lambda: document.proposal is not None, timeout=WAIT_MS)
     qtbot.waitUntil(lambda: "proposed surface" in window.cloud.strip.title, timeout=WAIT_MS)
-    shown = window.views.material.result
+    shown = window.views.data.result
     assert shown is not None
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
     window.feature(StatusFeature).readout.point_at((14, 16))

@@ -12,9 +12,9 @@ from PySide6.QtWidgets import QMessageBox, QToolButton
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.expected_error import ErrorFeature
 from gui.features.filter import FilterPanel
 from gui.features.status import StatusFeature
-from gui.features.views import ErrorFeature
 from gui.state.results import ErrorEstimate
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.segmentation.editing.painting import brush_stroke, erase
@@ -95,7 +95,7 @@ def test_what_cannot_be_found_is_said_once(
         raise MemoryError("no room")
 
     said: list[str] = []
-    monkeypatch.setattr("gui.features.views.expected_error", fail)
+    monkeypatch.setattr("gui.features.expected_error.expected_error", fail)
     monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy, timeout=WAIT_MS)

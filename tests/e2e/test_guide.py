@@ -46,8 +46,8 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     assert "inverse.npy; it covers 100% of the missing pixels." in section.message.text()
     section.show.click()
     assert window.views.contents()["depth-in"] == "guide"
-    qtbot.waitUntil(lambda: window.views.material.guide is not None, timeout=WAIT_MS)
-    assert np.median(np.abs(window.views.material.guide - ground_truth)) < 0.01
+    qtbot.waitUntil(lambda: window.views.data.guide is not None, timeout=WAIT_MS)
+    assert np.median(np.abs(window.views.data.guide - ground_truth)) < 0.01
     qtbot.waitUntil(lambda: not document.changed_blocks() and window.runs.state is RunState.IDLE, timeout=WAIT_MS)
     guided = document.completion().depth
     assert np.nanmax(np.abs(guided - ground_truth)) < 0.002

@@ -177,7 +177,7 @@ def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed: MainWindow
     qtbot.waitUntil(lambda: not feature.playing and feature.shown is None, timeout=WAIT_MS)
     assert not workspace.has_current
     assert first not in workspace.open
-    assert window.views.material.rgb is None, "the start page is shown"
+    assert window.views.data.rgb is None, "the start page is shown"
 
 
 def test_frames_without_a_result_are_completed_while_they_play(listed: MainWindow, qtbot: QtBot) -> None:
@@ -215,7 +215,7 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed: MainW
     assert cell.bar.value == cell.picture.value_at(40, 5)
     window.actions_["previous_frame"].trigger()
     window.refresh.now()
-    assert views.material.before.text == "The list has no frame before this one"
+    assert views.data.before.text == "The list has no frame before this one"
 
 
 def _rows(pace: Pace, count: int = 99, bad: tuple[int, ...] = (), cost: float = 0.0) -> tuple[list[int], int]:

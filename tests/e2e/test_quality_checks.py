@@ -14,10 +14,10 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature, block_rows
+from gui.features.expected_error import ErrorFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.quality import QualityPanel
 from gui.features.status import StatusFeature
-from gui.features.views import ErrorFeature
 from gui.state.document import Document
 from gui.state.results import ErrorEstimate
 from ilf.data.frame import RGBDFrame
@@ -285,7 +285,7 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     run_all(window)
     outcome = workspace.current.completion().outcomes[1]
     assert outcome.suspect == np.count_nonzero(speck)
-    assert np.array_equal(window.views._layers._masks["suspect"], speck)
+    assert np.array_equal(window.views.blocks.layers._masks["suspect"], speck)
     row = block_rows(workspace.current, window.runs)[0]
     assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
     assert "limit of steps" in row.detail

@@ -15,6 +15,7 @@ from pytestqt.qtbot import QtBot
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature
 from ilf import RGBDFrame
+from ilf.data.label_map import Box
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import open_frame, write_frame
@@ -60,7 +61,7 @@ def test_one_click_rebuilds_the_table_once(opened: MainWindow, monkeypatch: pyte
 
 def test_an_edit_and_its_undo_rebuild_the_table_once_each(opened: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
-    depth = _Count(monkeypatch, opened.views, "set_result")
+    depth = _Count(monkeypatch, opened.views.ranges, "update_for_result")
     opened.actions_["select_all"].trigger()
     assert (rows.taken(), depth.taken()) == (1, 0)
     opened.actions_["merge_blocks"].trigger()
@@ -77,7 +78,7 @@ def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(
     frame = opened.workspace.current.frame
     folder = write_frame(tmp_path / "other", RGBDFrame(frame.rgb[:40], frame.depth[:40]))
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
-    pictures = _Count(monkeypatch, opened.views, "set_frame")
+    pictures = _Count(monkeypatch, opened.views.ranges, "reset_for_frame")
     open_frame(opened, qtbot, FrameRef(str(folder)))
     assert rows.taken() <= 2, "without blocks at first, if these take their time"
     assert pictures.taken() == 1
@@ -90,24 +91,24 @@ def test_a_stroke_repaints_its_box_alone_until_it_ends(opened: MainWindow, monke
     _click(opened, 50, 24)
     opened.actions_["tool_paint"].trigger()
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
-    whole = _Count(monkeypatch, opened.views, "set_blocks")
+    whole = _Count(monkeypatch, opened.views.blocks.overlay, "set_blocks")
     rows.taken()
-    boxes: list[tuple[slice, slice]] = []
-    update = opened.views.update_blocks_region
+    boxes: list[Box] = []
+    update = opened.views.blocks.overlay.update_region
 
-    def noted(rows: slice, columns: slice, labels: NDArray[np.int32]) -> None:
-        boxes.append((rows, columns))
-        update(rows, columns, labels)
+    def noted(box: Box, labels: NDArray[np.int32]) -> None:
+        boxes.append(box)
+        update(box, labels)
 
-    monkeypatch.setattr(opened.views, "update_blocks_region", noted)
+    monkeypatch.setattr(opened.views.blocks.overlay, "update_region", noted)
     first, second = (view.viewportTransform().map(QPointF(x, 24)).toPoint() for x in (20, 14))
     QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=first)
     QTest.mouseMove(view.viewport(), second)
     assert (rows.taken(), whole.taken()) == (0, 0)
     assert boxes
-    np.testing.assert_array_equal(opened.views._overlay.labels, opened.workspace.current.labels)
+    np.testing.assert_array_equal(opened.views.blocks.overlay.labels, opened.workspace.current.labels)
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=second)
     assert (rows.taken(), whole.taken()) == (1, 0)
     opened.actions_["undo"].trigger()
     assert rows.taken() == 1
-    np.testing.assert_array_equal(opened.views._overlay.labels, opened.workspace.current.labels)
+    np.testing.assert_array_equal(opened.views.blocks.overlay.labels, opened.workspace.current.labels)

@@ -137,7 +137,7 @@ class BlocksFeature(Panel):
         table.visibilityChanged.connect(lambda label, on: workspace.current.set_visible(label, on))
         table.lockChanged.connect(lambda label, on: workspace.current.set_lock(label, on))
         table.contextMenuRequested.connect(lambda place, _: self._run(self._with_commands(QMenu(table)), place))
-        table.activated.connect(lambda _: self.context.feature(ViewsFeature).presenter.zoom_to_blocks())
+        table.activated.connect(lambda _: self.context.feature(ViewsFeature).zoom_to_blocks())
         return table
 
     def _declared(self) -> Sequence[Command]:

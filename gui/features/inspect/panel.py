@@ -34,8 +34,8 @@ from ...widgets.basics import Message, PlainLabel, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.number_table import NumberTable, Row
+from ..expected_error import ErrorFeature
 from ..panel import Panel
-from ..views import ErrorFeature
 from .marks import InspectMarks, measurement_marks, profile_marks, region_marks
 from .profile_page import ProfilePage
 from .profile_plot import profile_data

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.parts import Part
-from ...views.material import Before
+from ...views.view_data import Before
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..frame_list.feature import FramesFeature
@@ -29,7 +29,7 @@ class FlickerFeature(Feature):
         self._frames = context.feature(FramesFeature)
         self._questions = LatestRequest[_Question, Before](_find, self)
         self._questions.answered.connect(self._take)
-        self._questions.failed.connect(lambda _, error: context.views.show_data(before=Before(text=str(error))))
+        self._questions.failed.connect(lambda _, error: context.views.show_found(before=Before(text=str(error))))
         context.workspace.changed.connect(lambda parts: self._questions.forget() if parts & Part.FRAME else None)
         context.refresh.add(
             "flicker",
@@ -53,13 +53,13 @@ class FlickerFeature(Feature):
         row = shown.index(entry) if entry in shown else 0
         now = None if entry is None else Moment.of_open(entry)
         if now is None or row == 0:
-            views.show_data(before=Before(text="The list has no frame before this one"))
+            views.show_found(before=Before(text="The list has no frame before this one"))
             return
         before = shown[row - 1]
         self._questions.ask(_Question(now, Moment.of_open(before) or before, self.context.recorder.store))
 
     def _take(self, _: _Question, before: Before) -> None:
-        self.context.views.show_data(before=before)
+        self.context.views.show_found(before=before)
 
 
 def _find(question: _Question) -> Before:

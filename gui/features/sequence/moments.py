@@ -17,7 +17,7 @@ from ilf.sources.reading import read_frame
 
 from ...project.store import WorkStore
 from ...state.entries import Entry
-from ...views.material import Before, Depth
+from ...views.view_data import Before, Depth
 from ..export.result import BatchResult
 
 

@@ -23,13 +23,12 @@ from ...base.needs import Need
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
-from ...views.material import Before
+from ...views.view_data import Before
 from ...work.jobs import Worker
 from ..context import Context, Feature
 from ..export.result import BatchResult
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
-from ..views import ViewsFeature
 from .moments import Moment
 
 # Playing, in the worker's thread.
@@ -149,7 +148,6 @@ class PlayFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._frames = context.feature(FramesFeature)
-        self._presenter = context.feature(ViewsFeature).presenter
         self._status = context.feature(StatusFeature)
         context.actions.add(self._commands())
         self._on = context.actions["play_frames"]
@@ -248,7 +246,7 @@ class PlayFeature(Feature):
         self.shown, self._left = None, workspace.current if workspace.has_current else None
         self._set_speed(self._speed)
         self.context.centre.show_images()
-        self._presenter.keep_pictures(True)
+        self.context.views.keep_pictures(True)
         workspace.show(None)
         self.context.actions.refresh()
         entries, store, parameters = self._entries, self.context.recorder.store, workspace.parameters.current
@@ -313,7 +311,7 @@ class PlayFeature(Feature):
             if self._left in workspace.open:
                 workspace.show(self._left)
             else:
-                self._presenter.keep_pictures(False)
+                self.context.views.keep_pictures(False)
 
     def _take(self, played: list[PlayedFrame]) -> None:
         """Show the frame that is due, while the next one is being read."""
@@ -323,7 +321,7 @@ class PlayFeature(Feature):
         self.worker.step()
         self.shown = shown = played[-1]
         moment = shown.moment
-        self._presenter.show_played(moment.frame, moment.depth, moment.text, shown.before)
+        self.context.views.show_played(moment.frame, moment.depth, moment.text, shown.before)
         self._frames.show_played(self._entries[shown.row])
         self._clock.append(time.monotonic())
         self.rate = measured_rate(self._clock)

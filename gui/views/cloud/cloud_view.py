@@ -7,19 +7,14 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Generic, TypeVar
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import (
     QAction,
     QActionGroup,
     QBrush,
     QColor,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
 )
-from PySide6.QtWidgets import QHBoxLayout, QMenu, QSizePolicy, QToolBar, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from ...base import theme
 from ...widgets.basics import PlainLabel, Themed
@@ -83,105 +78,17 @@ class ChoiceButton(QToolButton, Generic[Choice]):
         self._choices[choice].setToolTip(hint)
 
 
-# The depth range that is drawn: a slider with two handles, in metres.
-
-_HANDLE = 7.0
-_STEP = 0.01
-"""Step of an arrow key, as a share of the range; ten times that with Shift."""
-
-
-class RangeSlider(QWidget):
-    """Range slider with two handles within 0-1. Arrow keys move the last used handle.
-
-    Signals
-    -------
-    moved(float, float)
-        New positions of the handles.
-    """
-
-    moved = Signal(float, float)
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setMinimumWidth(80)
-        self.values = [0.0, 1.0]
-        self._present = 0
-        self._held = False
-
-    def set_values(self, low: float, high: float) -> None:
-        """Set both handles, without a signal."""
-        self.values = [low, high]
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        return QSize(200, round(2 * _HANDLE) + 6)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        colours = theme.colours(self.palette())
-        y, left, right = self.height() / 2, *(self._place(value) for value in self.values)
-        painter.setPen(QPen(colours.grid, 4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
-        painter.drawLine(QPointF(self._place(0), y), QPointF(self._place(1), y))
-        painter.setPen(QPen(colours.accent, 4))
-        painter.drawLine(QPointF(left, y), QPointF(right, y))
-        for number, x in enumerate((left, right)):
-            painter.setPen(QPen(colours.accent if self.hasFocus() and number == self._present else colours.muted, 1.5))
-            painter.setBrush(colours.background)
-            painter.drawEllipse(QRectF(x - _HANDLE, y - _HANDLE, 2 * _HANDLE, 2 * _HANDLE))
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        x = event.position().x()
-        low, high = (self._place(value) for value in self.values)
-        self._present = 0 if abs(x - low) < abs(x - high) or (low == high and x < low) else 1
-        self._held = True
-        self._move(self._value(x))
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        if self._held:
-            self._move(self._value(event.position().x()))
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        self._held = False
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        step = _STEP * (10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1)
-        match event.key():
-            case Qt.Key.Key_Left | Qt.Key.Key_Down:
-                self._move(self.values[self._present] - step)
-            case Qt.Key.Key_Right | Qt.Key.Key_Up:
-                self._move(self.values[self._present] + step)
-            case Qt.Key.Key_Space:
-                self._present = 1 - self._present
-                self.update()
-            case _:
-                super().keyPressEvent(event)
-
-    def _move(self, value: float) -> None:
-        """Move the current handle, up to the other one."""
-        low, high = (0.0, self.values[1]) if self._present == 0 else (self.values[0], 1.0)
-        value = min(max(value, low), high)
-        if value != self.values[self._present]:
-            self.values[self._present] = value
-            self.moved.emit(*self.values)
-        self.update()
-
-    def _place(self, value: float) -> float:
-        return _HANDLE + 1 + value * (self.width() - 2 * _HANDLE - 2)
-
-    def _value(self, x: float) -> float:
-        return (x - _HANDLE - 1) / max(self.width() - 2 * _HANDLE - 2, 1.0)
+_STEPS = 1000
+"""Steps of a slider over the depths of the cloud."""
 
 
 class DepthClip(QWidget):
-    """Range slider with the depths at its handles, and a button to show all depths.
+    """Sliders of the nearest and the farthest depth that are drawn, and a button to show all depths.
 
     Signals
     -------
     changed(float, float)
-        Depths [m] between which the cloud is drawn; infinite where a handle is at its end.
+        Depths [m] between which the cloud is drawn; infinite where a slider is at its end.
     """
 
     changed = Signal(float, float)
@@ -191,25 +98,22 @@ class DepthClip(QWidget):
         self._bounds = 0.0, 1.0
         self.depths = -math.inf, math.inf
         """Depth range [m] that is drawn."""
-        self._low, self._high = PlainLabel(), PlainLabel()
-        self.slider = RangeSlider()
-        self.slider.setAccessibleName("Depth range")
-        self.slider.setToolTip("Drag a handle, or use the arrow keys; Space switches to the other handle")
-        self.slider.moved.connect(self._take)
-        everything = QToolButton()
+        self.near, self.far = self._slider("Nearest depth"), self._slider("Farthest depth")
+        self._labels = PlainLabel(), PlainLabel()
+        everything = QToolButton(autoRaise=True)
         everything.setText("All")
-        everything.setAutoRaise(True)
         everything.setAccessibleName("Draw all depths")
         everything.setToolTip("Draw all depths again")
         everything.clicked.connect(self.clear)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 0, 8, 2)
-        for widget in (PlainLabel("Depth"), self._low, self.slider, self._high, everything):
-            layout.addWidget(widget)
-        width = self.fontMetrics().horizontalAdvance("00.00 m")
-        for label in (self._low, self._high):
-            label.setFixedWidth(width)
+        layout.addWidget(PlainLabel("Depth"))
+        for slider, label in zip((self.near, self.far), self._labels, strict=True):
+            label.setFixedWidth(self.fontMetrics().horizontalAdvance("00.00 m"))
             label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            layout.addWidget(slider)
+            layout.addWidget(label)
+        layout.addWidget(everything)
         self._show()
 
     def set_bounds(self, low: float, high: float) -> None:
@@ -221,10 +125,24 @@ class DepthClip(QWidget):
         """Draw all depths."""
         self._set(-math.inf, math.inf)
 
-    def _take(self, low: float, high: float) -> None:
+    def _slider(self, what: str) -> QSlider:
+        slider = QSlider(Qt.Orientation.Horizontal)
+        slider.setRange(0, _STEPS)
+        slider.setSingleStep(_STEPS // 100)
+        slider.setPageStep(_STEPS // 10)
+        slider.setAccessibleName(what)
+        slider.setToolTip(f"{what} that is drawn")
+        slider.valueChanged.connect(lambda _: self._take(slider))
+        return slider
+
+    def _take(self, moved: QSlider) -> None:
+        """Draw the range of the sliders; one pushes the other."""
+        near, far = self.near.value(), self.far.value()
+        if near > far:
+            near = far = moved.value()
         start, end = self._bounds
-        nearest = start + low * (end - start) if low > 0 else -math.inf
-        farthest = start + high * (end - start) if high < 1 else math.inf
+        nearest = start + near / _STEPS * (end - start) if near > 0 else -math.inf
+        farthest = start + far / _STEPS * (end - start) if far < _STEPS else math.inf
         self._set(nearest, farthest)
 
     def _set(self, low: float, high: float) -> None:
@@ -234,10 +152,11 @@ class DepthClip(QWidget):
 
     def _show(self) -> None:
         start, end = self._bounds
-        low, high = (min(max(depth, start), end) for depth in self.depths)
-        self._low.setText(f"{low:.2f} m")
-        self._high.setText(f"{high:.2f} m")
-        self.slider.set_values((low - start) / (end - start), (high - start) / (end - start))
+        for slider, label, depth in zip((self.near, self.far), self._labels, self.depths, strict=True):
+            shown = min(max(depth, start), end)
+            label.setText(f"{shown:.2f} m")
+            with QSignalBlocker(slider):
+                slider.setValue(round(_STEPS * (shown - start) / (end - start)))
 
 
 _LOOKS = {

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Generator
 from dataclasses import dataclass, replace
-from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from PySide6.QtGui import QImage
 
 from ilf.drawing.clouds import Look, Splat, splat, splat_steps
 
-from ...work.jobs import Worker
+from ...work.latest_request import LatestRequest
 from .scene import Points, Rgb, Scene, empty_scene
 
 # Level of detail of a moving cloud, from the drawing speed of this machine. No widgets.
@@ -68,77 +69,6 @@ def _cost(points: int, pixels: float) -> float:
     return _POINT_S * points + _PIXEL_S * pixels
 
 
-# The full picture of a cloud, drawn in a worker thread when the view is at rest.
-
-
-class FullPicture(QObject):
-    """Draws full pictures in a worker thread: always the last one requested; an outdated one is cancelled.
-
-    Signals
-    -------
-    drawn(object, object, object)
-        Scene, look, and picture.
-    failed(object)
-        The exception that stopped a picture.
-    """
-
-    drawn = Signal(object, object, object)
-    failed = Signal(object)
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._worker = Worker(self)
-        self._worker.finished.connect(self._take)
-        self._worker.cancelled.connect(self._start)
-        self._worker.failed.connect(self._fail)
-        self._wanted: tuple[Scene, Look] | None = None
-        self._present: tuple[Scene, Look] | None = None
-
-    @property
-    def busy(self) -> bool:
-        """Whether a picture is being drawn."""
-        return self._wanted is not None
-
-    def ask(self, scene: Scene, look: Look) -> None:
-        """Request a picture; `drawn` follows unless another one is requested before."""
-        if self._present is not None and self._present[0] is scene and self._present[1] == look:
-            return
-        self._wanted = scene, look
-        if self._worker.busy:
-            self._present = None
-            self._worker.cancel()
-        else:
-            self._start()
-
-    def drop(self) -> None:
-        """Cancel the request."""
-        self._wanted = self._present = None
-        self._worker.cancel()
-
-    def shutdown(self) -> bool:
-        """Stop permanently before the window closes. True if the thread has ended."""
-        self._wanted = None
-        return self._worker.shutdown()
-
-    def _start(self) -> None:
-        self._present = self._wanted
-        if self._present is None:
-            return
-        scene, look = self._present
-        self._worker.start(partial(splat_steps, scene.points, scene.colouring.colours, look, scene.spacing))
-
-    def _take(self, splat: Splat) -> None:
-        if self._present is None:
-            return
-        scene, look = self._present
-        self._wanted = self._present = None
-        self.drawn.emit(scene, look, splat)
-
-    def _fail(self, error: Exception) -> None:
-        self._wanted = self._present = None
-        self.failed.emit(error)
-
-
 IDLE_MS = 120
 """The full picture is drawn when the view has not moved for this long."""
 
@@ -165,6 +95,11 @@ class _Subset:
     colours: Rgb
 
 
+class _Asked(NamedTuple):
+    scene: Scene
+    look: Look
+
+
 class CloudDrawing(QObject):
     """The current picture of a cloud.
 
@@ -188,9 +123,9 @@ class CloudDrawing(QObject):
         self._subset: _Subset | None = None
         self._is_due = False
         """Whether `image` draws a new picture."""
-        self._whole = FullPicture(self)
-        self._whole.drawn.connect(self._take_whole)
-        self._whole.failed.connect(self.failed)
+        self._whole = LatestRequest[_Asked, Splat](_whole_steps, self)
+        self._whole.answered.connect(self._take_whole)
+        self._whole.failed.connect(lambda _, error: self.failed.emit(error))
         self._rest = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._rest.timeout.connect(self._ask_whole)
 
@@ -210,7 +145,7 @@ class CloudDrawing(QObject):
         self._look = look
         at_once = self.detail.choose(len(self.scene), look.width * look.height) == (1, len(self.scene))
         if moving or at_once or self._picture is None:
-            self._whole.drop()
+            self._whole.cancel()
             self._is_due = True
         else:
             self._ask_whole()
@@ -234,7 +169,7 @@ class CloudDrawing(QObject):
         if self._look is not None and len(self.scene) and not self.is_full:
             scene = self.scene
             drawn = splat(scene.points, scene.colouring.colours, self._look, scene.spacing)
-            self._take_whole(scene, self._look, drawn)
+            self._take_whole(_Asked(scene, self._look), drawn)
 
     def point_at(self, x: float, y: float, reach: float) -> int | None:
         """Index of the visible point nearest to a position, within `reach` [screen px]; None if there is none."""
@@ -254,7 +189,7 @@ class CloudDrawing(QObject):
     def pause(self) -> None:
         """Stop drawing while the view is hidden."""
         self._rest.stop()
-        self._whole.drop()
+        self._whole.cancel()
 
     def resume(self) -> None:
         """Resume drawing."""
@@ -298,15 +233,24 @@ class CloudDrawing(QObject):
         return self._subset
 
     def _ask_whole(self) -> None:
+        """Ask for the full picture; an outdated one is cancelled."""
         if self._look is not None and len(self.scene):
-            self._whole.ask(self.scene, self._look)
+            asked = _Asked(self.scene, self._look)
+            if self._whole.question != asked:
+                self._whole.cancel()
+            self._whole.ask(asked)
 
-    def _take_whole(self, scene: Scene, look: Look, drawn: Splat) -> None:
-        if scene is self.scene and look == self._look:
-            self._picture = _Picture(_image_of(drawn), scene, look, drawn.nearest)
+    def _take_whole(self, asked: _Asked, drawn: Splat) -> None:
+        if asked == (self.scene, self._look):
+            self._picture = _Picture(_image_of(drawn), *asked, drawn.nearest)
             self._subset = None
             self._is_due = False
             self.ready.emit()
+
+
+def _whole_steps(asked: _Asked) -> Generator[None, None, Splat]:
+    scene, look = asked
+    return splat_steps(scene.points, scene.colouring.colours, look, scene.spacing)
 
 
 def _coarse(look: Look, side: int) -> Look:

@@ -14,8 +14,8 @@ from gui.features.blocks.commands import BlockCommands
 from gui.features.compare import DerivedPresenter
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from gui.features.export.feature import behind
-from gui.features.views import ViewsPresenter
 from gui.state.document import Document
+from gui.state.parts import Part
 from gui.tools.editor import Editor
 from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
@@ -33,17 +33,15 @@ Completed = tuple[Completion | None, Completion | None]
 
 
 @pytest.fixture
-def views(bench: Bench, qtbot: QtBot) -> ViewsPresenter:
-    views = LinkedViews()
+def views(bench: Bench, qtbot: QtBot) -> LinkedViews:
+    views = LinkedViews(bench.workspace)
     qtbot.addWidget(views)
-    presenter = ViewsPresenter(bench.workspace, views)
-    presenter.show_frame()
-    presenter.show_present()
-    return presenter
+    views.look_back(None)
+    return views
 
 
 @pytest.fixture
-def effect(bench: Bench, views: ViewsPresenter, qtbot: QtBot) -> Iterator[EditSummaryPresenter]:
+def effect(bench: Bench, views: LinkedViews, qtbot: QtBot) -> Iterator[EditSummaryPresenter]:
     live = QAction(checkable=True, checked=True)
     line = EditSummaryLine()
     qtbot.addWidget(line)
@@ -120,7 +118,7 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
 
 
 def test_the_depth_before_an_edit_is_that_of_the_values_then(
-    bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter, until: Until
+    bench: Bench, effect: EditSummaryPresenter, views: LinkedViews, until: Until
 ) -> None:
     run_all(bench, until)
     first = bench.document.completion()
@@ -131,14 +129,13 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(
     now = bench.document.completion()
     assert now is not None
     bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
-    shown: list[np.ndarray] = []
-    views._views.set_result = lambda depth, *_: shown.append(depth)  # type: ignore[method-assign]
     effect.look(True)
-    assert shown[-1] is now.depth
+    assert views.data.result is not None
+    assert views.data.result.depth is now.depth
 
 
 def test_other_blocks_leave_nothing_to_look_back_to(
-    bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter, until: Until
+    bench: Bench, effect: EditSummaryPresenter, views: LinkedViews, until: Until
 ) -> None:
     run_all(bench, until)
     bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
@@ -150,34 +147,30 @@ def test_other_blocks_leave_nothing_to_look_back_to(
     )
     bench.workspace.tell()
     assert "Paint" not in line.label.text()
-    shown: list[np.ndarray] = []
-    views._views.set_blocks = lambda labels, _: shown.append(labels.copy())  # type: ignore[method-assign]
     effect.look(True)
-    assert all(np.array_equal(labels, bench.document.labels) for labels in shown)
+    np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
 
 
 def test_what_is_shown_while_one_looks_back_stays(
-    bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter, until: Until
+    bench: Bench, effect: EditSummaryPresenter, views: LinkedViews, until: Until
 ) -> None:
     run_all(bench, until)
-    shown: list[np.ndarray | None] = []
-    drawn: list[np.ndarray] = []
-    former = bench.document.labels.copy()
+    completion, former = bench.document.completion(), bench.document.labels.copy()
+    assert completion is not None
     bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
-    views._views.set_result = lambda depth, *_: shown.append(depth)  # type: ignore[method-assign]
-    views._views.set_blocks = lambda labels, _: drawn.append(labels.copy())  # type: ignore[method-assign]
     effect.look(True)
-    views.show_depth()  # as when a block has been solved meanwhile
-    views.show_blocks()
-    assert len(shown) == len(drawn) == 1
-    np.testing.assert_array_equal(drawn[0], former)
+    views.refresh(Part.RESULTS)  # as when a block has been solved meanwhile
+    views.blocks.draw(Part.LABELS)
+    assert views.data.result is not None
+    assert views.data.result.depth is completion.depth
+    np.testing.assert_array_equal(views.blocks.overlay.labels, former)
     effect.look(False)
-    np.testing.assert_array_equal(drawn[-1], bench.document.labels)
-    assert len(shown) == 2
+    assert views.data.result.depth is not completion.depth
+    np.testing.assert_array_equal(views.blocks.overlay.labels, bench.document.labels)
 
 
 def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
-    bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter
+    bench: Bench, effect: EditSummaryPresenter, views: LinkedViews
 ) -> None:
     bench.script.allow()
     bench.workspace.current.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
@@ -186,26 +179,26 @@ def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
     frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
     bench.workspace.open_document(Document.of(Run(frame, bench.labels[small]), None, "small"))
     effect.look(False)  # as the window does when another frame is shown, before anything is drawn
-    assert views._views.material.rgb is frame.rgb
-    np.testing.assert_array_equal(views._views._overlay.labels, bench.labels[small])
+    assert views.data.rgb is frame.rgb
+    np.testing.assert_array_equal(views.blocks.overlay.labels, bench.labels[small])
 
 
 def test_edges_of_one_frame_do_not_come_to_the_next(
-    bench: Bench, views: ViewsPresenter, until: Until, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, views: LinkedViews, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = Event()
     monkeypatch.setattr("gui.features.compare.find_edges", lambda *_: found.wait() and FrameEdges(*3 * [edges], None))
-    monkeypatch.setattr(views._views, "shows", lambda part: part == "edges")
+    monkeypatch.setattr(views, "shows", lambda part: part == "edges")
     edges = np.zeros(bench.frame.shape, np.float32)
-    derived = DerivedPresenter(bench.workspace, views._views)
+    derived = DerivedPresenter(bench.workspace, views)
     derived.show()
     small = np.s_[:20, :30]
     frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
     bench.workspace.open_document(Document.of(Run(frame, bench.labels[small]), None, "small"))
-    views.show_present()  # as when the key that shows the state before an edit is released
+    views.look_back(None)  # as when the key that shows the state before an edit is released
     found.set()
     until(lambda: not derived.busy)
-    assert views._views.material.edges is None
+    assert views.data.edges is None
     assert derived.shutdown()
 
 
@@ -248,8 +241,8 @@ def test_undo_takes_back_the_values_of_its_step_alone(bench: Bench) -> None:
     assert (workspace.parameters.current, bench.document.state.common) == (quick, common)
 
 
-def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: ViewsPresenter) -> None:
-    editor = Editor(bench.workspace, views._views)
+def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: LinkedViews) -> None:
+    editor = Editor(bench.workspace, views)
     commands = BlockCommands(bench.workspace, editor)
     former = bench.document.labels.copy()
     bench.workspace.select([1])

@@ -1,7 +1,6 @@
 """The cloud widget: mouse, keys, colours, and what it leaves behind when it goes."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +11,11 @@ from PySide6.QtWidgets import QApplication
 from gui.base import theme
 from gui.views.cloud.canvas import length_text, round_length
 from gui.views.cloud.cloud_view import CloudView, DepthClip
-from gui.views.cloud.colouring import ColourBy, Subject, colours_of, signed_table, value_of
+from gui.views.cloud.colouring import ColourBy, Subject, colours_of
 from gui.views.cloud.drawing import MOVING_S, DetailLevel
 from gui.views.cloud.scene import Colouring, Scene
-from gui.views.colours import FIXED, Range, depth_table
+from gui.views.colours import depth_table, error_table
+from gui.views.layers import Layer
 from ilf.drawing.colours import to_indices
 
 RED = 200, 30, 30
@@ -174,70 +174,45 @@ def test_points_and_pixels_find_each_other(qtbot, view, scene):
     assert math.hypot(columns.mean() - x, rows.mean() - y) < 2
 
 
-@pytest.fixture
-def subject():
+def test_colours_mean_what_is_chosen(qapp):
     depth = np.array([[1, 2, 3], [4, np.nan, 5]], np.float32)
     mask = np.array([[False, True, False], [False, False, True]])
-    return Subject(
-        np.arange(18, dtype=np.uint8).reshape(2, 3, 3),
-        depth,
-        theme.colours(QApplication.palette()),
-        depth_table("turbo"),
-        {
-            kind: Range(FIXED, levels)
-            for kind, levels in {"depth": (1.0, 5.0), "signed": (-10.0, 10.0), "expected": (1.0, 100.0)}.items()
-        },
-        labels=np.array([[0, 1, 1], [2, 2, 2]], np.int32),
-        block_colours=np.array([[0, 0, 0, 255], [9, 8, 7, 255], [6, 5, 4, 255]], np.uint8),
-        expected=np.where(mask, np.float32(0.01), np.float32(np.nan)),
-        ground_truth=depth - np.float32(0.0051),
-        other=np.where(mask, np.float32(np.nan), depth),
-        other_name="Run 1",
-        filled=mask,
-    )
-
-
-def test_colours_mean_what_is_chosen(qapp, subject):
+    rgb, shades = np.arange(18, dtype=np.uint8).reshape(2, 3, 3), theme.colours(QApplication.palette())
     pixels = np.array([0, 1, 2, 3, 5], np.int32)
-    points = np.stack([np.zeros(5), np.zeros(5), [1, 2, 3, 4, 5]], axis=1).astype(np.float32)
-
-    def colours(by):
-        return colours_of(subject, by, points, pixels)
+    none = shades.grid if shades.is_dark else shades.muted
 
     def shade(colour):
         return [colour.red(), colour.green(), colour.blue()]
 
-    rgb = subject.rgb.reshape(-1, 3)[pixels]
-    none = shade(subject.shades.grid if subject.shades.is_dark else subject.shades.muted)
-    assert colours(ColourBy.COLOUR).colours.tolist() == rgb.tolist()
-    depth = colours(ColourBy.DEPTH)
-    assert depth.colours.tolist() == depth_table("turbo")[to_indices(points[:, 2], 1, 5), :3].tolist()
-    assert (depth.scale.unit, depth.scale.levels) == ("m", (1.0, 5.0))
-    assert colours(ColourBy.BLOCK).colours.tolist() == [none, [9, 8, 7], [9, 8, 7], [6, 5, 4], [6, 5, 4]]
-    expected = colours(ColourBy.EXPECTED)
-    assert expected.scale.logarithmic
-    assert expected.colours[1].tolist() == expected.scale.table[128, :3].tolist(), "10 of 1 to 100 mm"
-    assert expected.colours[0].tolist() == none
+    def colours(by, **what):
+        return colours_of(Subject(rgb, depth, shades, **what), by, pixels)
+
+    plain = rgb.reshape(-1, 3)[pixels].tolist()
+    assert colours(ColourBy.COLOUR).colours.tolist() == plain
+    by_depth = colours(ColourBy.DEPTH, layer=Layer((depth,), levels=(1.0, 5.0), table=depth_table("turbo")), unit="m")
+    assert by_depth.colours.tolist() == depth_table("turbo")[to_indices(depth.reshape(-1)[pixels], 1, 5), :3].tolist()
+    assert (by_depth.scale.unit, by_depth.scale.levels, by_depth.legend) == ("m", (1.0, 5.0), ())
+    blocks = np.array([[0, 0, 0, 255], [9, 8, 7, 255], [6, 5, 4, 255]], np.uint8)
+    by_block = colours(ColourBy.BLOCK, labels=np.array([[0, 1, 1], [2, 2, 2]], np.int32), block_colours=blocks)
+    assert by_block.colours.tolist() == [shade(none), [9, 8, 7], [9, 8, 7], [6, 5, 4], [6, 5, 4]]
+    error = Layer(
+        (np.where(mask, np.float32(10), np.float32(np.nan)),),
+        levels=(1.0, 100.0),
+        logarithmic=True,
+        table=error_table(),
+    )
     doubtful = np.zeros((2, 3), bool)
     doubtful[0, 1] = True
-    marked = colours_of(replace(subject, unsupported=doubtful), ColourBy.EXPECTED, points, pixels)
-    assert marked.colours[1].tolist() == shade(subject.shades.warning)
+    expected = colours(ColourBy.EXPECTED, layer=error, lacking="measured")
+    assert expected.colours[[0, 1]].tolist() == [shade(none), error_table()[128, :3].tolist()], "10 of 1 to 100 mm"
+    marked = colours(ColourBy.EXPECTED, layer=error, marks=((doubtful, shades.warning, "unsupported"),))
+    assert marked.colours[1].tolist() == shade(shades.warning)
     np.testing.assert_array_equal(np.delete(marked.colours, 1, 0), np.delete(expected.colours, 1, 0))
-    assert marked.legend[-1][1] == "unsupported"
-    error = colours(ColourBy.ERROR)
-    table = signed_table()
-    assert (error.colours == table[to_indices(np.float32([5.1]), -10, 10)[0], :3]).all(), "5.1 mm too far"
-    assert error.scale.levels == (-10.0, 10.0)
-    assert value_of(subject, ColourBy.ERROR, (2, 1)) == pytest.approx(5.1, abs=1e-3)
-    assert value_of(subject, ColourBy.EXPECTED, (0, 0)) is value_of(subject, ColourBy.BLOCK, (0, 0)) is None
-    difference = colours(ColourBy.DIFFERENCE)
-    assert difference.colours[1].tolist() == difference.colours[4].tolist() == none
-    assert difference.colours[0].tolist() == table[128, :3].tolist()
-    assert [text for _, text in difference.legend] == ["not in Run 1"]
-    filled = colours(ColourBy.FILLED)
-    assert filled.colours[[1, 4]].tolist() == [shade(subject.shades.accent)] * 2
-    assert filled.colours[0].tolist() == rgb[0].tolist()
+    assert [expected.legend[-1][1], marked.legend[-1][1]] == ["measured", "1 unsupported"]
+    filled = colours(ColourBy.FILLED, marks=((mask, shades.accent, "filled"), (~mask & False, shades.warning, "no")))
+    assert filled.colours[[0, 1, 4]].tolist() == [plain[0], *[shade(shades.accent)] * 2]
     assert [text for _, text in filled.legend] == ["2 filled"]
+    assert colours(ColourBy.ERROR).note == "image colours until it is computed"
 
 
 def test_what_cannot_be_shown_says_why(view):
@@ -320,13 +295,11 @@ def test_closing_gives_up_what_is_being_drawn(qtbot, view, scene, monkeypatch):
     assert not view.canvas.drawing._whole.busy
 
 
-def test_depths_are_clipped_in_metres(qtbot, view):
+def test_depths_are_clipped_in_metres(view, monkeypatch):
+    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (1, points))  # however busy it is
     view._show_clip(True)
     everything = np.count_nonzero((pixels(view.canvas) == RED).all(axis=2))
-    slider = view.clip.slider
-    slider.setFocus()
-    slider.mousePressEvent(mouse(slider, 0.0))
-    slider.mouseMoveEvent(mouse(slider, 0.5))
+    view.clip.near.setValue(500)
     low, high = view.canvas.depths
     assert low == pytest.approx(2.0, abs=0.01)
     assert high == math.inf
@@ -340,27 +313,19 @@ def test_depths_are_clipped_in_metres(qtbot, view):
     assert np.count_nonzero((pixels(view.canvas) == RED).all(axis=2)) == everything
 
 
-def mouse(slider, share):
-    place = QPointF(slider._place(share), slider.height() / 2)
-    left = Qt.MouseButton.LeftButton
-    return QMouseEvent(
-        QEvent.Type.MouseButtonPress, place, slider.mapToGlobal(place), left, left, Qt.KeyboardModifier.NoModifier
-    )
-
-
 def test_clipped_depths_stay_in_metres_when_the_cloud_changes(qtbot):
     row = DepthClip()
     qtbot.addWidget(row)
     row.set_bounds(1.0, 3.0)
-    row._take(0.5, 1.0)
+    row.near.setValue(500)
     row.set_bounds(0.0, 4.0)
     assert row.depths == (2.0, math.inf)
-    assert row.slider.values == [0.5, 1.0]
-    qtbot.keyClick(row.slider, Qt.Key.Key_Left)
+    assert [row.near.value(), row.far.value()] == [500, 1000]
+    qtbot.keyClick(row.near, Qt.Key.Key_Left)
     assert row.depths == (pytest.approx(1.96), math.inf)
-    qtbot.keyClick(row.slider, Qt.Key.Key_Space)
-    qtbot.keyClick(row.slider, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
-    assert row.depths == (pytest.approx(1.96), pytest.approx(3.6)), "Space turns to the other handle"
+    row.far.setValue(400)
+    assert row.depths == (pytest.approx(1.6), pytest.approx(1.6)), "one pushes the other"
+    assert row.near.value() == 400
 
 
 @pytest.mark.parametrize(

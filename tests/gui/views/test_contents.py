@@ -12,11 +12,11 @@ from PySide6.QtTest import QTest
 from gui.views.colours import FULL, ROBUST, strength_table
 from gui.views.layers import CONTENTS, Content, Layer, checked, missing_reason
 from gui.views.layouts import CELLS
-from gui.views.linked_views import LinkedViews
-from gui.views.material import ShownRun
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.segmentation.edges.frame_edges import find_edges
+
+from .given_views import GivenViews
 
 HEIGHT, WIDTH = 48, 64
 LEFT = Qt.MouseButton.LeftButton
@@ -28,13 +28,13 @@ def flat(depth: float) -> np.ndarray:
 
 @pytest.fixture
 def views(qtbot):
-    widget = LinkedViews()
+    widget = GivenViews()
     qtbot.addWidget(widget)
     widget.resize(900, 700)
     depth = flat(2.0)
     depth[:, :10] = 1.0
     depth[10:20, 10:20] = np.nan
-    widget.set_frame(np.full((HEIGHT, WIDTH, 3), 90, np.uint8), depth)
+    widget.open(np.full((HEIGHT, WIDTH, 3), 90, np.uint8), depth)
     widget.show()
     qtbot.waitExposed(widget)
     return widget
@@ -54,9 +54,9 @@ def drag(view, start, stop):
 
 
 def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(views):
-    views.set_result(flat(2.1))
-    views.show_data(ground_truth=flat(2.2))
-    views.show_data(runs=(ShownRun("Run 1", flat(2.3)),))
+    views.give(depth=flat(2.1))
+    views.give(ground_truth=flat(2.2))
+    views.give(runs=[views.run("Run 1", flat(2.3))])
     start = views.contents()
     assert start == {name: content for name, (_, content) in CELLS.items()}
     cell = views.cells["depth-in"]
@@ -102,9 +102,9 @@ def test_creases_are_shown_where_the_detector_tells_of_them(views):
     )
     cell = views.cells["depth-in"]
     views.set_content("depth-in", "creases")
-    views.show_data(edges=edges)
+    views.show_found(edges=edges)
     assert cell.picture.value_at(3, 4) is None
-    views.show_data(edges=dataclasses.replace(edges, crease=flat(0.25)))
+    views.show_found(edges=dataclasses.replace(edges, crease=flat(0.25)))
     assert cell.picture.value_at(3, 4) == 0.25
     views.set_content("depth-in", "strength")
     assert cell.picture.value_at(3, 4) == 0
@@ -113,10 +113,10 @@ def test_creases_are_shown_where_the_detector_tells_of_them(views):
 def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
     labels = np.zeros((HEIGHT, WIDTH), np.int32)
     labels[5:25, 5:30] = 1
-    views.set_blocks(labels, np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8))
+    views.paint(labels, np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8))
     views.set_overlay_opacity(1.0)
     views.set_content("depth-in", "colour")
-    views.update_blocks_region(slice(10, 20), slice(10, 20), np.full((10, 10), 2, np.int32))
+    views.stroke(slice(10, 20), slice(10, 20), 2)
     for name in ("colour", "depth-in"):
         assert colour_at(views.cells[name], 15, 15) == (0, 0, 200)
         assert colour_at(views.cells[name], 7, 7) == (200, 0, 0)
@@ -125,18 +125,19 @@ def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
 def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
     views.set_layout("grid-difference")
     cell = views.cells["difference"]
-    views.set_result(flat(2.1))
+    views.give(depth=flat(2.1))
     assert cell.concrete == "difference:result:interpolated"
     assert views.shows("interpolated")
     assert cell.view.image.image is None
-    views.show_data(interpolated=flat(2.0))
+    views.show_found(interpolated=flat(2.0))
     assert cell.picture.value_at(30, 30) == pytest.approx(100, abs=0.01)
-    views.show_data(ground_truth=flat(2.2))
+    views.give(ground_truth=flat(2.2))
     assert cell.picture.value_at(30, 30) == pytest.approx(-100, abs=0.01)
     assert not views.shows("interpolated")
-    views.show_data(runs=(), earlier=ShownRun("Before", flat(2.3)))
+    before = views.run("Before", flat(2.3), is_ticked=False)
+    views.give(runs=[before])
     assert "Before" in cell.strip.title
-    views.show_data(runs=(ShownRun("Mine", flat(2.4)),), earlier=ShownRun("Before", flat(2.3)))
+    views.give(runs=[views.run("Mine", flat(2.4), number=2), before])
     assert cell.picture.value_at(30, 30) == pytest.approx(-300, abs=0.01)
     assert cell.bar.levels == (-500, 500)
     assert "Mine" in cell.strip.title
@@ -145,14 +146,14 @@ def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
 def test_equal_depths_are_said_to_be_equal(views):
     views.set_layout("grid-difference")
     cell = views.cells["difference"]
-    views.set_result(flat(2.0))
-    views.show_data(runs=(ShownRun("Same", flat(2.0)),))
+    views.give(depth=flat(2.0))
+    views.give(runs=[views.run("Same", flat(2.0))])
     assert cell.view.image.image is None
     assert cell.view._message == "No difference"
     views.set_content("difference", "difference:result:depth-in")
     other = flat(2.0)
     other[:, :10] = 1.0
-    views.set_result(other)
+    views.give(depth=other)
     assert cell.view.image.image is not None, "what was filled is to be seen"
     assert "no difference" in cell.strip._text
 
@@ -160,26 +161,24 @@ def test_equal_depths_are_said_to_be_equal(views):
 def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
     views.set_layout("compare")
     cell = views.cells["evaluation"]
-    views.set_result(flat(2.0))
-    views.show_data(expected=flat(0.01))
+    views.give(depth=flat(2.0))
+    views.give(expected=flat(0.01))
     assert cell.strip.title == "Expected error"
     ground_truth = flat(2.05)
     ground_truth[:, 32:] = np.nan
-    views.show_data(ground_truth=ground_truth)
+    views.give(ground_truth=ground_truth)
     assert cell.picture.value_at(5, 5) == pytest.approx(-50, abs=0.01)
     assert cell.picture.value_at(40, 5) is None
-    views.show_data(ground_truth=None)
+    views.give(ground_truth=None)
     assert cell.strip.title == "Expected error"
-    with pytest.raises(ValueError, match="does not belong"):
-        views.show_data(ground_truth=ground_truth[1:])
 
 
 def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     heard = []
     views.set_pointer_handler(lambda event: heard.append(event.kind.name))
     views.ranges.set("depth", "fixed", (1.0, 3.0))
-    views.set_result(flat(2.9))
-    views.show_data(runs=(ShownRun("Run 1", flat(1.1), colour=(1, 2, 3)),))
+    views.give(depth=flat(2.9))
+    views.give(runs=[views.run("Run 1", flat(1.1))])
     cell = views.cells["depth-out"]
     run_2 = colour_at(cell, 10.5, 30.5)
     views.sides.set_swiping(True)
@@ -194,17 +193,17 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
     assert views.sides.swipe.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
-    views.show_data(ground_truth=flat(2.9))
+    views.give(ground_truth=flat(2.9))
     views.sides.choose("ground_truth", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
-    views.show_data(ground_truth=flat(1.1))
+    views.give(ground_truth=flat(1.1))
     assert colour_at(cell, 45.5, 40.5) == run_1, "a side that changes is drawn anew"
     views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
-    views.set_frame(views.material.rgb, flat(1.1))
-    assert views.material.swipe_column == views.sides.swipe.x == WIDTH / 2, "of another frame, it stands in the middle"
+    views.open(views.data.rgb, flat(1.1))
+    assert views.data.swipe_column == views.sides.swipe.x == WIDTH / 2, "of another frame, it stands in the middle"
     views.ranges.set("depth", "fixed", (1.0, 3.0))
-    views.set_result(flat(2.9))
+    views.give(depth=flat(2.9))
     views.sides.set_swiping(False)
     assert colour_at(cell, 60.5, 40.5) == run_2
 
@@ -213,10 +212,10 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     table = np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8)
     ones = np.ones((HEIGHT, WIDTH), np.int32)
     views.set_overlay_opacity(1.0)
-    views.set_blocks(ones, table)
-    views.set_result(flat(2.9))
+    views.paint(ones, table)
+    views.give(depth=flat(2.9))
     cell = views.cells["colour"]
-    views.show_data(runs=(ShownRun("Run 1", flat(1.1), blocks=(2 * ones, table)),))
+    views.give(runs=[views.run("Run 1", flat(1.1), labels=2 * ones)])
     views.sides.set_swiping(True)
     assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
     beside = 6 / cell.view.transform().m11()
@@ -235,8 +234,8 @@ def test_sides_that_are_not_there_yet_say_why(views):
         views.sides.choose(depth)
         cell = next(cell for cell in views.cells.values() if cell.content == "a")
         assert cell.concrete == depth
-        assert missing_reason(cell.concrete, views.material).startswith(why)
-    views.set_frame(views.material.rgb, flat(1.1))
+        assert missing_reason(cell.concrete, views.data).startswith(why)
+    views.open(views.data.rgb, flat(1.1))
     views.set_layout("compare")
     cell.draw_again()
     assert cell.view._message.startswith("Interpolating")
@@ -244,14 +243,14 @@ def test_sides_that_are_not_there_yet_say_why(views):
 
 def test_side_a_stands_in_for_the_result_for_a_while(views):
     views.set_layout("grid-difference")
-    views.set_result(flat(2.0))
-    views.show_data(runs=(ShownRun("Run 1", flat(2.5)),))
+    views.give(depth=flat(2.0))
+    views.give(runs=[views.run("Run 1", flat(2.5))])
     cell, difference = views.cells["depth-out"], views.cells["difference"]
     views.sides.show_a_as_result(True)
     assert cell.picture.value_at(5, 5) == 2.5
     assert cell.strip.title == "Run 1"
     assert difference.picture.value_at(5, 5) == -500, "their difference stays to be seen"
-    views.set_result(flat(2.1))
+    views.give(depth=flat(2.1))
     assert cell.picture.value_at(5, 5) == 2.5
     views.sides.show_a_as_result(False)
     assert cell.picture.value_at(5, 5) == pytest.approx(2.1)
@@ -263,24 +262,24 @@ def test_ranges_are_robust_full_or_fixed_and_stay_when_they_are_locked(views):
     depth[0, :3] = 9.0
     depth[:, 60:] = 3.0
     rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
-    views.set_frame(rgb, depth)
+    views.open(rgb, depth)
     assert views.ranges.depth == (2.0, 3.0)
     views.ranges.set("depth", FULL)
     assert views.ranges.depth == (2.0, 9.0)
     views.ranges.set("depth", "fixed", (1.5, 2.5))
     assert views.cells["depth-in"].bar.levels == (1.5, 2.5)
-    views.set_frame(rgb, depth)
+    views.open(rgb, depth)
     assert views.ranges.depth == (2.0, 3.0), "numbers were for the frame before"
     views.ranges.set("depth", ROBUST, (1.0, 4.0), locked=True)
-    views.set_frame(rgb, depth)
+    views.open(rgb, depth)
     assert views.ranges.depth == (1.0, 4.0)
     views.ranges.set("depth", ROBUST, locked=False)
     assert views.ranges.depth == (2.0, 3.0)
 
 
 def test_values_under_the_pointer_are_marked_on_the_bars(views):
-    views.set_result(flat(2.1))
-    views.show_data(expected=flat(0.02))
+    views.give(depth=flat(2.1))
+    views.give(expected=flat(0.02))
     view = views.cells["colour"].view
     QTest.mouseMove(view.viewport(), view.viewportTransform().map(QPointF(30.5, 30.5)).toPoint())
     values = {name: views.cells[name].bar.value for name in ("colour", "depth-in", "depth-out", "expected-error")}
@@ -295,8 +294,8 @@ def test_values_under_the_pointer_are_marked_on_the_bars(views):
 
 
 def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
-    views.set_result(flat(2.1))
-    views.show_data(runs=(ShownRun("Mine & yours", flat(2.2)),))
+    views.give(depth=flat(2.1))
+    views.give(runs=[views.run("Mine & yours", flat(2.2))])
     cell = views.cells["depth-in"]
     QTest.mouseClick(cell.strip, LEFT, pos=QPoint(10, 5))
     assert cell._menu.isVisible()
@@ -328,9 +327,9 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     ],
 )
 def test_a_run_is_never_compared_with_itself(views, chosen, sides):
-    views.set_result(flat(2.0))
-    mine, other = ShownRun("Mine", flat(2.0), number=4), ShownRun("Other", flat(2.3), number=3)
-    views.show_data(runs=(mine, other), earlier=other, result_number=4)
+    views.give(depth=flat(2.0))
+    mine, other = views.run("Mine", flat(2.0), 4, is_result=True), views.run("Other", flat(2.3), 3)
+    views.give(runs=[mine, other])
     views.sides.choose(*chosen)
     assert views.sides.names == sides
     views.set_layout("grid-difference")
@@ -338,8 +337,8 @@ def test_a_run_is_never_compared_with_itself(views, chosen, sides):
 
 
 def test_without_another_run_the_result_is_compared_with_depth_in(views):
-    views.set_result(flat(2.0))
-    views.show_data(runs=(ShownRun("Mine", flat(2.0), number=4),), earlier=None, result_number=4)
+    views.give(depth=flat(2.0))
+    views.give(runs=[views.run("Mine", flat(2.0), is_result=True)])
     assert views.sides.names == ("depth-in", "result")
 
 
@@ -359,7 +358,7 @@ def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):
     assert colour_at(cell, 30, 30) == tuple(strength_table()[128][:3])
     mask = np.zeros((HEIGHT, WIDTH), bool)
     mask[30, 30] = True
-    views.show_data(invalid_mask=mask)
+    views.give(invalid_mask=mask)
     assert cell.picture.value_at(30, 30) is None
     cell.open_menu()
     chosen = [action for action in cell._menu.actions() if action.isChecked()]

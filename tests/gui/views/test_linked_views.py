@@ -18,10 +18,11 @@ from gui.views.colours import depth_table, error_table
 from gui.views.image_view import ViewTransform
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from gui.views.layouts import GRIDS, correct_places
-from gui.views.linked_views import LinkedViews
 from gui.views.pixel_items import BlockOverlay
 from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
+
+from .given_views import GivenViews
 
 HEIGHT, WIDTH = 48, 64
 LEFT = Qt.MouseButton.LeftButton
@@ -35,13 +36,13 @@ def coded_rgb():
 
 @pytest.fixture
 def views(qtbot):
-    widget = LinkedViews()
+    widget = GivenViews()
     qtbot.addWidget(widget)
     widget.resize(900, 700)
     depth = np.full((HEIGHT, WIDTH), 2.0, np.float32)
     depth[:, :10] = 1.0
     depth[10:20, 10:20] = np.nan
-    widget.set_frame(coded_rgb(), depth)
+    widget.open(coded_rgb(), depth)
     widget.show()
     qtbot.waitExposed(widget)
     return widget
@@ -198,7 +199,7 @@ def test_zoom_stays_within_its_limits_and_fit_comes_back(views):
     assert view.viewport().width() / view.transform().m11() == pytest.approx(8, abs=0.1)
     views.fit()
     assert view.transform().m11() == pytest.approx(fitted)
-    views.set_frame(np.zeros((480, 640, 3), np.uint8), np.ones((480, 640), np.float32))
+    views.open(np.zeros((480, 640, 3), np.uint8), np.ones((480, 640), np.float32))
     views.one_to_one()
     assert view.transform().m11() == pytest.approx(1)
 
@@ -227,7 +228,7 @@ def test_the_cursor_is_a_pixel_or_none(views, qtbot):
 
 
 def test_the_crosshair_is_in_all_views_that_are_shown_and_in_no_others(views):
-    views.set_result(np.full((HEIGHT, WIDTH), 2.5, np.float32))
+    views.give(depth=np.full((HEIGHT, WIDTH), 2.5, np.float32))
     QTest.mouseMove(view_of(views).viewport(), place(view_of(views), 30.5, 20.5))
     assert views.cells["depth-in"].bar.value == 2.0
     views.set_content("difference", "difference:result:depth-in")
@@ -253,7 +254,7 @@ def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views)
     result[:, :10] = 1.004
     result[:, 40:] = 1.996
     result[10:15, 10:20] = np.nan
-    views.set_result(result)
+    views.give(depth=result)
     views.set_content("difference", "difference:result:depth-in")
     views.set_layout("grid-difference")
     view, table = view_of(views, "difference"), views.cells["difference"].bar
@@ -266,9 +267,7 @@ def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views)
     assert max(zero) - min(zero) < 16
     assert filled[1] > max(filled[0], filled[2])
     assert max(missing) - min(missing) < 24
-    with pytest.raises(ValueError, match="does not belong"):
-        views.set_result(result[1:])
-    views.set_result(None)
+    views.give(depth=None)
     assert view.image.image is None
 
 
@@ -276,7 +275,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     error = np.full((HEIGHT, WIDTH), np.nan, np.float32)
     error[10:20, 10:15] = 0.01
     error[10:15, 15:20] = np.repeat(np.float32([[0.001], [0.01], [0.01], [0.1], [0.1]]), 5, axis=1)
-    views.show_data(expected=error)
+    views.give(expected=error)
     view, bar = view_of(views, "expected-error"), views.cells["expected-error"].bar
     assert (bar._levels, bar._logarithmic) == ((1.0, 100.0), True)
     small, middle, large = (colour_at(view, place(view, 17, y)) for y in (10.5, 12, 14))
@@ -285,9 +284,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     measured, missing = colour_at(view, place(view, 40, 40)), colour_at(view, place(view, 17, 18))
     assert max(measured) - min(measured) < 16
     assert measured != missing
-    with pytest.raises(ValueError, match="does not belong"):
-        views.show_data(expected=error[1:])
-    views.show_data(expected=None)
+    views.give(expected=None)
     assert view.image.image is None
     assert bar._levels is None
 
@@ -295,7 +292,7 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
 def test_the_expected_error_is_drawn_over_the_mark_of_measured_depth(views):
     error = np.full((HEIGHT, WIDTH), np.nan, np.float32)
     error[:, :32] = 0.01  # of a run for which depth was invalid that is valid now
-    views.show_data(expected=error)
+    views.give(expected=error)
     view = view_of(views, "expected-error")
     filled, valid_now, measured = (colour_at(view, place(view, x, y)) for x, y in ((15, 15), (25, 40), (40, 40)))
     assert filled == valid_now != measured
@@ -305,14 +302,14 @@ def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_a
     error = np.full((HEIGHT, WIDTH), 0.01, np.float32)
     doubtful = np.zeros((HEIGHT, WIDTH), bool)
     doubtful[10:40, 10:40] = True
-    views.show_data(expected=error, unsupported=doubtful)
+    views.give(expected=error, unsupported=doubtful)
     cells = views.cells
     marked = {name for name, cell in cells.items() if "unsupported" in [text for _, text in cell._stripe_legend]}
     assert marked == {"expected-error", "evaluation"}, "without a truth, that view has it too"
     stripes, depth = view_of(views, "expected-error").stripes, view_of(views, "depth-in").stripes
     assert stripes.pixels.any()
     assert not depth.pixels.any()
-    views.show_data(expected=error, unsupported=np.zeros_like(doubtful))
+    views.give(expected=error, unsupported=np.zeros_like(doubtful))
     assert not stripes.pixels.any()
     assert not cells["expected-error"]._stripe_legend
 
@@ -370,19 +367,19 @@ def test_overlay_pixels_follow_the_colour_table():
 
 def test_a_region_update_gives_the_same_picture_as_a_new_map(views):
     labels, table = blocks()
-    views.set_blocks(labels, table)
+    views.paint(labels, table)
     changed = labels.copy()
     changed[20:30, 25:40] = 3
     changed[0:3, 0:4] = 2
-    views.set_selected([3])
+    views.select(3)
     lines = view_of(views).lines.pixels.copy()
-    views.update_blocks_region(slice(20, 30), slice(25, 40), changed[20:30, 25:40])
-    views.update_blocks_region(slice(0, 3), slice(0, 4), changed[0:3, 0:4])
-    in_boxes = views._overlay.pixels.copy(), view_of(views).lines.pixels.copy()
+    views.stroke(slice(20, 30), slice(25, 40), 3)
+    views.stroke(slice(0, 3), slice(0, 4), 2)
+    in_boxes = views.blocks.overlay.pixels.copy(), view_of(views).lines.pixels.copy()
     assert not np.array_equal(lines, in_boxes[1])
-    views.set_blocks(changed, table)
-    views.set_selected([3])
-    np.testing.assert_array_equal(in_boxes[0], views._overlay.pixels)
+    views.paint(changed, table)
+    views.select(3)
+    np.testing.assert_array_equal(in_boxes[0], views.blocks.overlay.pixels)
     np.testing.assert_array_equal(in_boxes[1], view_of(views).lines.pixels)
 
 
@@ -391,10 +388,10 @@ def test_the_overlay_shows_over_the_colour_and_hides_by_alpha(views):
     view = view_of(views)
     plain = colour_at(view, place(view, 15.5, 15.5))
     views.set_overlay_opacity(1.0)
-    views.set_blocks(labels, table)
+    views.paint(labels, table)
     assert colour_at(view, place(view, 15.5, 15.5)) == (200, 0, 0)
     table[1, 3] = 0
-    views.set_blocks(labels, table)
+    views.paint(labels, table)
     assert colour_at(view, place(view, 15.5, 15.5)) == plain
 
 
@@ -410,8 +407,8 @@ def border_colours(views, name, x, y):
 def test_lines_part_all_blocks_in_all_views_on_any_picture(views, opacity):
     labels, table = blocks()
     views.set_overlay_opacity(opacity)
-    views.set_blocks(labels, table)
-    views.set_result(np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    views.paint(labels, table)
+    views.give(depth=np.full((HEIGHT, WIDTH), 2.0, np.float32))
     for name in ("colour", "depth-in", "depth-out"):
         flat = border_colours(views, name, 35, 15)
         bright, dark = border_colours(views, name, 30, 15)
@@ -419,15 +416,15 @@ def test_lines_part_all_blocks_in_all_views_on_any_picture(views, opacity):
         assert dark < flat[1] - 10
     assert view_of(views, "expected-error").lines.isVisible() is False, "without a picture there is nothing to part"
     table[1, 3] = table[2, 3] = 0
-    views.set_blocks(labels, table)
+    views.paint(labels, table)
     assert not view_of(views).lines.pixels.any()
 
 
 def test_the_chosen_block_has_the_wider_line(views):
     labels, table = blocks()
-    views.set_blocks(labels, table)
+    views.paint(labels, table)
     before = np.count_nonzero(view_of(views).lines.pixels == 0xFFFFFFFF)
-    views.set_selected([2])
+    views.select(2)
     assert before == 0
     view, white = view_of(views), (255, 255, 255)
     assert colour_at(view, place(view, 30, 15) + QPoint(1, 0)) == white
@@ -435,16 +432,16 @@ def test_the_chosen_block_has_the_wider_line(views):
     views.zoom_to(slice(10, 20), slice(40, 50))
     assert not (view.lines.pixels == 0xFFFFFFFF).any(), "the view's edge is no border"
     views.fit()
-    views.set_blocks(np.full(labels.shape, 2, np.int32), table)
+    views.paint(np.full(labels.shape, 2, np.int32), table)
     assert (view.lines.pixels[[0, -1]] == 0xFFFFFFFF).all(), "the frame's edge is"
-    views.set_selected([99])
+    views.select(99)
     assert not (view_of(views).lines.pixels == 0xFFFFFFFF).any()
 
 
 def test_contours_alone_have_the_colours_of_their_blocks(views):
     labels, table = blocks()
     plain = colour_at(view_of(views), place(view_of(views), 15.5, 15.5))
-    views.set_blocks(labels, table)
+    views.paint(labels, table)
     views.set_contours_only(True)
     view = view_of(views)
     assert colour_at(view, place(view, 15.5, 15.5)) == plain
@@ -456,7 +453,7 @@ def test_contours_alone_have_the_colours_of_their_blocks(views):
 @pytest.mark.parametrize("zoom", [None, (slice(12, 17), slice(27, 33))])
 def test_lines_run_along_the_pixels_edges_at_every_zoom(views, zoom):
     labels, table = blocks()
-    views.set_blocks(labels, table)
+    views.paint(labels, table)
     if zoom:
         views.zoom_to(*zoom)
     view = view_of(views)
@@ -470,16 +467,18 @@ def test_lines_run_along_the_pixels_edges_at_every_zoom(views, zoom):
 
 def test_names_stand_inside_their_blocks_and_small_views_have_none(views):
     labels, table = blocks()
-    views.set_blocks(labels, table)
+    views.paint(labels, table)
     points = inner_points(labels)
     assert {label: labels[int(y), int(x)] for label, (x, y, _) in points.items()} == {1: 1, 2: 2}
     assert all(radius > 5 for _, _, radius in points.values())
-    views.set_block_names({1: "Context", 2: "Wall"})
+    for label, name in ((1, "Context"), (2, "Wall")):
+        views.document.change_info(label, name=name)
+    views.blocks.show_names(True)
     assert view_of(views).names.texts == ["Context", "Wall"]
     views.set_layout("correct")
     assert view_of(views).names.isVisible()
     assert not view_of(views, "depth-in").names.isVisible()
-    views.set_block_names(None)
+    views.blocks.show_names(False)
     assert view_of(views).names.texts == []
 
 
@@ -496,8 +495,8 @@ def test_missing_and_distrusted_depth_are_striped(views):
     assert colours("colour", 12, 14) == plain
     mask = np.zeros((HEIGHT, WIDTH), bool)
     mask[30:40, 30:50] = mask[12:14, 12:14] = True
-    views.set_result(np.full((HEIGHT, WIDTH), 2.0, np.float32))
-    views.show_data(invalid_mask=mask)
+    views.give(depth=np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    views.give(invalid_mask=mask)
     for name in ("colour", "depth-in", "depth-out"):
         assert (255, 144, 32) in colours(name, 40, 35)
     assert (255, 144, 32) not in colours("depth-in", 12, 13), "where nothing was measured there is nothing to distrust"
@@ -505,17 +504,15 @@ def test_missing_and_distrusted_depth_are_striped(views):
     views.set_layout("difference")
     view = view_of(views, "difference")
     assert view.image.image[35, 40] == 0, "distrusted depth is not compared with"
-    views.show_data(invalid_mask=None)
+    views.give(invalid_mask=None)
     assert view.image.image[35, 40] > 0
-    with pytest.raises(ValueError, match="does not belong"):
-        views.show_data(invalid_mask=mask[1:])
 
 
 def test_what_lies_outside_the_view_has_stripes_and_a_name_of_its_own(views):
     outside = np.zeros((HEIGHT, WIDTH), bool)
     outside[:, :12] = True
-    rgb, depth = views.material.rgb, np.where(outside, np.float32(np.nan), np.float32(2.0))
-    views.set_frame(rgb, depth, outside)
+    rgb, depth = views.data.rgb, np.where(outside, np.float32(np.nan), np.float32(2.0))
+    views.open(rgb, depth, outside)
 
     def is_blue(name):
         view = view_of(views, name)
@@ -525,13 +522,13 @@ def test_what_lies_outside_the_view_has_stripes_and_a_name_of_its_own(views):
     assert not is_blue("colour"), "colour shows it with what is missing"
     views.set_missing_shown(True)
     assert is_blue("colour")
-    views.set_frame(rgb, depth)
+    views.open(rgb, depth)
     assert not is_blue("depth-in")
 
 
 def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
     result = np.full((HEIGHT, WIDTH), 1.2, np.float32)
-    views.set_result(result)
+    views.give(depth=result)
     cell, view = views.cells["depth-out"], view_of(views, "depth-out")
     fresh = colour_at(view, place(view, 40, 30))
     stale = np.zeros(result.shape, bool)
@@ -539,15 +536,15 @@ def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
     drawn = []
     update = view.image.update_indices
     view.image.update_indices = lambda box, *rest: (drawn.append(box), update(box, *rest))
-    views.set_result(result, stale=stale)
+    views.give(depth=result, stale=stale)
     greyed = colour_at(view, place(view, 40, 30))
     assert max(greyed) - min(greyed) < (max(fresh) - min(fresh)) * 0.6
     assert colour_at(view, place(view, 20, 30)) == fresh
     assert [text for _, text in cell.strip._legend] == ["stale", "missing"]
     result[5:9, 3:7] = 1.9
     stale[:] = False
-    views.set_result(result, stale=stale)
-    views.set_result(result, stale=stale)
+    views.give(depth=result, stale=stale)
+    views.give(depth=result, stale=stale)
     assert drawn == [(slice(0, HEIGHT), slice(32, WIDTH)), (slice(0, HEIGHT), slice(3, WIDTH))]
     assert colour_at(view, place(view, 40, 30)) == fresh
     assert [text for _, text in cell.strip._legend] == ["missing"]
@@ -618,10 +615,10 @@ def test_the_small_views_stand_where_the_pictures_become_largest(room, at_the_ri
 
 
 @pytest.mark.parametrize("width", [640, 1100, 2000])
-@pytest.mark.parametrize(("metres", "unit"), [((0.42, 5.3), "m"), ((1.5, 1.52), "m"), ((3.0, 280.0), "m")])
+@pytest.mark.parametrize(("metres", "unit"), [((0.42, 5.3), "m"), ((1.5, 1.52), "m"), ((3.0, 90.0), "m")])
 def test_a_colour_bar_is_outside_the_picture_and_has_three_ticks_at_least(views, width, metres, unit):
     depth = np.linspace(*metres, WIDTH * HEIGHT, dtype=np.float32).reshape(HEIGHT, WIDTH)
-    views.set_frame(np.zeros((HEIGHT, WIDTH, 3), np.uint8), depth)
+    views.open(np.zeros((HEIGHT, WIDTH, 3), np.uint8), depth)
     views.resize(width, 500)
     cell = views.cells["depth-in"]
     assert cell.bar.isVisible()
@@ -635,7 +632,7 @@ def test_a_colour_bar_is_outside_the_picture_and_has_three_ticks_at_least(views,
 
 
 def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):
-    views.set_frame(np.zeros((HEIGHT, WIDTH, 3), np.uint8), np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    views.open(np.zeros((HEIGHT, WIDTH, 3), np.uint8), np.full((HEIGHT, WIDTH), 2.0, np.float32))
     turns = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     corners = [(32 + 3 * math.cos(turn), 24 + 3 * math.sin(turn)) for turn in turns]
     views.set_preview(Preview(QPainterPath(), corners))
@@ -664,12 +661,11 @@ def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views)
 def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):
     heard = []
     views.set_pointer_handler(heard.append)
-    views.clear()
+    views.workspace.show(None)
+    views.workspace.tell()
     QTest.mouseClick(view_of(views).viewport(), LEFT, pos=QPoint(50, 50))
     assert heard == []
     assert not view_of(views).isVisible()
-    with pytest.raises(ValueError, match="does not belong"):
-        views.set_blocks(*blocks())
 
 
 def test_a_new_palette_repaints_background_and_hatch(views, qapp, qtbot):

@@ -14,10 +14,12 @@ from PySide6.QtWidgets import QApplication, QStyleOptionGraphicsItem
 from pytestqt.qtbot import QtBot
 
 from gui.features.inspect.marks import InspectMarks, measurement_marks, profile_marks, region_marks
+from gui.state.parts import Part
 from gui.views.interaction import Preview
-from gui.views.linked_views import LinkedViews
 from gui.views.pixel_items import PointsItem
 from gui.views.scene_items import HaloPath
+
+from .given_views import GivenViews
 
 HEIGHT, WIDTH = 240, 320
 STEPS = 24
@@ -33,29 +35,29 @@ def _place(step: int) -> tuple[float, float]:
 
 
 @pytest.fixture
-def views(qtbot: QtBot) -> LinkedViews:
+def views(qtbot: QtBot) -> GivenViews:
     """Four views of a smooth frame, whose colour bars follow the cursor."""
-    views = LinkedViews()
+    views = GivenViews()
     qtbot.addWidget(views)
     views.resize(1000, 760)
     rows, columns = np.mgrid[:HEIGHT, :WIDTH]
     rgb = np.dstack((rows // 2, columns // 2, (rows + columns) // 4)).astype(np.uint8)
     depth = (1 + columns / WIDTH + rows / HEIGHT).astype(np.float32)
-    views.set_frame(rgb, depth)
-    views.set_result(depth + np.float32(0.02))
-    views.show_data(expected=np.float32(0.01) * depth)
+    views.open(rgb, depth)
+    views.give(depth=depth + np.float32(0.02))
+    views.give(expected=np.float32(0.01) * depth)
     labels = (1 + columns // (WIDTH // 4)).astype(np.int32)
-    views.set_blocks(labels, np.array([[0, 0, 0, 0]] + [[90, 120, 150, 255]] * 4, np.uint8))
+    views.paint(labels, np.array([[0, 0, 0, 0]] + [[90, 120, 150, 255]] * 4, np.uint8))
     views.show()
     qtbot.waitExposed(views)
     return views
 
 
-def _cursor(views: LinkedViews) -> Move:
+def _cursor(views: GivenViews) -> Move:
     return lambda step: None  # it moves in any case
 
 
-def _tool_line(views: LinkedViews) -> Move:
+def _tool_line(views: GivenViews) -> Move:
     def move(step: int) -> None:
         path = QPainterPath(QPointF(*_place(step - 1)))
         path.lineTo(*_place(step + 7))
@@ -66,7 +68,7 @@ def _tool_line(views: LinkedViews) -> Move:
     return move
 
 
-def _rings(views: LinkedViews) -> Move:
+def _rings(views: GivenViews) -> Move:
     items = [HaloPath(1.5, QColor(255, 96, 208), 170, 5.5) for _ in views.cells]
     for cell, item in zip(views.cells.values(), items, strict=True):
         cell.view.add_overlay(item)
@@ -80,13 +82,13 @@ def _rings(views: LinkedViews) -> Move:
     return move
 
 
-def _swipe(views: LinkedViews) -> Move:
+def _swipe(views: GivenViews) -> Move:
     views.sides.choose("depth-in", "result")
     views.sides.set_swiping(True)
     return lambda step: views.sides.swipe.move_to(_place(step)[0])
 
 
-def _inspected(views: LinkedViews) -> Move:
+def _inspected(views: GivenViews) -> Move:
     marks = InspectMarks(views)
 
     def move(step: int) -> None:
@@ -98,12 +100,19 @@ def _inspected(views: LinkedViews) -> Move:
     return move
 
 
-def _names(views: LinkedViews) -> Move:
-    return lambda step: views.set_block_names({1 + step % 4: "A block whose name is a long one"})
+def _names(views: GivenViews) -> Move:
+    views.blocks.show_names(True)
+
+    def move(step: int) -> None:
+        for label in range(1, 5):
+            views.document.change_info(label, name="A block whose name is a long one" if label == 1 + step % 4 else "")
+        views.blocks.draw(Part.INFOS)
+
+    return move
 
 
-def _selection(views: LinkedViews) -> Move:
-    return lambda step: views.set_selected([1 + step % 4])
+def _selection(views: GivenViews) -> Move:
+    return lambda step: views.select(1 + step % 4)
 
 
 OVERLAYS = [_cursor, _tool_line, _rings, _swipe, _inspected, _names, _selection]
@@ -114,7 +123,7 @@ def _numbers(picture: QPixmap) -> NDArray[np.int16]:
     return np.array(image.constBits(), np.int16).reshape(image.height(), image.width(), 4)
 
 
-def _stale(views: LinkedViews) -> int:
+def _stale(views: GivenViews) -> int:
     """How many pixels of the screen are not what they would be if all were painted anew."""
     shown = _numbers(views.screen().grabWindow(views.winId()))
     return int(np.count_nonzero(np.abs(shown - _numbers(views.grab())).max(axis=2) > UNLIKE))
@@ -123,7 +132,7 @@ def _stale(views: LinkedViews) -> int:
 @pytest.mark.parametrize("moves_per_paint", [1, 4])
 @pytest.mark.parametrize("overlay", OVERLAYS)
 def test_nothing_stays_where_it_was(
-    views: LinkedViews, overlay: Callable[[LinkedViews], Move], moves_per_paint: int
+    views: GivenViews, overlay: Callable[[GivenViews], Move], moves_per_paint: int
 ) -> None:
     move = overlay(views)
     for scale in (1.5, 3.0, 0.4):
@@ -139,38 +148,38 @@ def test_nothing_stays_where_it_was(
 
 
 @pytest.fixture
-def half_empty(views: LinkedViews) -> LinkedViews:
+def half_empty(views: GivenViews) -> GivenViews:
     """The same views before there is a result."""
-    views.set_result(None)
-    views.show_data(expected=None)
+    views.give(depth=None)
+    views.give(expected=None)
     return views
 
 
 @pytest.mark.parametrize("overlay", OVERLAYS)
 def test_nothing_lies_over_a_view_that_has_no_picture(
-    half_empty: LinkedViews, overlay: Callable[[LinkedViews], Move]
+    half_empty: GivenViews, overlay: Callable[[GivenViews], Move]
 ) -> None:
     viewport = half_empty.cells["depth-out"].view.viewport()
     before = _numbers(viewport.grab())
     overlay(half_empty)(3)
     half_empty.point_at((40, 50))
     assert (_numbers(viewport.grab()) == before).all()
-    half_empty.set_result(half_empty.material.measured)
+    half_empty.give(depth=half_empty.data.measured)
     assert (_numbers(viewport.grab()) != before).any()
 
 
-def _dots(views: LinkedViews, content: str) -> int:
+def _dots(views: GivenViews, content: str) -> int:
     view = next(cell.view for cell in views.cells.values() if cell.content == content)
     return sum(middles.size() for _, middles in view.points.dots)
 
 
-def test_sparse_depth_is_drawn_as_dots_of_the_screens_size(views: LinkedViews) -> None:
+def test_sparse_depth_is_drawn_as_dots_of_the_screens_size(views: GivenViews) -> None:
     rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     depth = np.full((HEIGHT, WIDTH), np.nan, np.float32)
     assert _dots(views, "depth-in") == 0, "dense depth needs none"
     depth[20::40, 30::50] = 2.0
     depth[100, 160] = 5.0
-    views.set_frame(rgb, depth)
+    views.open(rgb, depth)
     assert _dots(views, "depth-in") == np.isfinite(depth).sum()
     points = PointsItem(0)
     indices = np.zeros((40, 60), np.uint8)

@@ -13,10 +13,11 @@ from PySide6.QtWidgets import QComboBox, QToolButton
 
 from gui.base import theme
 from gui.features.extraction.panel import ExtractionPreview, StageRequest
+from gui.state.workspace import Workspace
 from gui.views.cell import Cell
-from gui.views.material import Material
 from gui.views.pixel_items import BlockOverlay
 from gui.views.stages import StageModel
+from gui.views.view_data import ViewData
 from gui.work.found_blocks import find
 from ilf import BlockParameters
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
@@ -69,7 +70,7 @@ def board():
 
 @pytest.fixture
 def cell(qtbot, board):
-    widget = Cell("extraction", lambda view, event: False, Material(board), BlockOverlay(1))
+    widget = Cell("extraction", lambda view, event: False, ViewData(Workspace(), board), BlockOverlay(1))
     qtbot.addWidget(widget)
     widget.set_colours(theme.colours(widget.palette()), QBrush())
     board.changed.connect(lambda: widget.redraw({"stage"}))

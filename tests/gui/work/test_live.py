@@ -10,7 +10,6 @@ from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
-from gui.features.views import ViewsPresenter
 from gui.views.linked_views import LinkedViews
 from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
@@ -41,11 +40,11 @@ def solver(bench: Bench, live: QAction) -> LiveSolver:
 
 @pytest.fixture
 def line(bench: Bench, live: QAction, qtbot: QtBot) -> Iterator[EditSummaryLine]:
-    views, line = LinkedViews(), EditSummaryLine()
+    views, line = LinkedViews(bench.workspace), EditSummaryLine()
     line.resize(1200, 24)
     for widget in (views, line):
         qtbot.addWidget(widget)
-    presenter = EditSummaryPresenter(bench.workspace, bench.runs, ViewsPresenter(bench.workspace, views), line, live)
+    presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
     line.presenter = presenter  # type: ignore[attr-defined]
     yield line
     assert presenter.shutdown()

@@ -1,0 +1,97 @@
+"""The blocks over the pictures: fills, lines around them and names, drawn again only where they have changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf.data.label_map import Box
+from ilf.drawing.blocks import inner_points
+
+from ..state.document import Document
+from ..state.parts import EVERY_PART, Part
+from ..state.workspace import Workspace
+from .image_view import ImageView
+from .pixel_items import BlockOverlay
+from .screen_layers import ScreenLayers
+from .view_data import ViewData, colour_table
+
+BLOCK_PARTS = Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS | Part.SELECTION
+
+
+class ShownBlocks:
+    """Draws the blocks of the current document, or of what stands in for it, over some views."""
+
+    def __init__(self, workspace: Workspace, data: ViewData) -> None:
+        self.overlay = BlockOverlay(1)
+        self.layers = ScreenLayers()
+        self.views: Sequence[ImageView] = ()
+        """The views that names are written in."""
+        self._data = data
+        self._drawn: NDArray[np.int32] | None = None
+        """The label map that was drawn last."""
+        self._table = np.zeros((0, 4), np.uint8)
+        self._boxes: list[Box] = []
+        """Where it has changed since."""
+        self._shows_names = False
+        for signal in (workspace.labels_changed, workspace.stroke_changed):
+            signal.connect(self._boxes.append)
+
+    def draw(self, parts: Part) -> None:
+        """Draw what has changed: all if colours have, else the changed boxes, the selection and the names."""
+        parts &= BLOCK_PARTS
+        boxes, document, labels = self._boxes.copy(), self._data.document, self._data.labels
+        self._boxes.clear()
+        if document is None or labels is None:
+            self._clear()
+            return
+        is_other = labels is not self._drawn
+        # a new block is selected before it is painted
+        table = self._colours(document, labels, boxes, is_other or bool(parts & ~(Part.LABELS | Part.STROKE)))
+        if is_other or not np.array_equal(table[: len(self._table)], self._table):
+            self.overlay.set_blocks(labels, table)
+            self.layers.set_blocks(self.overlay.labels, self.overlay.colours)
+        else:
+            if len(table) > len(self._table):
+                self.overlay.add_colours(table)
+                self.layers.add_colours(self.overlay.colours)
+            for box in boxes:
+                self.overlay.update_region(box, labels[box])
+                self.layers.update_region(box)
+        self._drawn, self._table = labels, table
+        self.layers.set_selected(document.selected)
+        self.layers.set_to_check(sorted(document.state.to_check))
+        if is_other or parts & ~(Part.STROKE | Part.SELECTION):
+            self._write_names(document)
+
+    def show_names(self, on: bool) -> None:
+        """Show or hide the blocks' names."""
+        self._shows_names = on
+        self.draw(EVERY_PART)
+
+    def _clear(self) -> None:
+        if self._drawn is not None:
+            self._drawn = None
+            self.overlay.clear()
+            self.layers.set_blocks(None)
+            for view in self.views:
+                view.write_names({}, {})
+
+    def _colours(
+        self, document: Document, labels: NDArray[np.int32], boxes: Sequence[Box], all_of_them: bool
+    ) -> NDArray[np.uint8]:
+        """Colour table; the last one if it cannot have changed, as in a stroke with a block that has a colour."""
+        known = len(self._table) - 1
+        if self._drawn is not labels:
+            return colour_table(document, int(labels.max()))
+        top = max((int(labels[box].max()) for box in boxes), default=0)
+        return colour_table(document, max(top, known)) if all_of_them or top > known else self._table
+
+    def _write_names(self, document: Document) -> None:
+        labels = self.overlay.labels
+        names = {label: document.info(label).name for label in document.counts()} if self._shows_names else {}
+        points = inner_points(labels) if labels is not None and names else {}
+        for view in self.views:
+            view.write_names(names, points)

@@ -1,0 +1,417 @@
+"""What the views show: the current document, or what stands in for it for a while. Layers are functions of it."""
+
+from __future__ import annotations
+
+from functools import reduce
+from operator import or_
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf.completion.suspects import suspect_islands
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import Completion
+from ilf.project.run_history import StoredRun
+from ilf.segmentation.edges.frame_edges import FrameEdges
+
+from ..state.document import Document
+from ..state.parts import EVERY_PART, NO_PART, Part
+from ..state.workspace import Workspace
+from .colours import DEPTH_MAP, KINDS, Range, depth_table
+from .contents import (
+    BEFORE_IN,
+    BEFORE_OUT,
+    COMPARABLE,
+    DIFFERENCE,
+    EARLIER,
+    EVALUATION,
+    INTERPOLATED,
+    RUNS,
+    SIDES,
+    difference_of,
+)
+from .stages import StageModel
+
+Depth = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+
+Blocks = tuple[NDArray[np.int32], NDArray[np.uint8]]
+"""A label map (H, W), and RGBA by label (N + 1, 4)."""
+
+
+class ShownDepth(NamedTuple):
+    """One depth [m], NaN = missing, with masks of extrapolated pixels and of pixels from an older state of a block."""
+
+    depth: Depth
+    extrapolated: Mask | None = None
+    stale: Mask | None = None
+
+
+class Before(NamedTuple):
+    """Depth in and depth out [m] of the frame before where the current frame shows their points, None for none; a text
+    on which frame it is, or why there is none."""
+
+    depth_in: Depth | None = None
+    depth_out: Depth | None = None
+    text: str = ""
+
+
+class Spectrum(NamedTuple):
+    """Spectrum of a block: log magnitudes 0-1 around k = 0 in the middle, and the half axes of the pass band [samples];
+    `text` is its title."""
+
+    magnitude: NDArray[np.float32]
+    radii: tuple[float, float]
+    text: str
+
+
+class FormerState(NamedTuple):
+    """Blocks and completed depth [m] that are shown in place of the current document's, as before an edit."""
+
+    labels: NDArray[np.int32]
+    depth: Depth | None
+
+
+READ = {
+    "frame": Part.FRAME,
+    "invalid_mask": Part.FRAME | Part.INVALID_MASK,
+    "from_neighbours": Part.FRAME | Part.NEIGHBOURS,
+    "by_hand": Part.FRAME | Part.BY_HAND | Part.INVALID_MASK | Part.NEIGHBOURS,
+    "result": Part.FRAME | Part.LABELS | Part.PROPOSAL | Part.RESULTS | Part.ITERATION,
+    "runs": Part.FRAME | Part.HISTORY | Part.COMPARED,
+    "ground_truth": Part.FRAME | Part.GROUND_TRUTH,
+    "expected": Part.FRAME | Part.LABELS | Part.RESULTS | Part.EXPECTED_ERROR,
+}
+"""What is read of the document -> the parts that it depends on. Layers name what they use by these names."""
+
+READ_LATER = {
+    # in a drag of a slider, the next preview is there before what is stale is marked
+    "result": Part.SOME_RESULTS | Part.PREVIEWS | Part.PARAMETERS,
+    "runs": Part.LABELS | Part.RESULTS,
+}
+"""The same for parts that change several times a second by themselves, which can wait."""
+
+ALL_READ, ALL_READ_LATER = (reduce(or_, table.values()) for table in (READ, READ_LATER))
+
+
+class ViewData:
+    """What the views show of the current document, read by `read`; None where not available. Cells only look at it.
+
+    Attributes
+    ----------
+    measured, depth_in : ndarray of float32, shape (H, W), or None
+        Measured depth [m], with and without invalid depth.
+    outside_view : ndarray of bool, shape (H, W), or None
+        Pixels that the depth camera could not see.
+    from_neighbours : ndarray of bool, shape (H, W), or None
+        Pixels whose depth only neighbours have measured.
+    suspect, by_hand : ndarray of bool, shape (H, W), or None
+        Pixels whose depth the fill has left out, and those with depth by hand.
+    result : ShownDepth or None
+    moment : str
+        Which earlier iteration the result is from; "" for the current one.
+    runs : list of StoredRun
+        Runs ticked for comparison, at most four.
+    earlier : StoredRun or None
+        The stored run before the current result.
+    played : RGBDFrame or None
+        The frame of a sequence that is shown in place of a document.
+    former : FormerState or None
+    edges, interpolated, guide, spectrum, before
+        What workers have found for the views.
+    is_running : bool
+        Whether the first result is being computed.
+    without_error : Completion or None
+        The one whose expected error could not be computed.
+    chosen_sides : (str, str)
+        Selected depths to compare; "" for automatic.
+    shows_a_as_result : bool
+        Whether side A is shown in place of the result.
+    swipe_column : int or None
+        Column of the frame that divides side A from side B in the result; None while it is not divided.
+    stage : StageModel
+        The stage of the extraction.
+    ranges : dict
+        Kind of `KINDS` -> Range.
+    """
+
+    def __init__(self, workspace: Workspace, stage: StageModel) -> None:
+        self._workspace = workspace
+        self.stage = stage
+        self.ranges = {kind: Range() for kind in KINDS}
+        self.depth_map = DEPTH_MAP
+        self.depth_table = depth_table(self.depth_map)
+        self.chosen_sides = ("", "")
+        self.swipe_column: int | None = None
+        self.keeps_picture = False
+        """Whether the picture stays while no frame is open, since frames are going to be played."""
+        self._forget(None)
+
+    def _forget(self, document: Document | None) -> None:
+        """Begin with another document."""
+        self.document = document
+        self.played: RGBDFrame | None = None
+        self.former: FormerState | None = None
+        self.shows_a_as_result = False
+        self.rgb: NDArray[np.uint8] | None = None
+        self.measured: Depth | None = None
+        self.depth_in: Depth | None = None
+        self.invalid_mask: Mask | None = None
+        self.outside_view: Mask | None = None
+        self.from_neighbours: Mask | None = None
+        self.by_hand: Mask | None = None
+        self.suspect: Mask | None = None
+        self.ground_truth: Depth | None = None
+        self.result: ShownDepth | None = None
+        self.moment = ""
+        self.runs: list[StoredRun] = []
+        self.earlier: StoredRun | None = None
+        self._earlier_completion: Completion | None = None
+        self.result_number = 0
+        """Number of the stored run that the result is of; 0 for none."""
+        self._run_blocks: dict[int, Blocks] = {}
+        """Number of each run with other blocks than the current ones -> these."""
+        self.expected: Depth | None = None
+        self.unsupported: Mask | None = None
+        self.error_is_outdated = False
+        self.edges: FrameEdges | None = None
+        self.interpolated: Depth | None = None
+        self.guide: Depth | None = None
+        self.spectrum: Spectrum | str = ""
+        self.before = Before()
+        self.is_running = False
+        self.without_error: Completion | None = None
+
+    def read(self, parts: Part) -> set[str]:
+        """Read what has changed of the current document; return the names, from `READ`, of what was read."""
+        document = self._workspace.current if self._workspace.has_current else None
+        if document is None and (self.keeps_picture or self.rgb is None):
+            return set()
+        self.keeps_picture = False
+        if document is None or document is not self.document:
+            self._forget(document)
+            parts = EVERY_PART
+        changed = {name for name, on in READ.items() if parts & (on | READ_LATER.get(name, NO_PART))}
+        if document is not None:
+            if parts & (READ["frame"] | READ["by_hand"] | READ["ground_truth"]):
+                self._read_frame(document)
+            for name, read in (
+                ("result", self._read_result),
+                ("runs", self._read_runs),
+                ("expected", self._read_error),
+            ):
+                if name in changed:
+                    read(document)
+        return changed
+
+    def _read_frame(self, document: Document) -> None:
+        frame, by_hand = document.frame, document.blocks.by_hand
+        self.rgb, self.measured, self.depth_in = frame.rgb, frame.measured, frame.own_depth
+        self.outside_view, self.from_neighbours = frame.outside_view, frame.from_neighbours
+        self.ground_truth = frame.ground_truth
+        # only measured pixels can be invalid
+        self.invalid_mask = None if frame.invalid_mask is None else frame.invalid_mask & np.isfinite(frame.measured)
+        self.by_hand = None if by_hand is None else _any(by_hand.pixels & frame.missing)
+
+    def _read_result(self, document: Document) -> None:
+        """The completed depth, with running blocks and stale pixels; or the depth of the iteration being viewed."""
+        viewed = self._workspace.viewed_iteration
+        self.moment = "" if viewed is None else viewed.text
+        if self.former is not None:
+            self.result = _plain(self.former.depth)
+            return
+        if viewed is not None:
+            self.result = ShownDepth(viewed.depth)
+            return
+        completion, depth = document.completion(), document.current_depth()
+        if document.proposal is not None:
+            depth = document.with_proposal(document.frame.depth if depth is None else depth)
+        extrapolated = None if completion is None else _any(completion.extrapolated)
+        self.result = None if depth is None else ShownDepth(depth, extrapolated, document.stale)
+        self.suspect = suspect_islands(completion.frame) if completion is not None and completion.suspect else None
+
+    def _read_runs(self, document: Document) -> None:
+        self.runs, self.earlier = document.compared, earlier_run(document)
+        # keeps it from being composed again every time
+        self._earlier_completion = None if self.earlier is None else self.earlier.completion
+        self.result_number = _number_of_result(document)
+        self._run_blocks = {}
+        for kept in (*self.runs, *([] if self.earlier is None else [self.earlier])):
+            labels = kept.run.blocks.labels
+            if not np.array_equal(labels, document.labels):
+                self._run_blocks[kept.number] = labels, colour_table(document, int(labels.max()))
+
+    def _read_error(self, document: Document) -> None:
+        """The expected error; the last one stays until a newer one is available, as the depth does."""
+        completion, error = document.completion(), document.expected_error()
+        hopeless = completion is not None and completion is self.without_error
+        self.error_is_outdated = error is None and document.current_depth() is not None and not hopeless
+        if not self.error_is_outdated:
+            self.expected, self.unsupported = error, document.unsupported()
+
+    def play(self, frame: RGBDFrame, depth: Depth | None, text: str, before: Before) -> None:
+        """Show a frame of a sequence in place of a document."""
+        if self.played is None or self.played.shape != frame.shape:
+            self._forget(None)
+        self.played, self.rgb, self.before, self.moment = frame, frame.rgb, before, text
+        self.measured = self.depth_in = frame.own_depth
+        self.result = _plain(depth)
+
+    @property
+    def labels(self) -> NDArray[np.int32] | None:
+        """The label map to draw: the document's, or one that stands in for it."""
+        if self.document is None:
+            return None
+        if self.former is not None:
+            return self.former.labels
+        blocks = self._blocks_of(self.sides[0]) if self.shows_a_as_result else None
+        return self.document.labels if blocks is None else blocks[0]
+
+    @property
+    def no_result(self) -> str:
+        """What to do where there is no result."""
+        if self.played is not None:
+            return NOT_PLAYED
+        return "Completing\N{HORIZONTAL ELLIPSIS}" if self.is_running else NO_RESULT
+
+    def depth(self, depth: str) -> ShownDepth | None:
+        """Depth by its name, with side A in place of the result if it is shown there; None if it is not available."""
+        return self.own_depth(self.sides[0] if depth == "result" and self.shows_a_as_result else depth)
+
+    def own_depth(self, depth: str) -> ShownDepth | None:
+        """Depth by its name; None if it is not available."""
+        if depth == "result":
+            return self.result
+        if depth == "depth-in":
+            return _plain(self.depth_in)
+        if depth == "ground_truth":
+            return _plain(self.ground_truth)
+        if depth == "guide":
+            return _plain(self.guide)
+        if depth == INTERPOLATED:
+            return _plain(self.interpolated)
+        if depth == BEFORE_IN:
+            return _plain(self.before.depth_in)
+        if depth == BEFORE_OUT:
+            return _plain(self.before.depth_out)
+        run = self.run(depth)
+        return None if run is None else ShownDepth(run.completion.depth, _any(run.completion.extrapolated))
+
+    def swiped(self, column: int) -> ShownDepth | None:
+        """Depth of side A left of a column and of side B from there on; None if one of them is missing."""
+        first, second = (self.depth(side) for side in self.sides)
+        if first is None or second is None:
+            return None
+        depth = second.depth.copy()
+        depth[:, :column] = first.depth[:, :column]
+        marks: list[Mask | None] = []
+        for left, right in ((first.extrapolated, second.extrapolated), (first.stale, second.stale)):
+            both = None
+            if left is not None or right is not None:
+                both = np.zeros(depth.shape, bool) if right is None else right.copy()
+                both[:, :column] = False if left is None else left[:, :column]
+            marks.append(both)
+        return ShownDepth(depth, *marks)
+
+    @property
+    def side_blocks(self) -> tuple[Blocks | None, Blocks | None]:
+        """Blocks of the two sides, where they differ from the current ones."""
+        first, second = map(self._blocks_of, self.sides)
+        return first, second
+
+    def _blocks_of(self, side: str) -> Blocks | None:
+        run = self.run(side)
+        return None if run is None else self._run_blocks.get(run.number)
+
+    def run(self, depth: str) -> StoredRun | None:
+        """The run that a depth belongs to; None if it is not a run's."""
+        if depth == EARLIER:
+            return self.earlier
+        number = RUNS.index(depth) if depth in RUNS else len(self.runs)
+        return self.runs[number] if number < len(self.runs) else None
+
+    @property
+    def names(self) -> dict[str, str]:
+        """Names of the depths that belong to runs."""
+        return {depth: run.name for depth in (*RUNS, EARLIER) if (run := self.run(depth)) is not None}
+
+    @property
+    def sides(self) -> tuple[str, str]:
+        """The two depths that are compared, A and B: never a run and itself."""
+        first, second = self.chosen_sides
+        if first and not second and self.is_same(first, "result"):
+            return first, self._other((*RUNS, EARLIER), "depth-in" if first != "depth-in" else "result", first)
+        second = second or "result"
+        if not first or self.is_same(first, second):
+            first = self._other((*RUNS, EARLIER), "depth-in" if second != "depth-in" else "result", second)
+        return first, second
+
+    def is_same(self, one: str, other: str) -> bool:
+        """Whether two names are of the same depth, such as that of the run that the result is of."""
+        return self._identity(one) == self._identity(other)
+
+    def _identity(self, depth: str) -> str | int:
+        run = self.run(depth)
+        number = self.result_number if depth == "result" else 0 if run is None else run.number
+        return number or depth
+
+    def concrete(self, content: str) -> str:
+        """Resolve a content to the concrete one that it currently stands for."""
+        if content in SIDES:
+            return self.sides[SIDES.index(content)]
+        if content in (EVALUATION, "error"):
+            return "expected-error" if self.ground_truth is None else "error"
+        if content == DIFFERENCE:
+            return difference_of("result", self._other((*RUNS, EARLIER, "ground_truth"), INTERPOLATED, "result"))
+        return content
+
+    def comparable(self) -> list[str]:
+        """Depths available for comparison, including the result."""
+        there = {"depth-in", "result", INTERPOLATED}
+        return [depth for depth in COMPARABLE if depth in there or self.depth(depth) is not None]
+
+    def _other(self, depths: tuple[str, ...], otherwise: str, than: str) -> str:
+        """The first available one of some depths that is another one than `than`."""
+        there = (depth for depth in depths if self.depth(depth) is not None and not self.is_same(depth, than))
+        return next(there, otherwise)
+
+
+def _plain(depth: Depth | None) -> ShownDepth | None:
+    return None if depth is None else ShownDepth(depth)
+
+
+def _any(mask: Mask) -> Mask | None:
+    """Return the mask, or None if it has no pixels."""
+    return mask if mask.any() else None
+
+
+def earlier_run(document: Document) -> StoredRun | None:
+    """The latest stored run whose results are not the current ones."""
+    return next((kept for kept in reversed(document.state.runs) if not _is_present(kept, document)), None)
+
+
+def _number_of_result(document: Document) -> int:
+    """The number of the latest stored run whose results are the current ones; 0 for none."""
+    there = reversed(document.state.runs) if document.valid_results() else ()
+    return next((kept.number for kept in there if _is_present(kept, document)), 0)
+
+
+def _is_present(kept: StoredRun, document: Document) -> bool:
+    """Whether the results of a stored run are the current ones."""
+    return all(kept.results.get(label) is result for label, result in document.valid_results().items())
+
+
+def colour_table(document: Document, min_label: int) -> NDArray[np.uint8]:
+    """RGBA by label for the overlay, up to a label and any selected one; hidden blocks are transparent."""
+    top = max([*document.selected, min_label])
+    table = np.zeros((top + 1, 4), np.uint8)
+    for label in range(1, top + 1):
+        info = document.info(label)
+        table[label] = (*info.colour, 255 if info.visible else 0)
+    return table
+
+
+NO_RESULT = "No result yet: run the blocks (F5)"
+NOT_PLAYED = "No result is stored for this frame"
