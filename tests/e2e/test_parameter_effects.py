@@ -131,7 +131,8 @@ def test_what_acts_most_comes_first_once_it_is_tried(
     opened: MainWindow, panel: FilterPanel, qtbot: QtBot, for_selected: bool
 ) -> None:
     document = opened.workspace.current
-    panel.set_scope(for_selected)
+    panel.scope.setCurrentIndex(int(for_selected))
+    panel.redraw()
     opened.refresh.now()
     parameters, depth = document.state.common, document.completion().depth.copy()
     button = next(b for b in panel.form.findChildren(QToolButton) if b.text() == "Try parameters")
