@@ -26,7 +26,7 @@ from gui.base import theme
 from gui.features.accuracy.hold_out_dialog import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.extraction.feature import ExtractionFeature
+from gui.features.extraction import ExtractionPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.features.views import ErrorFeature
 from ilf._runtime.installation import asset_path
@@ -166,7 +166,7 @@ def show_window(app: QApplication) -> None:
     light = Tour()
     light.open()
     light.window.views.set_layout("grid-extraction")
-    panel = light.window.feature(ExtractionFeature).panel
+    panel = light.window.feature(ExtractionPanel).widget
     for tabs in light.window.findChildren(QTabWidget):
         tabs.setCurrentIndex(max(tabs.indexOf(panel), 0))
     light.do("stage_contracted")

@@ -23,7 +23,7 @@ from ..features.depth_colours import DepthColoursFeature
 from ..features.documents.feature import DocumentsFeature
 from ..features.edit_summary import EditSummaryFeature
 from ..features.expected_error import ErrorFeature
-from ..features.extraction.feature import ExtractionFeature
+from ..features.extraction import ExtractionPanel
 from ..features.filter import FilterPanel
 from ..features.frame_list.feature import FramesFeature
 from ..features.history import HistoryFeature
@@ -75,7 +75,7 @@ _STANDARD: tuple[type[Feature], ...] = (
     FilterPanel,
     EditSummaryFeature,
     CurvesFeature,
-    ExtractionFeature,
+    ExtractionPanel,
     ToolsFeature,
     StatusFeature,
 )
@@ -174,7 +174,7 @@ class MainWindow(QMainWindow):
         parameters = QTabWidget()
         parameters.setDocumentMode(True)
         parameters.addTab(feature(FilterPanel).widget, "Filter")
-        parameters.addTab(feature(ExtractionFeature).panel, "Extraction")
+        parameters.addTab(feature(ExtractionPanel).widget, "Extraction")
         add = self.panels.add
         FramesFeature(self.context)
         HistoryFeature(self.context)

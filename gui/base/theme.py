@@ -41,7 +41,7 @@ _DARK = {
 colour-blind people, too."""
 
 _LINE = "#7f8792"
-"""Axes, ticks and frames of check boxes: a contrast of 3 at least in both themes."""
+"""Axes, ticks and frames of check boxes and input fields: a contrast of 3 at least in both themes."""
 
 _SERIES = {False: ("#1060e8", "#a04000", "#0a6058", "#700a80"), True: ("#4a90f2", "#fb7a35", "#1fb888", "#f3b8f4")}
 """Whether dark -> the colours of lines in one plot."""
@@ -99,6 +99,10 @@ def apply_theme(app: QApplication, name: str = "system") -> None:
     QToolTip.setPalette(palette)
     palette.setColor(QPalette.ColorRole.ButtonText, QColor(tones["muted"]))
     app.setPalette(palette, "QHeaderView")  # type: ignore[arg-type]
+    fields = QPalette()  # without a window of their own: its colour is used for the frame only, darker by 140 %
+    fields.setColor(QPalette.ColorRole.Window, QColor(_LINE).lighter(140))
+    for kind in ("QLineEdit", "QAbstractSpinBox", "QComboBox"):
+        app.setPalette(fields, kind)  # type: ignore[arg-type]
 
 
 def follow_system(app: QApplication) -> None:

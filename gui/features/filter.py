@@ -85,11 +85,11 @@ class FilterPanel(Panel):
         self.presets.chosen.connect(self._choose_preset)
         self.presets.changed.connect(self._take_presets)
         self.frames = SharingRow(self.context)
-        self._scope = QComboBox()
-        self._scope.addItems(["All blocks", "Selected blocks"])
-        self._scope.setAccessibleName("Parameters for")
-        self._scope.setToolTip("Whether the parameters below apply to all blocks, or to the selected ones only")
-        self._scope.activated.connect(self.redraw)
+        self.scope = QComboBox()
+        self.scope.addItems(["All blocks", "Selected blocks"])
+        self.scope.setAccessibleName("Parameters for")
+        self.scope.setToolTip("Whether the parameters below apply to all blocks, or to the selected ones only")
+        self.scope.activated.connect(self.redraw)
         self.form = ParameterForm(Parameters)
         self.form.changed.connect(self.edit)
         self._own_buttons = [_button(actions[name]) for name in ("copy_own", "reset_own")]
@@ -97,16 +97,20 @@ class FilterPanel(Panel):
 
         scope = QHBoxLayout()
         scope.setSpacing(2)
-        scope.addWidget(self._scope, 1)
+        scope.addWidget(self.scope, 1)
         for button in self._own_buttons:
             button.hide()  # a panel is as wide as it is at first
             scope.addWidget(button)
-        self._choices, self._scope_row = QFormLayout(), scope
-        choices = self._choices
+        self._choices = choices = QFormLayout()
         choices.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         choices.addRow("Preset", self.presets)
-        choices.addRow("Parameters for", scope)
         choices.addRow("Frames", self.frames)
+        choices.addRow("Parameters for", scope)
+        self._of_selection = choices.labelForField(scope), self.scope
+        for shown in self._of_selection:  # the form stays where it is when a block is selected
+            policy = shown.sizePolicy()
+            policy.setRetainSizeWhenHidden(True)
+            shown.setSizePolicy(policy)
         widget = QWidget()
         layout = QVBoxLayout(widget)
         layout.setContentsMargins(8, 8, 4, 4)
@@ -151,12 +155,7 @@ class FilterPanel(Panel):
     @property
     def for_selected(self) -> bool:
         """Whether the parameters are those of the selected blocks."""
-        return self._scope.currentIndex() == 1
-
-    def set_scope(self, for_selected: bool) -> None:
-        """Show the parameters of the selected blocks, or of all."""
-        self._scope.setCurrentIndex(int(for_selected))
-        self.redraw()
+        return self.scope.currentIndex() == 1
 
     @property
     def shown(self) -> Parameters:
@@ -190,17 +189,18 @@ class FilterPanel(Panel):
         those of all frames, others relative to their preset."""
         workspace = self.context.workspace
         chosen = workspace.current.selected if workspace.has_current else ()
-        model = self._scope.model()
+        model = self.scope.model()
         if isinstance(model, QStandardItemModel):
             model.item(1).setEnabled(bool(chosen))
         text = "Selected blocks" if not chosen else f"{len(chosen)} selected blocks"
-        self._scope.setItemText(1, f"{workspace.current.info(chosen[0]).name} only" if len(chosen) == 1 else text)
+        self.scope.setItemText(1, f"{workspace.current.info(chosen[0]).name} only" if len(chosen) == 1 else text)
         if not chosen:
-            self._scope.setCurrentIndex(0)
+            self.scope.setCurrentIndex(0)
         scope, parameters = self.for_selected, self.shown
         for button in self._own_buttons:
             button.setVisible(scope)
-        self._choices.setRowVisible(self._scope_row, bool(chosen))
+        for shown in self._of_selection:
+            shown.setVisible(bool(chosen))
         self._choices.setRowVisible(self.frames, len(workspace.entries) > 1)
         self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
         shared = workspace.parameters.shared

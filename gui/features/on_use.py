@@ -115,7 +115,7 @@ class OnUseFeature(Feature):
         menu.setIcon(theme.icon("ph.play-circle", menu.palette()))
         menu.setToolTipsVisible(True)
         menu.addActions([self.context.actions[name] for name in _PLAY])
-        insert_menu(self.context.window.menuBar(), menu, self.context.actions["open_recording"])
+        insert_menu(self.context.window.menuBar(), menu, self.context.actions["open_sample"])
 
     def _sweep(self) -> SweepFeature:
         from .sweep.feature import SweepFeature

@@ -76,13 +76,15 @@ class ToolsFeature(Feature):
                 )
                 for kind in KINDS
             ),
+            Command("next_tool", "Next tool", keys=".", handler=partial(editor.cycle_tool, 1), needs=Need.FRAME),
+            Command(
+                "previous_tool", "Previous tool", keys=",", handler=partial(editor.cycle_tool, -1), needs=Need.FRAME
+            ),
             *(
-                Command(name, text, keys=keys, handler=partial(act, steps), needs=Need.FRAME)
-                for name, text, keys, act, steps in (
-                    ("next_tool", "Next tool", ".", editor.cycle_tool, 1),
-                    ("previous_tool", "Previous tool", ",", editor.cycle_tool, -1),
-                    ("brush_smaller", "Smaller brush or selection", "[", editor.step_brush, -1),
-                    ("brush_larger", "Larger brush or selection", "]", editor.step_brush, 1),
+                Command(name, text, keys=keys, handler=partial(self._step_size, steps), needs=Need.FRAME)
+                for name, text, keys, steps in (
+                    ("brush_smaller", "Smaller brush or selection", "[", -1),
+                    ("brush_larger", "Larger brush or selection", "]", 1),
                 )
             ),
             Command(
@@ -117,6 +119,14 @@ class ToolsFeature(Feature):
                 needs=Need.FRAME,
             ),
         )
+
+    def _step_size(self, steps: int) -> None:
+        if self._editor.has_size:
+            self._editor.step_brush(steps)
+        elif self._editor.tool.wheel:
+            self.context.notes.show_message("Point at a view first: the keys size the selection under the pointer.")
+        else:
+            self.context.notes.show_message("This tool has no size. Choose a brush or Smart select.")
 
     def _choose(self, name: str) -> None:
         """Make a tool the active one, and show the images, unless it works in the point cloud, too."""

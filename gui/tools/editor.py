@@ -169,6 +169,11 @@ class Editor(QObject):
 
     # options
 
+    @property
+    def has_size(self) -> bool:
+        """Whether the tool has a brush, or a selection under the pointer whose size the wheel changes."""
+        return "brush" in self.tool.options or (self.tool.wheel and self._pointer is not None)
+
     def step_brush(self, steps: int) -> None:
         """Change the brush size by steps, or what the wheel changes for the tool."""
         at = self._pointer

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
@@ -77,3 +78,16 @@ def test_the_first_thing_that_is_missing_is_told(opened: MainWindow) -> None:
     opened.refresh.now()
     opened.actions_["delete_blocks"].trigger()
     assert told("run_all", "run_selected") == ["There are no blocks: extract or draw some first."] * 2
+
+
+@pytest.mark.parametrize("key", ["brush_smaller", "brush_larger"])
+def test_a_key_for_size_says_why_it_does_nothing(opened: MainWindow, key: str) -> None:
+    radius = opened.editor.options.brush_radius
+    opened.actions_["tool_paint"].trigger()
+    opened.actions_[key].trigger()
+    assert opened.editor.options.brush_radius != radius
+    radius = opened.editor.options.brush_radius
+    opened.actions_["tool_select"].trigger()
+    opened.actions_[key].trigger()
+    assert opened.editor.options.brush_radius == radius
+    assert "has no size" in opened.toasts.message

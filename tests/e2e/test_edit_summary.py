@@ -88,17 +88,20 @@ def test_values_for_chosen_blocks_go_to_all_of_them(
     document, panel = opened.workspace.current, opened.feature(FilterPanel)
     chosen = sorted(document.counts())
     opened.workspace.select(chosen)
-    panel.set_scope(True)
+    panel.scope.setCurrentIndex(1)
+    panel.redraw()
     opened.refresh.now()
     panel.form.findChild(object, "smoothness").setValue(3.0)
     assert document.blocks.own == {label: {"smoothness": 3.0} for label in chosen}
     _settle(opened, qtbot)
     assert document.changed_blocks() == [], "all of them are solved again"
-    panel.set_scope(False)
+    panel.scope.setCurrentIndex(0)
+    panel.redraw()
     panel.presets.chosen.emit("best")
     assert "Block 1 (Smoothness)" in opened.toasts.message
     assert document.parameters_of(chosen[0]).smoothness == 3.0
-    panel.set_scope(True)
+    panel.scope.setCurrentIndex(1)
+    panel.redraw()
     opened.workspace.select(chosen[:1])
     opened.actions_["reset_own"].trigger()
     assert sorted(document.blocks.own) == chosen[1:]

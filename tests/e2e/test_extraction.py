@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.extraction.feature import ExtractionFeature
+from gui.features.extraction import ExtractionPanel
 from gui.features.views import ViewsFeature
 from gui.work.found_blocks import FoundBlocks, find
 from ilf import BlockParameters, RGBDFrame
@@ -38,7 +38,7 @@ def staged(opened: MainWindow, qtbot: QtBot) -> MainWindow:
 def _settle(window: MainWindow, qtbot: QtBot) -> None:
     def settled() -> bool:
         window.refresh.now()  # which may ask for a picture
-        return not window.feature(ExtractionFeature).busy and not window.loader.busy
+        return not window.feature(ExtractionPanel).busy and not window.loader.busy
 
     qtbot.waitUntil(settled, timeout=WAIT_MS)
 
@@ -62,12 +62,12 @@ def _pictures_given(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list
 
 
 def _slide(window: MainWindow, name: str, value: int) -> None:
-    window.feature(ExtractionFeature).panel.form.findChild(QSlider, f"slider_{name}").setValue(value)
+    window.feature(ExtractionPanel).form.findChild(QSlider, f"slider_{name}").setValue(value)
     window.refresh.now()
 
 
 def _click(window: MainWindow, text: str) -> None:
-    box = next(box for box in window.feature(ExtractionFeature).panel.findChildren(QCheckBox) if box.text() == text)
+    box = next(box for box in window.feature(ExtractionPanel).widget.findChildren(QCheckBox) if box.text() == text)
     box.click()
 
 
@@ -79,7 +79,7 @@ def _said(window: MainWindow) -> list[str]:
 
 def _summary(window: MainWindow) -> str:
     window.refresh.now()
-    return window.feature(ExtractionFeature).panel.findChild(QLabel, "summary").text()
+    return window.feature(ExtractionPanel).widget.findChild(QLabel, "summary").text()
 
 
 def _cut_off_by_hand(window: MainWindow) -> int:
@@ -99,7 +99,7 @@ def _cut_off_by_hand(window: MainWindow) -> int:
 def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot: QtBot) -> None:
     document = staged.workspace.current
     before, steps = document.labels.copy(), document.undo_stack.count()
-    staged.feature(ExtractionFeature).show_stage("dilated")
+    staged.feature(ExtractionPanel).show_stage("dilated")
     _settle(staged, qtbot)
     pictures = []
     for radius in (0, 1, 4):
@@ -109,8 +109,8 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot
         assert staged.workspace.parameters.extraction.dilation == radius
     changes = [int((pictures[0] != other).any(axis=2).sum()) for other in pictures]
     assert changes == sorted(set(changes))
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
-    staged.feature(ExtractionFeature).show_stage("blocks")
+    staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
+    staged.feature(ExtractionPanel).show_stage("blocks")
     _settle(staged, qtbot)
     found = extract(document.frame, staged.workspace.parameters.extraction).blocks
     np.testing.assert_array_equal(_picture(staged), block_overlay(document.frame.rgb, found))
@@ -123,7 +123,7 @@ def test_extract_takes_what_the_preview_has_found_at_once(
 ) -> None:
     document = staged.workspace.current
     before = document.labels.copy()
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
+    staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     expected = extract(document.frame, staged.workspace.parameters.extraction).blocks
     monkeypatch.delattr("gui.work.loading.find")
@@ -146,7 +146,7 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened: MainWindow, 
     before, steps, used = document.labels.copy(), document.undo_stack.count(), document.blocks.extraction
     stays = before == mine
     for smallest in (48.0, 47.0):
-        opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest, use_depth=False))
+        opened.workspace.parameters.set_extraction(BlockParameters(min_size=smallest, use_depth=False))
         _settle(opened, qtbot)
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
@@ -183,7 +183,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     document = staged.workspace.current
     before = _picture(staged)
     _click(staged, "Preview")
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
+    staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     np.testing.assert_array_equal(_picture(staged), before)
     assert "With other parameters" in _summary(staged)
@@ -192,7 +192,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     np.testing.assert_array_equal(_picture(staged), block_overlay(document.frame.rgb, document.labels))
     assert len(document.counts()) == 1
     assert "With other parameters" not in _summary(staged)
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters())
+    staged.workspace.parameters.set_extraction(BlockParameters())
     staged.views.set_layout("grid")
     _click(staged, "Preview")
     assert staged.views.shows("stage"), "switching the preview on shows it"
@@ -206,7 +206,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     document = opened.workspace.current
     first = document.frame
     _click(opened, "Preview")
-    opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
+    opened.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     opened.views.set_layout("extraction")
@@ -231,12 +231,12 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(
         return find(frame, parameters)
 
     monkeypatch.setattr("gui.work.loading.find", after_the_view_has_been_drawn)
-    monkeypatch.delattr("gui.features.extraction.panel.find")
+    monkeypatch.delattr("gui.features.extraction.find")
     window.views.set_layout("extraction")
     window.loader.open(FrameRef(str(frame_folder)))
     qtbot.waitUntil(lambda: window.workspace.has_current, timeout=WAIT_MS)
     window.refresh.now()
-    assert window.feature(ExtractionFeature).busy
+    assert window.feature(ExtractionPanel).busy
     assert _picture(window) is None
     may_go_on.set()
     _settle(window, qtbot)
@@ -252,7 +252,7 @@ def test_the_view_says_that_the_first_extraction_failed(
         raise IlfError("no edges")
 
     monkeypatch.setattr("gui.work.loading.find", fail)
-    monkeypatch.setattr("gui.features.extraction.panel.find", fail)
+    monkeypatch.setattr("gui.features.extraction.find", fail)
     monkeypatch.setattr(window.notes, "report", lambda *_: None)  # which would ask to be read
     window.views.set_layout("extraction")
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
@@ -261,7 +261,7 @@ def test_the_view_says_that_the_first_extraction_failed(
 
 
 def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, qtbot: QtBot) -> None:
-    label = opened.feature(ExtractionFeature).panel.findChild(QLabel, "summary")
+    label = opened.feature(ExtractionPanel).widget.findChild(QLabel, "summary")
     assert _summary(opened) == ""
     _slide(opened, "dilation", 5)
     assert "Four with extraction" in _summary(opened)
@@ -298,14 +298,14 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
     for label in (locked, mine):
         opened.workspace.current.set_lock(label, True)
     for smallest in (48.0, 47.0):
-        opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest, use_depth=False))
+        opened.workspace.parameters.set_extraction(BlockParameters(min_size=smallest, use_depth=False))
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
         assert "Kept: 2 locked." in said[-1]
         assert document.blocks.edited, "a locked block is not what these values give"
     for label in (locked, mine):
         opened.workspace.current.set_lock(label, False)
-    opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=46.0))
+    opened.workspace.parameters.set_extraction(BlockParameters(min_size=46.0))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     assert "Kept: 1 made by hand." in said[-1]
@@ -314,7 +314,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
 
 def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWindow, qtbot: QtBot) -> None:
     document, view = staged.workspace.current, staged.views.cells["colour"].view
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0, use_depth=False))
+    staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     before = document.labels.copy()
     staged.actions_["new_block"].trigger()
@@ -339,7 +339,7 @@ def test_stages_want_a_frame(window: MainWindow) -> None:
 
 def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWindow, qtbot: QtBot) -> None:
     _slide(opened, "dilation", 5)
-    assert not opened.feature(ExtractionFeature).busy
+    assert not opened.feature(ExtractionPanel).busy
     opened.actions_["stage_strength"].trigger()
     assert opened.views.shows("stage")
     _settle(opened, qtbot)
@@ -356,7 +356,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
         assert opened.wait(20)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.features.extraction.panel.find", waiting)
+    monkeypatch.setattr("gui.features.extraction.find", waiting)
     return opened
 
 
@@ -367,7 +367,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     shown = _pictures_given(staged, monkeypatch)
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
     _slide(staged, "dilation", 5)
-    assert staged.feature(ExtractionFeature).busy
+    assert staged.feature(ExtractionPanel).busy
     open_frame(staged, qtbot, FrameRef(str(folder)))
     second = staged.workspace.current
     gate.set()
@@ -376,7 +376,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     assert {size for size, _ in shown} == {(40, 64)}, "nothing of the first frame comes after it was left"
     shown.clear()
     gate.clear()
-    staged.feature(ExtractionFeature).show_stage("blocks")
+    staged.feature(ExtractionPanel).show_stage("blocks")
     _slide(staged, "dilation", 4)
     staged.workspace.undo_group.undo()
     staged.actions_["close_frame"].trigger()
@@ -396,7 +396,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
 
 def test_closing_the_window_ends_the_preview(staged: MainWindow, qtbot: QtBot, gate: threading.Event) -> None:
     _slide(staged, "dilation", 5)
-    assert staged.feature(ExtractionFeature).busy
+    assert staged.feature(ExtractionPanel).busy
     gate.set()
     staged.close()
     qtbot.waitUntil(
@@ -413,7 +413,7 @@ def test_a_preview_that_fails_says_why_without_a_dialog(
     def no_dialog(*_: object) -> None:
         raise AssertionError("a dialog at every move of a slider")
 
-    monkeypatch.setattr("gui.features.extraction.panel.find", broken)
+    monkeypatch.setattr("gui.features.extraction.find", broken)
     monkeypatch.setattr(QMessageBox, "open", no_dialog)
     _slide(staged, "dilation", 5)
     _settle(staged, qtbot)
@@ -429,14 +429,14 @@ def test_a_preview_that_fails_says_why_without_a_dialog(
 
 def test_an_edge_network_that_is_missing_is_said_and_does_not_stop_anything(staged: MainWindow, qtbot: QtBot) -> None:
     said = _said(staged)
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(model="elsewhere"))
+    staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere"))
     _settle(staged, qtbot)
     assert "Canny" in _summary(staged)
     assert "elsewhere" in _summary(staged)
     staged.actions_["extract"].trigger()
     assert "elsewhere" in said[-1]
     staged.views.set_layout("grid")
-    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(model="elsewhere", min_size=1.0))
+    staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere", min_size=1.0))
     staged.actions_["extract"].trigger()
     _settle(staged, qtbot)
     assert "elsewhere" in said[-1]

@@ -171,7 +171,8 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     assert _present(window) is entries[5]
     part._show_list()
     assert [entry.name for entry in panel.model.entries] == ["frame-1", "frame-5"], "what was left is left out now"
-    panel.show_all()
+    panel.text.clear()
+    panel.state.setCurrentIndex(0)
     assert len(panel.model.entries) == COUNT
     row = panel.view.visualRect(panel.model.index_of(entries[5]))
     assert panel.view.viewport().rect().contains(row), "the present one is in sight again"

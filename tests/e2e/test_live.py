@@ -56,7 +56,8 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     workspace = opened.workspace
     chosen, other = list(workspace.current.counts())[:2]
     workspace.select([chosen])
-    opened.feature(FilterPanel).set_scope(own)
+    opened.feature(FilterPanel).scope.setCurrentIndex(int(own))
+    opened.feature(FilterPanel).redraw()
     before = _results(opened)
     steps = workspace.undo_group.activeStack().count()
     said: list[str] = []

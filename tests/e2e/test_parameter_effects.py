@@ -131,7 +131,8 @@ def test_what_acts_most_comes_first_once_it_is_tried(
     opened: MainWindow, panel: FilterPanel, qtbot: QtBot, for_selected: bool
 ) -> None:
     document = opened.workspace.current
-    panel.set_scope(for_selected)
+    panel.scope.setCurrentIndex(int(for_selected))
+    panel.redraw()
     opened.refresh.now()
     parameters, depth = document.state.common, document.completion().depth.copy()
     button = next(b for b in panel.form.findChildren(QToolButton) if b.text() == "Try parameters")
@@ -166,3 +167,13 @@ def test_depth_that_comes_or_goes_counts_as_changed() -> None:
     assert effect.pixels == 3
     assert (effect.median, effect.largest) == pytest.approx((0.003, 0.003), rel=1e-3)
     assert effect_of([]).text == "no pixel changed by 0.1 mm"
+
+
+def test_the_form_stays_in_place_when_a_block_is_selected(opened: MainWindow, panel: FilterPanel, qtbot: QtBot) -> None:
+    qtbot.waitUntil(lambda: panel.scope.isVisible())
+    before = panel.form.geometry()
+    opened.workspace.select([])
+    opened.refresh.now()
+    assert not panel.scope.isVisible()
+    panel.widget.layout().activate()
+    assert panel.form.geometry() == before

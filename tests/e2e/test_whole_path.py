@@ -352,9 +352,11 @@ def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
     workspace.parameters.set(ilf.preset("paper", centred=True))
     workspace.select([1])
     workspace.parameters.set(ilf.preset("released-code"), 1)
-    panel.set_scope(for_selected=True)
+    panel.scope.setCurrentIndex(1)
+    panel.redraw()
     opened.refresh.now()
     assert panel.presets.names.currentText() == "released-code"
-    panel.set_scope(for_selected=False)
+    panel.scope.setCurrentIndex(0)
+    panel.redraw()
     opened.refresh.now()
     assert panel.presets.names.currentText() == "paper (changed)"

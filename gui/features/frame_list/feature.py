@@ -24,17 +24,13 @@ from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
-from ...widgets.file_choice import choose_file, choose_folder
 from ..context import Context
 from ..documents.feature import DocumentsFeature
-from ..documents.frame_files import recording_files
 from ..panel import Panel
 from .limiter import OpenFrameLimiter
 from .model import counts
 from .panel import FramesPanel
 from .place import FramesPlace
-
-_FOLDER_KEY = "open/frames"
 
 
 class FramesFeature(Panel):
@@ -77,22 +73,6 @@ class FramesFeature(Panel):
 
     def _commands(self) -> Sequence[Command]:
         return (
-            Command(
-                "open_folder",
-                "Open &folder of frames…",
-                "List the frames of a folder or sequence, and open the first; the others are read when they are shown",
-                icon="ph.folders",
-                keys="Ctrl+Shift+F",
-                handler=self.ask_folder,
-            ),
-            Command(
-                "open_recording",
-                "Open reco&rding…",
-                "List the frames of a recording: a ROS bag or a camera recording; "
-                "a ROS 2 bag is opened as a folder of frames",
-                icon="ph.film-strip",
-                handler=self.ask_recording,
-            ),
             Command(
                 "next_frame",
                 "&Next frame",
@@ -245,16 +225,6 @@ class FramesFeature(Panel):
         self.open(entry)
 
     # commands on frames
-
-    def ask_folder(self) -> None:
-        """Open a folder of frames that the user chooses."""
-        if chosen := choose_folder(self.context.window, "Open folder of frames", _FOLDER_KEY):
-            self.context.feature(DocumentsFeature).open_source(FrameRef(chosen))
-
-    def ask_recording(self) -> None:
-        """Open a recording that the user chooses."""
-        if chosen := choose_file(self.context.window, "Open recording", _FOLDER_KEY, recording_files()):
-            self.context.feature(DocumentsFeature).open_source(FrameRef(chosen))
 
     def write_note(self) -> None:
         """Edit the note on the selected frame."""

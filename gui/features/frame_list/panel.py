@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import QEvent, QModelIndex, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -258,13 +258,6 @@ class FramesPanel(QWidget):
     def frame_filter(self) -> FrameFilter:
         """Filter and order chosen by the user."""
         return FrameFilter(self.text.text(), str(self.state.currentData()), self.order.order)
-
-    def show_all(self) -> None:
-        """Clear the filter."""
-        with QSignalBlocker(self.text), QSignalBlocker(self.state):
-            self.text.clear()
-            self.state.setCurrentIndex(0)
-        self.filter_changed.emit()
 
     def show_counts(self, counts: Mapping[str, int]) -> None:
         """Show the number of frames in each state."""

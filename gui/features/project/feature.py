@@ -24,7 +24,6 @@ from ...project.current_project import CurrentProject, source_of
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
-from ...widgets.file_choice import choose_file
 from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
@@ -32,7 +31,7 @@ from ..menus import insert_menu
 from .asking import ask_to_open, ask_to_open_anew
 from .opening import FolderProjects, Opening
 from .recent import RecentMenu, RecentOrigins
-from .saving import FILE_FILTER, FOLDER_KEY, SaveRequest, Saving
+from .saving import SaveRequest, Saving
 from .view_state import ViewState
 
 if TYPE_CHECKING:
@@ -119,14 +118,6 @@ class ProjectFeature(Feature):
                 handler=self.new,
             ),
             Command(
-                "open_project",
-                "Open pro&ject…",
-                "Open a project file: all its frames with the work on them",
-                icon="ph.folder-notch-open",
-                keys="Ctrl+Alt+O",
-                handler=self.ask_open,
-            ),
-            Command(
                 "save_project",
                 "&Save project",
                 "Save all frames with the work on them",
@@ -161,7 +152,7 @@ class ProjectFeature(Feature):
         self.context.actions["show_project"].setIconText("Show in folder")
         self.context.actions["save_project_as"].setIconText("Save elsewhere…")
         self.recent.setIcon(theme.icon("ph.clock-counter-clockwise", self.recent.palette()))
-        insert_menu(self.context.window.menuBar(), self.recent, self.context.actions["open_project"])
+        insert_menu(self.context.window.menuBar(), self.recent, self.context.actions["new_project"])
         self.recent.fill()
         bar, actions = self.context.window.findChild(QToolBar, "Tools"), self.context.actions
         if isinstance(bar, QToolBar):
@@ -172,11 +163,6 @@ class ProjectFeature(Feature):
     def new(self) -> None:
         """Start an empty project."""
         self._leave_project("a new project is started", self._begin)
-
-    def ask_open(self) -> None:
-        """Open a project with the dialog."""
-        if path := choose_file(self.context.window, "Open project", FOLDER_KEY, FILE_FILTER):
-            self.open(Path(path))
 
     def open(self, path: Path) -> None:
         """Open a project, replacing the current one."""

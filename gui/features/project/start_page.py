@@ -44,7 +44,7 @@ _SLACK = 4
 """Height [px] that the list needs beyond its entries."""
 _MOST_PROJECTS, _MOST = 4, 8
 """Maximum number of projects, and of all that is listed."""
-_COMMANDS = "open", "open_folder", "open_project", "open_sample"
+_COMMANDS = "open", "open_sample"
 _NAME, _PURPOSE = "ILF Studio", "Complete the missing depth of RGB-D frames, and watch it converge."
 _DROP = "Or drop images, a folder of frames, a recording or a project anywhere in this window."
 _ORIGIN, _HAS_PICTURE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1

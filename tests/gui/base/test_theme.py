@@ -87,6 +87,15 @@ def test_texts_and_lines_stand_out_on_every_ground(palette: QPalette) -> None:
     assert theme.contrast(*chosen) >= TEXT
 
 
+@pytest.mark.parametrize("kind", [QLineEdit, QDoubleSpinBox, QComboBox])
+def test_input_fields_have_a_frame(palette: QPalette, kind: type[QWidget], qtbot: QtBot) -> None:
+    field = kind()
+    qtbot.addWidget(field)
+    field.resize(120, field.sizeHint().height())
+    frame = field.grab().toImage().pixelColor(0, field.height() // 2)
+    assert theme.contrast(frame, palette.color(palette.ColorRole.Window)) >= LINE
+
+
 @pytest.mark.parametrize("eye", SEEN_BY)
 def test_good_and_worse_and_the_lines_of_a_plot_are_told_apart(palette: QPalette, eye: str) -> None:
     colours = theme.colours(palette)

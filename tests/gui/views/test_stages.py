@@ -1,9 +1,6 @@
-"""Stages of the extraction: their pictures, their view, and the preview that answers the latest question."""
+"""Stages of the extraction: their pictures and their view."""
 
 from __future__ import annotations
-
-import threading
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,19 +9,13 @@ from PySide6.QtGui import QBrush
 from PySide6.QtWidgets import QComboBox, QToolButton
 
 from gui.base import theme
-from gui.features.extraction.panel import ExtractionPreview, StageRequest
 from gui.state.workspace import Workspace
 from gui.views.cell import Cell
 from gui.views.pixel_items import BlockOverlay
 from gui.views.stages import StageModel
 from gui.views.view_data import ViewData
-from gui.work.found_blocks import find
-from ilf import BlockParameters
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
-from ilf.segmentation.extraction import Extraction, extract
-
-WAIT_MS = 60_000
-CANNY = BlockParameters(detector="canny")
+from ilf.segmentation.extraction import Extraction
 
 
 def _extraction(height: int = 8, width: int = 12) -> Extraction:
@@ -110,85 +101,3 @@ def test_only_strength_has_a_colour_bar(cell, board) -> None:
         assert cell.view.image.image is not None
     board.show_message("none")
     assert cell.view.image.image is None
-
-
-@pytest.fixture
-def preview(qtbot):
-    found = ExtractionPreview()
-    yield found
-    assert found.shutdown()
-
-
-@pytest.fixture
-def gate(monkeypatch):
-    """Extractions wait until it is set, and are counted in `gate.asked`."""
-    opened = threading.Event()
-    opened.asked = []
-
-    def waiting(frame, parameters):
-        opened.asked.append(parameters)
-        assert opened.wait(20)
-        return find(frame, parameters)
-
-    monkeypatch.setattr("gui.features.extraction.panel.find", waiting)
-    return opened
-
-
-def test_of_many_questions_the_last_is_answered_and_none_queues(preview, gate, small_frame, qtbot) -> None:
-    answers = []
-    preview.found.connect(answers.append)
-    values = [CANNY.replace(dilation=radius) for radius in range(6)]
-    for parameters in values:
-        preview.ask(StageRequest(small_frame, parameters, "dilated"))
-    gate.set()
-    qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
-    assert gate.asked == [values[0], values[-1]]
-    assert answers[-1].question.parameters == values[-1]
-    expected = stage_picture("dilated", small_frame.rgb, extract(small_frame, values[-1]))
-    np.testing.assert_array_equal(answers[-1].picture, expected)
-    preview.ask(StageRequest(small_frame, values[-1], "strength"))
-    qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
-    assert len(gate.asked) == 2, "another stage of what is held costs no extraction"
-    assert answers[-1].picture.ndim == 2
-    assert preview.held(small_frame, values[-1]) is answers[-1].found
-    assert preview.held(small_frame, values[0]) is None
-
-
-def test_what_was_asked_about_another_frame_is_neither_told_nor_held(preview, gate, small_frame, qtbot) -> None:
-    other = replace(small_frame, name="other")
-    answers = []
-    preview.found.connect(answers.append)
-    preview.ask(StageRequest(small_frame, CANNY, "blocks"))
-    preview.set_frame(other)
-    gate.set()
-    qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
-    assert not answers
-    assert preview.held(small_frame, CANNY) is None
-    preview.ask(StageRequest(other, CANNY, "blocks"))
-    qtbot.waitUntil(lambda: bool(answers), timeout=WAIT_MS)
-
-
-def test_a_question_that_failed_can_be_asked_again_and_takes_the_place_of_an_older_one(
-    preview, small_frame, qtbot, monkeypatch
-) -> None:
-    tried, opened = [], threading.Event()
-
-    def broken(frame, parameters):
-        tried.append(parameters.dilation)
-        assert parameters.dilation == 2 or opened.wait(20)
-        if parameters.dilation == 2:
-            raise MemoryError("no memory")
-        return find(frame, parameters)
-
-    monkeypatch.setattr("gui.features.extraction.panel.find", broken)
-    failing = StageRequest(small_frame, CANNY.replace(dilation=2), "blocks")
-    with qtbot.waitSignal(preview.failed, timeout=WAIT_MS) as failed:
-        preview.ask(failing)
-    assert "no memory" in str(failed.args[0])
-    for radius in (1, 3):
-        preview.ask(replace(failing, parameters=CANNY.replace(dilation=radius)))
-    with qtbot.waitSignal(preview.failed, timeout=WAIT_MS):
-        preview.ask(failing)
-        opened.set()
-    assert tried == [2, 1, 2], "the last question is what is answered, though it failed before"
-    assert not preview.busy

@@ -15,7 +15,7 @@ RICH = {
     "app/splash.py",
     "features/about.py",
     "features/edit_summary.py",
-    "features/extraction/panel.py",
+    "features/extraction.py",
     "features/inspect/profile_page.py",
     "features/status.py",
 }

@@ -41,8 +41,7 @@ def save_close_and_reopen(user: Hand) -> None:
     path = user.save()
     user.do("new_project")
     user.keep("new", user.title())
-    with user.answering(path):
-        user.do("open_project")
+    user.drop(path)
     user.keep_undo("reopened")
     user.do("one_to_one")
     user.tool("erase")

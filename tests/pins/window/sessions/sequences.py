@@ -23,8 +23,7 @@ def _end(user: Hand) -> None:
 
 def go_through_frames(user: Hand) -> None:
     """Next, previous, done, noted, filtered; the list says what has been done."""
-    with user.answering(walk(user.folder)):
-        user.do("open_folder")
+    user.drop(walk(user.folder))
     user.do("next_frame")
     user.do("next_frame")
     user.do("previous_frame")
@@ -156,8 +155,7 @@ def report(user: Hand) -> None:
 
 
 def frames_of_a_recording(user: Hand) -> None:
-    with user.answering(write_aligned(user.folder, "ros1")):
-        user.do("open_recording")
+    user.drop(write_aligned(user.folder, "ros1"))
     user.do("next_frame")
     user.do("run_all")
     _end(user)

@@ -1,0 +1,326 @@
+"""The panel of the extraction: its parameters, a preview of its stages, and the commands that extract blocks."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+
+from ilf._runtime.formatting import counted
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.drawing.blocks import STAGES, stage_picture
+
+from ..base import theme
+from ..base.commands import Command, hint_of
+from ..base.needs import Need
+from ..state.parts import Part
+from ..views.layouts import LAYOUT_TEXTS
+from ..widgets.notices import error_text
+from ..widgets.parameter_form import ParameterForm
+from ..work.found_blocks import FoundBlocks, describe_blocks, find
+from .context import Context
+from .panel import Panel
+
+LAYOUT = "grid-extraction"
+"""Layout to switch to when a stage is requested and its view is not visible."""
+
+_SLOW_MS = 300
+"""Delay until a running extraction is shown [ms]: an edge network's first pass over a frame takes longer."""
+
+_OFF = "Switch the preview of the extraction on, or extract blocks"
+
+_COMMANDS = {
+    "strength": ("Edge &strength", "Show the edge strength: how much each pixel looks like a boundary"),
+    "binarised": ("&Binarised edges", "Show the binarised edges over the colour image"),
+    "dilated": ("&Dilated edges", "Show the dilated edges, with the added pixels marked"),
+    "contracted": ("&Contracted regions", "Show the regions after contraction, grown back to the edges"),
+    "blocks": ("B&locks found", "Show the blocks that the extraction finds"),
+}
+"""Text and hint of the command that shows a stage."""
+
+
+class _StageRequest(NamedTuple):
+    """Request: the picture of one stage."""
+
+    frame: RGBDFrame
+    parameters: BlockParameters
+    stage: str
+
+
+class ExtractionPanel(Panel):
+    """The parameters of the extraction, and the view of its stages.
+
+    While the view is visible and the preview is on, it follows the panel's parameters; with the preview off it shows
+    the last extraction of the frame. Only `extract` changes the frame's blocks. While they are being extracted, the
+    panel waits for that result instead of computing it a second time.
+    """
+
+    title, icon, group = "Extraction", "ph.polygon", None
+    parts = Part.FRAME | Part.EXTRACTION | Part.LABELS | Part.INFOS
+    what = "extraction"
+
+    visible = True
+    """Its view is elsewhere, and its summary is a line: drawn also behind another tab."""
+
+    def __init__(self, context: Context) -> None:
+        self._board = context.views.extraction
+        self._frame: RGBDFrame | None = None
+        self._is_waiting = False
+        """Whether a request waits until the blocks have been extracted."""
+        self._held: FoundBlocks | None = None
+        """The last extraction: its other stages only have to be drawn."""
+        self._drawn: _StageRequest | None = None
+        """What the picture in the view answers."""
+        self._found: FoundBlocks | None = None
+        """The extraction in the view."""
+        self._failure = ""
+        super().__init__(context)
+        self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
+        self._slow.timeout.connect(lambda: self._board.show_text("Extracting…"))
+        context.loader.extracted.connect(self._hold)
+        context.loader.busy_changed.connect(lambda: self.redraw() if self._is_waiting else None)
+        views = context.views
+        for signal in (self._board.stageChanged, views.layoutChanged, views.shownChanged, context.centre.turned):
+            signal.connect(self.redraw)
+        self._mark_stages()
+
+    def make(self) -> QWidget:
+        """Make the form, with the commands and the summary above it."""
+        context = self.context
+        context.actions.add(self._commands())
+        button = QToolButton()
+        button.setDefaultAction(context.actions["extract"])
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._preview = QCheckBox("Preview", checked=True)
+        self._preview.setToolTip(
+            "Update the view of the extraction as the parameters below change; the frame's blocks stay as they are"
+        )
+        self._preview.clicked.connect(self._switch_preview)
+        keep = QCheckBox("Keep blocks made by hand", checked=True)
+        keep.setToolTip(
+            "Keep the blocks that you drew, enlarged, merged or erased from when blocks are extracted again; locked "
+            "blocks are always kept"
+        )
+        keep.clicked.connect(context.workspace.parameters.set_keeps_handmade)
+        self._summary = QLabel(objectName="summary", wordWrap=True)
+        self._summary.linkActivated.connect(self.show_view)
+        self._summary.hide()
+        self.form = ParameterForm(BlockParameters)
+        self.form.set_base(BlockParameters())
+        self.form.changed.connect(context.workspace.parameters.set_extraction)
+        row = QHBoxLayout()
+        row.setSpacing(10)
+        row.addWidget(button)
+        row.addWidget(self._preview)
+        row.addStretch()
+        widget = QWidget()
+        layout = QVBoxLayout(widget)
+        layout.setContentsMargins(8, 8, 4, 4)
+        layout.addLayout(row)
+        layout.addWidget(keep)
+        layout.addWidget(self._summary)
+        layout.addWidget(self.form, 1)
+        return widget
+
+    def _commands(self) -> Sequence[Command]:
+        extract = Command(
+            "extract",
+            "E&xtract blocks",
+            "Extract the blocks again; locked blocks and hand-made blocks stay",
+            icon="ph.polygon",
+            keys="Ctrl+B",
+            handler=self.extract,
+            needs=Need.FRAME | Need.IDLE,
+        )
+        stages = (
+            Command(
+                f"stage_{name}",
+                text,
+                hint,
+                keys=f"Alt+{number}",
+                group="stage",
+                handler=partial(self.show_stage, name),
+                needs=Need.FRAME,
+            )
+            for number, (name, (text, hint)) in enumerate(_COMMANDS.items(), 1)
+        )
+        return extract, *stages
+
+    def _mark_stages(self) -> None:
+        """Mark the command of the shown stage, and show the commands' hints on the buttons of the view."""
+        board, stages = self._board, {name: self.context.actions[f"stage_{name}"] for name in STAGES}
+
+        def show_hints() -> None:
+            board.set_hints({name: hint_of(action) for name, action in stages.items()})
+
+        stages[board.stage].setChecked(True)
+        board.stageChanged.connect(lambda name: stages[name].setChecked(True))
+        for action in stages.values():  # also when its shortcut changes
+            action.changed.connect(show_hints)
+        show_hints()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a picture is pending."""
+        return super().busy or self._is_waiting
+
+    # the view
+
+    def refresh(self, parts: Part) -> None:
+        """Update the picture and the summary from frame, parameters and stage."""
+        workspace = self.context.workspace
+        self.form.set_parameters(workspace.parameters.extraction)
+        frame = workspace.current.frame if workspace.has_current else None
+        if frame is not self._frame:
+            self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
+            self.forget()
+            self._slow.stop()
+        self._is_waiting = False
+        if frame is not None and self.context.views.shows("stage"):
+            self._ask_stage(frame)
+        self._describe()
+
+    def _ask_stage(self, frame: RGBDFrame) -> None:
+        """Ask for the picture of the shown stage, unless the view shows it."""
+        document = self.context.workspace.current
+        if self._preview.isChecked():
+            parameters: BlockParameters | None = self.context.workspace.parameters.extraction
+        elif self._held is not None and self._held.frame is frame:
+            parameters = self._held.parameters
+        else:
+            parameters = document.blocks.extraction
+        if parameters is None:
+            self._drawn = None
+            self._board.show_message(_OFF)
+            return
+        held = self._held is not None and self._held.matches(frame, parameters)
+        self._is_waiting = self.context.loader.is_extracting(document) and not held
+        request = _StageRequest(frame, parameters, self._board.stage)
+        if not self._is_waiting and (request != self._drawn or super().busy):
+            self.ask(request)
+        self._watch()
+
+    def compute(self, request: _StageRequest) -> tuple[FoundBlocks, NDArray[np.uint8]]:
+        """Extract the blocks, unless the last extraction is that one, and draw the stage."""
+        held = self._held  # the window may replace it meanwhile
+        if held is None or not held.matches(request.frame, request.parameters):
+            held = find(request.frame, request.parameters)
+        return held, stage_picture(request.stage, request.frame.rgb, held.extraction)
+
+    def take(self, request: _StageRequest, answer: tuple[FoundBlocks, NDArray[np.uint8]]) -> None:
+        """Show the picture."""
+        self._found, picture = answer
+        self._held, self._failure = self._found, ""
+        self._watch()
+        if request.stage == self._board.stage:
+            self._drawn = request
+            self._board.show_picture(request.stage, picture, self._found.extraction)
+        self._describe()
+
+    def fail(self, request: object, error: Exception) -> None:
+        """Show the error in the panel: a dialog would come at every move of a slider."""
+        self._watch()
+        self._failure, self._drawn = f"The extraction failed: {error_text(error)}", None
+        self._board.show_message("The extraction failed")
+        self._describe()
+        self.context.notes.show_message(self._failure)
+
+    def _watch(self) -> None:
+        """Show that an extraction is running if it takes long."""
+        if not self.busy:
+            self._slow.stop()
+        elif not self._slow.isActive():
+            self._slow.start()
+
+    def show_stage(self, name: str) -> None:
+        """Show a stage, and the view of the extraction if it is not visible."""
+        self._board.set_stage(name)
+        self.show_view()
+
+    def show_view(self, *_: str) -> None:
+        """Show the view of the extraction if it is not visible."""
+        views = self.context.views
+        self.context.centre.show_images()
+        if not views.shows("stage"):
+            views.set_content("extraction", "extraction")
+            views.set_layout(LAYOUT)
+
+    def _switch_preview(self, on: bool) -> None:
+        if on:
+            self.show_view()
+        self.redraw()
+
+    def extract(self) -> None:
+        """Extract the blocks again with the panel's parameters; at once if the preview has the result."""
+        document, held = self.context.workspace.current, self._held
+        matches = held is not None and held.matches(document.frame, self.context.workspace.parameters.extraction)
+        self.context.loader.extract(document, held if matches else None)
+
+    def _hold(self, found: FoundBlocks) -> None:
+        """Reuse the extraction of a frame's blocks for the view."""
+        self._held = found
+        self.redraw()
+
+    # the summary
+
+    def _describe(self) -> None:
+        """Show the summary of the parameters' result in the panel, with the blocks that are kept; or a link to the
+        layout that shows that result."""
+        colours = theme.colours(self.widget.palette())
+        shown, workspace = self.context.views.shows("stage"), self.context.workspace
+        lines: list[tuple[str, str]] = []
+        if self._frame is None or not workspace.has_current:
+            pass
+        elif not shown and self._preview.isChecked():
+            if workspace.current.blocks.extraction != workspace.parameters.extraction:
+                layout = html.escape(LAYOUT_TEXTS[LAYOUT])
+                link = f'<a href="view" style="color: {colours.accent.name()}">{layout}</a>'
+                text = f"Choose the view set {link} to see the result of these parameters."
+                lines.append((text, colours.muted.name()))
+        elif shown and self._failure:
+            lines.append((html.escape(self._failure), colours.warning.name()))
+        elif shown and self._found is not None:
+            lines.append((html.escape(self._text(self._found)), colours.muted.name()))
+            if notes := " ".join(self._found.extraction.notes):
+                lines.append((html.escape(notes), colours.warning.name()))
+        # not by palette, which a new application style sheet would reset
+        self._summary.setText("<br>".join(f'<span style="color: {tone}">{text}</span>' for text, tone in lines))
+        self._summary.setVisible(bool(lines))
+
+    def _text(self, found: FoundBlocks) -> str:
+        workspace = self.context.workspace
+        if self._preview.isChecked():
+            title = "Preview"
+        else:
+            fits = found.parameters == workspace.parameters.extraction
+            title = "With these parameters" if fits else "With other parameters"
+        blocks = found.extraction.blocks
+        locked, by_hand = workspace.current.staying(workspace.parameters.keeps_handmade)
+        around = _describe_around(len(locked), len(by_hand))
+        took = f"{1000 * found.seconds:.0f} ms" if found.seconds < 1 else f"{found.seconds:.1f} s"
+        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {took}."
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Write the summary in the colours of a new theme."""
+        if watched is self.widget and event.type() == QEvent.Type.PaletteChange:
+            self.redraw()
+        return super().eventFilter(watched, event)
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if the thread has ended."""
+        self._slow.stop()
+        return super().shutdown()
+
+
+def _describe_around(locked: int, by_hand: int) -> str:
+    """Return which kept blocks the new blocks surround; "" for none."""
+    kinds = (locked, "locked"), (by_hand, "made by hand")
+    parts = [f"{counted(count, 'block')} {kind}" for count, kind in kinds if count]
+    return f", around {' and '.join(parts)}" if parts else ""

@@ -1,1 +1,0 @@
-"""Extraction of blocks: parameters, the view of its stages, and extraction on request."""
