@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
@@ -54,7 +55,7 @@ class Stack(Recording):
 
 
 def test_a_new_reader_is_one_class_and_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, window: MainWindow, qtbot: object
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, window: MainWindow, qtbot: QtBot
 ) -> None:
     frame = ilf.load_frame(*write_small_frame(tmp_path / "in"))
     depth = np.nan_to_num(1000 * frame.depth).round().astype(np.uint16)
