@@ -8,7 +8,7 @@ from weakref import WeakSet
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from ilf.errors import IlfError
-from ilf.project.project import Project
+from ilf.project.project import FrameSummary, Project
 from ilf.project.store import WorkHeader
 
 from ..state.document import Document
@@ -57,6 +57,8 @@ class Recorder(QObject):
         """Those that are being written."""
         self._frames: frozenset[str] = frozenset()
         """Ids of all frames."""
+        self._summaries: dict[str, FrameSummary] = {}
+        """Those of changed frames, by id, as they were taken last: the list of frames has them, too."""
         self._waiting: list[Then] = []
         self._called: list[Then] = []
         self._automatic = False
@@ -125,6 +127,10 @@ class Recorder(QObject):
         for document in self._workspace.open:
             if document in self._touched:
                 self.store.put(document.snapshot())
+                entry = self._workspace.entries.of(document.id)
+                if entry is not None and self._summaries.get(entry.id) != entry.summary:
+                    self._summaries[entry.id] = entry.summary
+                    self._project_touched = True
         self._touched.clear()
         if self._project_touched:
             self._project_touched = False

@@ -85,6 +85,7 @@ def thin_plate(depth: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def bending(shape: tuple[int, int]) -> csr_array:
+    """Second differences of a surface of this shape, along rows, columns and both, as rows of a matrix."""
     return vstack([
         stencil(shape, {(0, 0): 1.0, (0, 1): -2.0, (0, 2): 1.0}),
         stencil(shape, {(0, 0): 1.0, (1, 0): -2.0, (2, 0): 1.0}),
@@ -94,6 +95,7 @@ def bending(shape: tuple[int, int]) -> csr_array:
 
 
 def first_differences(shape: tuple[int, int]) -> csr_array:
+    """First differences of a surface of this shape, along rows and columns, as rows of a matrix."""
     across = stencil(shape, {(0, 0): -1.0, (0, 1): 1.0})
     return vstack([across, stencil(shape, {(0, 0): -1.0, (1, 0): 1.0})], format="csr")
 

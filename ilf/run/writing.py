@@ -21,10 +21,11 @@ from .._runtime.writing import move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..completion.confidence.features import default_edge_notes
 from ..data.declarations import check_names
+from ..data.flying_points import flying_points
 from ..data.frame import FrameInputs, RGBDFrame
 from ..data.points import in_world, point_cloud
 from ..data.results import Completion, EdgeAwareRecord, IterationRecord, PassBandRecord
-from ..data.surface import flying_points, surface_mesh, surface_normals
+from ..data.surface import surface_mesh, surface_normals
 from ..errors import ExportError, IlfError, InputError
 from ..io.clouds import write_cloud
 from ..io.depth import precision_loss, write_depth, write_expected_error

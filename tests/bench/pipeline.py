@@ -27,8 +27,8 @@ import ilf
 from ilf._runtime.compiling import is_compiled
 from ilf.run.run import complete
 
+from .measuring import hundred_dcts, timed
 from .samples import Size, scaled, size_of
-from .timing import hundred_dcts, timed
 
 PARTS = ("edges", "blocks", "completion", "error", "block again")
 STEPS = PARTS[:4]

@@ -30,7 +30,7 @@ from ilf.evaluation.flicker import flicker, moved
 from ilf.evaluation.hold_out import frame_without
 from ilf.sources.reading import read_frame
 
-from .timing import hundred_dcts, timed
+from .measuring import hundred_dcts, timed
 
 GAPS = (1, 4)
 Depth = NDArray[np.float32]

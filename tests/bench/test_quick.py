@@ -16,8 +16,6 @@ from tests.ilf.small_sequences import write_sequence
 from .samples import scaled, write_sample
 
 QUICK = (
-    ("cancel", "FRAME --size 160x120 --moments 1 --only extraction report", "report"),
-    ("closing", "--size 160x120 --moments 1 --only run", "run"),
     ("correction_effect", "FRAME --seeds 1", "geometric mean: RMSE"),
     ("faults", "--only preset --every 5", "preset"),
     ("frame_split", "choosing FRAMES", "nyu_0433"),
@@ -25,19 +23,14 @@ QUICK = (
     ("fuzz", "--cases 10 --format pose", "| pose | 10 |"),
     ("kill", "--rounds 1", "1 kills"),
     ("kill.writers", "--kills 4 --only preset blocks", "complete after kills"),
-    ("mirrored", "FRAME", "median"),
     ("monkey", "--steps 40 --seeds 1", "40 steps, 0 exceptions"),
     ("mutants", "--sample 1 --only ilf/data/camera.py --suites CAMERA_TESTS --jobs 1 --out OUT", "faults found"),
-    ("neighbours", "--data SEQUENCE --places 3", "odometry"),
-    ("pass_band", "--size 160x120 --iterations 10 --repeat 2", "paper"),
-    ("peaks", "--sizes 320x240 --only info --threads 1", "320x240"),
     ("pipeline", "FRAME --sizes 160x120 --threads 1 --rounds 1", "all steps"),
     ("quality_checks", "WHOLE", "| all |"),
     ("selection", "FRAMES --outlines OUTLINES", "1 objects, after 1, 2, 3 clicks"),
     ("sequences", "SEQUENCE --length 2 --threads 1", "stream, rate"),
-    ("shards", "--count 1000", "bytes a key"),
-    ("soak", "--frames 2 --limit 1000", "memory has grown"),
-    ("stream_soak", "--frames 100 --size 40x30 --limit 1000", "memory has grown"),
+    ("soak", "stream --frames 100 --size 40x30 --limit 1000", "memory has grown"),
+    ("soak", "window --frames 2 --limit 1000", "memory has grown"),
 )  # fmt: skip
 """Module, its arguments, in which words in capitals are made data, and what its table contains."""
 

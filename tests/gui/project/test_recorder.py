@@ -14,6 +14,7 @@ from gui.project.store import WorkStore
 from gui.state.document import Document
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
+from ilf.project.project import Stage
 from ilf.project.recovery import find_recoverable_work
 from ilf.project.state_codec import encode, frame_part, load_state
 from ilf.segmentation.editing.patches import patch_between
@@ -184,6 +185,20 @@ def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context: Recor
     (left,) = find_recoverable_work(context.aside)
     left.release()
     assert {frame.id: frame.summary.note for frame in left.frames}[entry.id] == "Look again."
+
+
+def test_what_is_left_says_how_far_the_work_on_a_frame_is(context: Recording, qtbot: QtBot) -> None:
+    one, two = context.documents
+    context.recorder.is_unsaved = lambda: True
+    _stored(context, qtbot)
+    context.workspace.show(two)
+    two.edit(patch_between(two.labels, np.zeros_like(two.labels)), "Erase all")
+    _stored(context, qtbot)
+    context.written().close()
+    (left,) = find_recoverable_work(context.aside)
+    left.release()
+    stages = {frame.id: frame.summary.stage for frame in left.read.project.frames}
+    assert stages == {one.id: Stage.EDITED, two.id: Stage.UNTOUCHED}
 
 
 def _stored(context: Recording, qtbot: QtBot) -> None:

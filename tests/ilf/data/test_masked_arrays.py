@@ -10,10 +10,10 @@ import pytest
 import ilf
 from ilf.completion.confidence.expected_error import depth_error
 from ilf.data.by_hand import DepthByHand
+from ilf.data.flying_points import flying_points
 from ilf.data.guide import Guide
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.points import PointCloud
-from ilf.data.surface import flying_points
 from ilf.evaluation.evaluation import evaluate
 from ilf.evaluation.measuring import depth_profile, measure
 from ilf.evaluation.statistics import surface_statistics

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ilf.data.camera import Camera
+from ilf.data.flying_points import flying_points
 from ilf.data.points import PointCloud, point_cloud
-from ilf.data.surface import flying_points, surface_links, surface_mesh, surface_normals
+from ilf.data.surface import surface_links, surface_mesh, surface_normals
 from ilf.errors import InputError
 
 CAMERA = Camera(fx=500.0, fy=480.0, cx=30.0, cy=20.0)

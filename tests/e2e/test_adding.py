@@ -1,0 +1,160 @@
+"""What the architecture page says of adding something is true: a reader, a sink and an option, each in a few lines.
+
+A layer, a panel and a command are tried in `test_contents.py`, `test_panels.py` and `test_commands.py`.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+import ilf
+from gui.app.main_window import MainWindow
+from ilf._runtime.plugins import EXPORTERS
+from ilf.cli import main
+from ilf.data.camera import Cameras
+from ilf.data.results import Completion
+from ilf.run import exporters
+from ilf.sources import opening
+from ilf.sources.frame_ref import FrameRef
+from ilf.sources.recording import RecordedFrame, Recording, sha256_of
+from tests.ilf.small_frames import write_small_frame
+
+from .conftest import open_frame
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "assets/docs/architecture.md").read_text(encoding="utf-8")
+
+
+class Stack(Recording):
+    """A file of `numpy.savez` with rgb (N, H, W, 3) and depth (N, H, W) in millimetres."""
+
+    kind = "a stack of arrays"
+    suffixes = (".stack",)
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        with np.load(path) as arrays:
+            self._rgb, self._depth = arrays["rgb"], arrays["depth"]
+        self.frames = {f"{number:04}": number for number in range(len(self._rgb))}
+
+    def frame(self, key: str) -> RecordedFrame:
+        rgb, depth = self._rgb[self.at(key)], self._depth[self.at(key)]
+        return RecordedFrame(rgb, depth, sha256_of(rgb.tobytes()), sha256_of(depth.tobytes()), encoding="mm")
+
+    def cameras(self, key: str) -> Cameras:
+        return Cameras.registered(None)
+
+
+def test_a_new_reader_is_one_class_and_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, window: MainWindow, qtbot: QtBot
+) -> None:
+    frame = ilf.load_frame(*write_small_frame(tmp_path / "in"))
+    depth = np.nan_to_num(1000 * frame.depth).round().astype(np.uint16)
+    with open(tmp_path / "two.stack", "wb") as file:
+        np.savez(file, rgb=np.stack([frame.rgb, frame.rgb]), depth=np.stack([depth, 2 * depth]))
+    built_in = opening.built_in_kinds()
+    monkeypatch.setattr(opening, "built_in_kinds", lambda: (*built_in, Stack))
+    source = ilf.open_source(tmp_path / "two.stack")
+    assert (source.keys, source.layout) == (("0000", "0001"), "a stack of arrays")
+    np.testing.assert_array_equal(source[0].depth, frame.depth)
+    np.testing.assert_allclose(source[1].depth, 2 * frame.depth, rtol=1e-6)
+    assert main(["complete", f"{tmp_path}/two.stack", "--frame", "0001", "--out", f"{tmp_path}/out"]) == 0
+    assert main(["complete", "--replay", f"{tmp_path}/out/run.json", "--out", f"{tmp_path}/again"]) == 0
+    open_frame(window, qtbot, FrameRef(str(tmp_path / "two.stack"), frame="0001"))
+    np.testing.assert_array_equal(window.workspace.current.frame.depth, source[1].depth)
+
+
+class Summary:
+    """A line for each block."""
+
+    def write(self, path: Path, completion: Completion) -> None:
+        lines = (f"{label} {one.status.value}" for label, one in completion.outcomes.items())
+        path.write_text("\n".join(lines), encoding="utf-8")
+
+
+def test_a_new_exporter_is_one_class_and_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = EntryPoint("txt", f"{__name__}:Summary", EXPORTERS)
+    monkeypatch.setattr(exporters, "_BUILT_IN", (*exporters._BUILT_IN, entry))
+    words = ["complete", *map(str, write_small_frame(tmp_path / "in")), "--max-iterations", "3"]
+    assert main([*words, "--out", f"{tmp_path}/out", "--export", f"{tmp_path}/new/room.txt"]) == 0
+    lines = (tmp_path / "new/room.txt").read_text().splitlines()
+    assert [line.split()[0] for line in lines] == [str(number) for number in range(1, len(lines) + 1)]
+    assert len(lines) >= 2
+
+
+_DECLARED = '    sharpening: float = declare(0.0, "Sharpening", "Sharpen.", "Data", unit="m", minimum=0, maximum=9)\n'
+
+_PROGRAM = f"""
+import contextlib, importlib.util, json, sys
+from pathlib import Path
+import ilf.data
+spec = importlib.util.find_spec("ilf.data.parameters")
+before, head, after = Path(spec.origin).read_text().partition("class Parameters(ParameterSet):")
+docstring, end, fields = after.partition('    \"\"\"\\n\\n')
+ilf.data.parameters = sys.modules[spec.name] = module = importlib.util.module_from_spec(spec)
+exec(before + head + docstring + end + {_DECLARED!r} + fields, vars(module))
+
+import ilf
+from ilf.cli import main
+from ilf.data.parameters import Parameters
+rgb, depth, out = sys.argv[1:]
+assert main(["complete", rgb, depth, "--sharpening", "3", "--max-iterations", "3", "--out", out]) == 0
+with contextlib.suppress(SystemExit):
+    main(["complete", rgb, depth, "--sharpening", "10", "--out", out])
+print(json.loads(Path(out, "run.json").read_text())["parameters"]["sharpening"])
+print(ilf.preset(sharpening=2).sharpening, "sharpening : float, 0 to 9 m" in Parameters.__doc__)
+
+from PySide6.QtWidgets import QApplication, QDoubleSpinBox
+from gui.widgets.parameter_form import ParameterForm
+application = QApplication([])
+form = ParameterForm(Parameters)
+editor = form.findChild(QDoubleSpinBox, "sharpening")
+editor.setValue(4)
+print(form.parameters().sharpening, editor.maximum(), editor.suffix())
+"""
+
+
+def test_a_new_option_is_one_declaration(tmp_path: Path) -> None:
+    files = [*map(str, write_small_frame(tmp_path / "in")), str(tmp_path / "out")]
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen"}
+    done = subprocess.run(
+        [sys.executable, "-c", _PROGRAM, *files], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-3:] == ["3.0", "2.0 True", "4.0 9.0  m"]
+    assert "sharpening must lie between 0 and 9 m, not 10" in done.stderr
+
+
+def test_the_page_names_what_is_there_and_says_each_in_ten_lines() -> None:
+    for name in re.findall(r"`((?:ilf|gui|tests|assets)/[\w/.]+)(?:`|::)", PAGE):
+        assert (ROOT / name).exists(), name
+    tests = re.findall(r"`(tests/[\w/.]+)::(\w+)`", PAGE)
+    assert len(tests) == 6
+    for file, test in tests:
+        assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8"), test
+    recipes = [part for part in PAGE.split("\n\n") if re.match(r"\*\*An? \w+\.\*\*", part)]
+    assert [part.split("**")[1] for part in recipes] == [
+        "A layer.",
+        "A panel.",
+        "A command.",
+        "A reader.",
+        "A sink.",
+        "An option.",
+    ]
+    assert all(len(part.splitlines()) <= 10 for part in recipes)
+
+
+def test_the_page_has_ten_types_where_it_says() -> None:
+    rows = re.findall(r"^\| `(\w+)` \|.*\| `([\w/]+\.py)` \|$", PAGE, re.MULTILINE)
+    assert len(rows) == 10
+    for name, file in rows:
+        assert f"class {name}" in (ROOT / file).read_text(encoding="utf-8"), name

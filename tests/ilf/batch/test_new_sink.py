@@ -1,0 +1,76 @@
+"""What the architecture page says of adding a sink is true: one class."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+import ilf
+from ilf.batch.engine import Sink, complete_many
+from ilf.batch.frame_record import FrameOutcome, LoadedFrame
+from ilf.batch.frames import BatchFrame, frames_of_sources
+from ilf.batch.settings import BatchSettings
+from ilf.data.results import Completion
+from ilf.run.run import Run
+from tests.ilf.small_frames import write_small_frame
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Depths(Sink):
+    """An array of completed depth for each frame, and its outcome beside it, which is written last."""
+
+    folder: Path
+    frames: tuple[BatchFrame, ...] = ()
+
+    def done(self, frame: BatchFrame) -> FrameOutcome | None:
+        path = self.folder / f"{frame.folder}.outcome"
+        return pickle.loads(path.read_bytes()) if path.exists() else None
+
+    def write(
+        self, frame: BatchFrame, reading: LoadedFrame, run: Run, completion: Completion, error: NDArray[np.float32]
+    ) -> tuple[Any, Sequence[str]]:
+        np.save(self.folder / f"{frame.folder}.npy", completion.depth)
+        return True, ()
+
+    def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Any = None) -> None:
+        (self.folder / f"{frame.folder}.outcome").write_bytes(pickle.dumps(outcome))
+
+    def bare(self) -> Self:
+        return replace(self, frames=())
+
+    def check_here(self) -> None:
+        """Any machine gives the same."""
+
+    def units(self) -> Sequence[BatchFrame]:
+        return [frame for frame in self.frames if self.done(frame) is None]
+
+    def unit_of(self, frame: BatchFrame) -> BatchFrame:
+        return frame
+
+    def frames_of(self, unit: BatchFrame) -> list[BatchFrame]:
+        return [unit]
+
+    def outcomes(self, unit: BatchFrame) -> Iterator[FrameOutcome]:
+        yield from filter(None, [self.done(unit)])
+
+    def close(self) -> None:
+        """Each frame is stored by itself."""
+
+
+def test_a_new_sink_is_one_class(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_small_frame(tmp_path / "in" / name)
+    frames = tuple(frames_of_sources([ilf.open_source(tmp_path / "in")]))
+    (tmp_path / "out").mkdir()
+    settings = BatchSettings(parameters=ilf.preset(max_iterations=3))
+    sink = Depths(settings=settings, folder=tmp_path / "out", frames=frames)
+    assert [outcome.is_completed for outcome in complete_many(sink)] == [True, True]
+    for frame in frames:
+        assert np.isfinite(np.load(tmp_path / "out" / f"{frame.folder}.npy")).mean() > 0.9
+    assert list(complete_many(sink)) == [], "what is in the sink is not done again"
