@@ -14,7 +14,7 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.errors import FormatError, InputError
+from ilf.errors import InputError
 from ilf.sources.opening import close_all
 from ilf.sources.realsense import camera_pairs, capture_frame, load_realsense
 from ilf.sources.registration import register
@@ -56,13 +56,6 @@ def test_depth_units_of_the_camera_count(tmp_path: Path) -> None:
     pair = source.read(source.keys[0], registered=False)
     assert pair.depth[0, 0] == np.float32(0.15)
     assert pair.inputs.depth_units == 10_000
-
-
-def test_depth_units_that_are_none(tmp_path: Path) -> None:
-    path = write_viewer_bag(tmp_path, units=float("nan"))
-    source = ilf.open_source(path)
-    with pytest.raises(FormatError, match=f"{path}: its depth units are .*nan"):
-        source.read(source.keys[0])
 
 
 # the library of the maker, with a device of software
