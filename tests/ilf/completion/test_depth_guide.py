@@ -149,16 +149,6 @@ def test_guide_that_is_right_at_one_depth_and_wrong_at_another_does_no_harm(righ
     assert any("not used" in note for note in guided.notes)
 
 
-def test_where_a_guide_says_nothing_is_as_without(without) -> None:
-    partly = np.where(np.indices(SHAPE)[1] < 60, ground_truth(), 0)
-    guided = ilf.complete(frame_with_hole(), BLOCKS, guide=partly)
-    assert np.abs(guided.depth - without.depth)[30:60, 75:].max() < 0.05
-    implausible = ilf.complete(
-        frame_with_hole(), BLOCKS, ilf.preset(correction=False), guide=Guide(ground_truth(), np.zeros(SHAPE))
-    )
-    assert np.array_equal(implausible.depth, without.depth, equal_nan=True)
-
-
 def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
     blocks = BLOCKS.copy()
     blocks[40:50, 75:85] = 2
@@ -307,26 +297,3 @@ def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> No
     used.unlink()
     with pytest.raises(InputError, match="is not beside the record"):
         ilf.replay(folder / "out" / "run.json")
-
-
-def test_command_line_takes_a_guide(folder, capsys) -> None:
-    other = folder / "elsewhere.npy"
-    (folder / "guide.npy").rename(other)
-    label_map = folder / "blocks.png"
-    cv2.imwrite(str(label_map), BLOCKS.astype(np.uint16))
-    out = folder / "out"
-    flags = ["--blocks", str(label_map), "--guide", str(other), "--out", str(out), "--no-cloud"]
-    assert main(["complete", str(folder), *flags]) == 0
-    assert "Guide: followed: on a hold-out of known depth" in capsys.readouterr().out
-    assert np.abs(np.load(out / "depth.npy") - ground_truth())[30:60, 70:110].mean() < 0.05
-    assert main(["info", str(folder), "--guide", str(other)]) == 0
-    assert "100.0% of the missing ones" in capsys.readouterr().out
-    np.save(other, ground_truth()[:, :80])
-    assert main(["complete", str(folder), *flags]) == 1
-    assert "another aspect" in capsys.readouterr().err
-
-
-def test_distrust_and_truth_leave_the_guide(without) -> None:
-    frame = frame_with_hole(guide=ground_truth())
-    assert frame.with_invalid_mask(ground_truth() < 1.25).with_ground_truth(ground_truth()).guide is frame.guide
-    assert replace(frame, depth=frame.measured).with_guide(None).guide is None

@@ -14,7 +14,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from ilf._runtime import compiling
-from ilf._runtime.compiling import compiled, is_compiled
+from ilf._runtime.compiling import is_compiled
 from ilf.completion.edge_aware import kernels
 from ilf.completion.edge_aware import shape as trend
 from ilf.completion.edge_aware import smoothness as banded
@@ -202,19 +202,3 @@ def test_machine_code_is_kept_with_the_user_and_not_beside_the_sources(chosen: s
     subprocess.run([sys.executable, "-c", program], env=environment, check=True)
     kept = {path.relative_to(tmp_path).parts[0] for path in tmp_path.rglob("*.nbi")}
     assert kept == {chosen} if chosen else kept and kept <= {"home", "cache"}
-
-
-@pytest.mark.skipif(not is_compiled(), reason="numba is not installed")
-def test_code_that_cannot_be_kept_is_made_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    from numba.core.registry import CPUDispatcher
-
-    def nowhere(_: object) -> None:
-        raise RuntimeError("no locator available")
-
-    monkeypatch.setattr(CPUDispatcher, "enable_caching", nowhere)
-
-    @compiled(lambda value: value + 1)
-    def after(value: int) -> int:
-        raise AssertionError("the plain function runs")
-
-    assert after(1) == 2

@@ -20,7 +20,7 @@ from ilf.completion.sparse_correction import (
     sparse_features,
     spread_to_pixels,
 )
-from ilf.errors import FormatError, InputError
+from ilf.errors import FormatError
 from ilf.run.record import installed_sha256
 
 RNG = np.random.default_rng(67)
@@ -148,26 +148,6 @@ def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: py
     frame = ilf.RGBDFrame(sparse.rgb, depth)
     used = {result.correction for result in ilf.complete(frame, ilf.extract_blocks(frame)).results.values()}
     assert used <= {(), (installed_sha256(CORRECTION),)}
-
-
-def test_without_its_network_nothing_is_corrected(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing() -> SparseCorrectionNetwork:
-        raise InputError("There is no correction network for sparse depth at here.")
-
-    monkeypatch.setattr(correcting, "load_sparse_correction_network", missing)
-    fresh = ilf.RGBDFrame(sparse.rgb, sparse.depth)
-    found = ilf.complete(fresh, ilf.extract_blocks(fresh))
-    assert "Depth is not corrected: There is no correction network for sparse depth at here." in found.notes
-    assert {result.correction for result in found.results.values()} == {()}
-
-
-def test_output_that_is_not_finite_is_not_applied(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    network = load_sparse_correction_network()
-    real = network._results
-    monkeypatch.setattr(network, "_results", lambda inputs: [np.inf * one for one in real(inputs)])
-    fresh = ilf.RGBDFrame(sparse.rgb, sparse.depth)
-    notes = ilf.complete(fresh, ilf.extract_blocks(fresh)).notes
-    assert "Depth is not corrected: sparse-correction.onnx returns values that are not finite for this frame." in notes
 
 
 def test_a_network_of_another_kind_is_refused() -> None:
