@@ -25,13 +25,6 @@ def test_of_each_owner_the_latest_few_are_kept() -> None:
     assert memory.find(other, 0) is None
 
 
-def test_what_is_kept_again_is_the_latest() -> None:
-    memory, owner = FrameCache[Owner, int](), Owner()
-    for key in (0, 1, 2, 0, 3):
-        memory.keep(owner, key, key)
-    assert [memory.find(owner, key) for key in range(4)] == [0, None, 2, 3]
-
-
 def test_arrays_in_it_are_read_only() -> None:
     kept = FrameCache[Owner, np.ndarray]().keep(Owner(), 0, np.zeros(3))
     with pytest.raises(ValueError, match="read-only"):

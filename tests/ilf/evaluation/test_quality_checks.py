@@ -9,7 +9,6 @@ from ilf import edge_strength, extract_blocks
 from ilf._runtime.installation import asset_path
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.errors import InputError
 from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.evaluation.quality.places import KINDS
 from ilf.evaluation.quality.ranking import find_places
@@ -181,23 +180,6 @@ def test_worst_place_comes_first_and_scores_are_metres_times_pixels():
     assert [place.labels for place in places] == [(1,), (2,)]
     # half of the missing pixels in reach count, at half a metre
     assert 0.5 * 25 * 19 * 0.3 < places[0].score < 0.5 * 25 * 19
-
-
-def test_shapes_must_fit():
-    frame = frame_of(two_walls())
-    with pytest.raises(InputError, match="label map has shape"):
-        find_places(frame, np.ones((3, 4), np.int32), NOWHERE)
-    with pytest.raises(InputError, match="edge strength has shape"):
-        find_places(frame, halves(), NOWHERE[1:])
-    with pytest.raises(InputError, match="expected error has shape"):
-        find_places(frame, halves(), NOWHERE, NOWHERE[1:])
-
-
-def test_block_without_known_depth_and_no_block_at_all():
-    depth = two_walls()
-    depth[:, 60:] = np.nan
-    assert find_places(frame_of(depth), halves(), NOWHERE) == []
-    assert find_places(frame_of(depth), np.zeros_like(halves()), NOWHERE) == []
 
 
 @pytest.mark.parametrize("seed", [0, 1])

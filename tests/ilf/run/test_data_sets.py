@@ -16,7 +16,6 @@ from ilf.cli import main
 from ilf.data.open3d_images import load_open3d
 from ilf.data.points import in_world, point_cloud
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
-from ilf.project.sources import load_inputs
 from ilf.run.data_sets import depth_weight, write_data_set
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
@@ -75,17 +74,6 @@ def test_records_replays_and_folders_keep_it(framed, tmp_path):
     (folder / "run.json").write_text(json.dumps(record | {"pose": [[1]]}))
     with pytest.raises(FormatError, match="'pose' in the run record must be"):
         read_record(folder / "run.json")
-
-
-def test_frames_of_projects_have_it_from_files_beside_them(framed):
-    assert np.array_equal(load_inputs(framed.inputs, framed.name, framed.intrinsics).pose, framed.pose)
-
-
-def test_records_of_frames_without_a_pose_have_none(tmp_path):
-    rgb, depth = write_small_frame(tmp_path / "frame")
-    folder = written(tmp_path / "out", load_frame(rgb, depth, intrinsics=CAMERA))
-    assert json.loads((folder / "run.json").read_text())["pose"] is None
-    assert "pose" not in json.loads((folder / "meta.json").read_text())
 
 
 def test_clouds_lie_in_the_world_where_that_is_asked_for(framed, tmp_path):

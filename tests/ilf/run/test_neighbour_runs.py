@@ -71,15 +71,6 @@ def test_a_replay_names_the_neighbour_that_is_gone_or_has_changed(source, tmp_pa
     assert ilf.replay(tmp_path / "out" / "run.json").run.frame.from_neighbours is not None
 
 
-def test_records_from_before_there_were_neighbours_are_read(source, tmp_path):
-    assert complete(source, tmp_path / "out") == 0
-    path = tmp_path / "out" / "run.json"
-    data = json.loads(path.read_text())
-    data.pop("neighbours")
-    path.write_text(json.dumps(data))
-    assert read_record(path).neighbours == ()
-
-
 def test_neighbours_that_are_not_from_files_cannot_be_replayed(source, tmp_path):
     frames = sequence()
     own = ilf.open_source(source, intrinsics=CAMERA)[2]

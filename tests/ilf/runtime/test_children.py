@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from ilf._runtime.children import run_in_child
-from ilf._runtime.installation import child_command, optional
+from ilf._runtime.installation import optional
 from ilf.errors import InputError
 
 from ..batch_frames import write_frames
@@ -52,19 +52,6 @@ def test_a_frozen_program_shares_work_among_processes(tmp_path: Path) -> None:
     ended = subprocess.run([_frozen(tmp_path, "ilf.cli"), *words], capture_output=True, text=True)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert "1 frame: 1 completed" in ended.stdout
-
-
-@pytest.mark.parametrize("frozen", [True, False])
-def test_a_child_has_its_arguments_and_its_status_is_that_of_its_main(
-    tmp_path: Path, monkeypatch, frozen: bool
-) -> None:
-    if frozen:
-        monkeypatch.setattr(sys, "executable", _frozen(tmp_path, "ilf.cli"))
-        monkeypatch.setattr(sys, "frozen", True, raising=False)
-    command = [*child_command("ilf.cli"), "info", str(tmp_path / "nowhere")]
-    ended = subprocess.run(command, capture_output=True, text=True)
-    assert (ended.returncode, ended.stdout) == (1, "")
-    assert "nowhere" in ended.stderr
 
 
 def test_a_frozen_program_names_what_it_does_not_contain(monkeypatch) -> None:

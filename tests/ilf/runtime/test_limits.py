@@ -195,14 +195,6 @@ def test_files_read_at_the_same_time_share_the_limit(server, address: str) -> No
     assert server.sent < 64 * LIMIT
 
 
-def test_the_users_settings_of_the_driver_are_used(server, monkeypatch: pytest.MonkeyPatch) -> None:
-    config = pytest.importorskip("fsspec.config")
-    monkeypatch.setitem(config.conf, "http", {"headers": {"Authorization": "me"}})
-    private = RemoteFiles(f"http://127.0.0.1:{server.server_port}/private")
-    assert read_stream(private, "a") == private.read("a") == bytes(9)
-    assert private.exists("a")
-
-
 @pytest.mark.parametrize("failure", ["401", "403", "500", "silent"])
 def test_shards_that_cannot_be_seen_are_not_made_again(tmp_path, monkeypatch, address: str, failure: str, capsys):
     pytest.importorskip("pyarrow")

@@ -51,9 +51,3 @@ def test_the_command_compares_and_writes(
         errors = {row["method"]: float(row["rmse"]) for row in csv.DictReader(file)}
     assert errors["best"] < errors["median"] / 5 < errors["input"] / 5
     assert errors["input"] == pytest.approx(0.0065, rel=0.01)
-
-
-@pytest.mark.parametrize("more", [["folder"], ["--pattern", "areas"], ["--limit", "2"]])
-def test_what_does_not_belong_to_it_is_refused(more: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "denoise", *more]) == 2
-    assert "leave out" in capsys.readouterr().err
