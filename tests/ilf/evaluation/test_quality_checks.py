@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from ilf import edge_strength, extract_blocks
 from ilf._runtime.installation import asset_path
@@ -182,8 +181,7 @@ def test_worst_place_comes_first_and_scores_are_metres_times_pixels():
     assert 0.5 * 25 * 19 * 0.3 < places[0].score < 0.5 * 25 * 19
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_faults_in_the_sample_come_first(seed):
+def test_faults_in_the_sample_come_first():
     source = load_bench_frame(asset_path("samples/room"))
     ground_truth, frame = source.ground_truth, source.frame
     assert ground_truth is not None
@@ -193,7 +191,7 @@ def test_faults_in_the_sample_come_first(seed):
         whole.depth,
         ~frame.known,
         ["merge", "move", "swallow", "island", "merge", "move"],
-        np.random.default_rng(seed),
+        np.random.default_rng(0),
     )
     assert len(faults) >= 5
     places = find_places(frame, labels, edge_strength(frame))

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -65,6 +65,7 @@ def saved(folder: Path, content: object) -> Path:
 
 
 @pytest.mark.parametrize("format", BLOCK_FORMATS)
+@settings(max_examples=30)
 @given(labels=MAPS)
 def test_the_same_map_comes_back_from_every_format(format, labels, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / ("blocks.png" if format == "png" else "blocks.json")
