@@ -351,24 +351,6 @@ def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(
     assert steps == [(1, 1), (1, 2), (1, None), (2, 1), (2, 2), (2, None)]
 
 
-def test_the_largest_blocks_begin_first(small_frame: RGBDFrame) -> None:
-    """So that no large one is left to a single core at the end."""
-    labels = np.zeros((48, 64), np.int32)
-    labels[:3, :20], labels[10:22, 8:20], labels[24:, :30], labels[:, 30:] = 1, 2, 3, 4
-    begun: list[int] = []
-    depth = small_frame.depth.copy()
-    depth[1, 5:9] = depth[26, 5:9] = depth[12:20, 9:19] = np.nan
-    depth[10, 8:20] = depth[21, 8:20] = depth[10:22, 8] = 1.55
-    frame = RGBDFrame(small_frame.rgb, depth)
-    with ilf.Run(frame, labels, ilf.preset("released-code", max_iterations=400)).steps(2) as run:
-        for progress in run:
-            if progress.label not in begun:
-                begun.append(progress.label)
-            if len(begun) == 2:
-                break
-    assert set(begun) == {3, 4}
-
-
 def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
     def own() -> list[str]:
         return [thread.name for thread in threading.enumerate() if thread.name.startswith("ilf")]
@@ -392,26 +374,6 @@ def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, sma
     next(run)
     del run
     assert not own()
-
-
-def test_threads_are_no_more_than_a_slice_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ilf._runtime.threads.SLICE_S", 0.0)  # a slice is one item
-    made: list[int] = []
-
-    def task() -> Iterator[int]:
-        for number in range(1000):
-            made.append(number)
-            yield number
-
-    steps = run_in_parallel([task(), task()], 2)
-    for taken in (1, 2, 3):
-        next(steps)
-        before = -1
-        while before != len(made):  # until they wait
-            before = len(made)
-            time.sleep(0.02)
-        assert len(made) <= taken + 4
-    steps.close()
 
 
 def test_an_error_in_a_thread_comes_out_at_next(

@@ -152,8 +152,3 @@ def test_records_that_lack_a_number_are_equal_to_their_like(record: IterationRec
     for field in dataclasses.fields(record)[:2]:
         assert record != dataclasses.replace(record, **{field.name: 7})
     assert record != dataclasses.astuple(record)
-
-
-def test_records_of_different_filters_are_different() -> None:
-    common = (1, 1, 0.1, 2.0, 0.1, 0.1, 0.0)
-    assert PassBandRecord(*common, 4, 0) != EdgeAwareRecord(*common, 4, 0)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.networks.session import RefusedInputError
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.guide_network import GuideNetwork
@@ -45,24 +44,6 @@ def test_a_network_gets_normalised_colour_and_its_output_is_resized_to_the_frame
     expected = ((rgb / 255 - MEAN) / DEVIATION).mean(axis=2)
     inside = np.s_[30:60, 40:80]
     np.testing.assert_allclose(values[inside], expected[inside], atol=0.02)
-
-
-def test_a_network_of_open_size_is_given_the_usual_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    network = GuideNetwork.load(brightness(tmp_path / "net.onnx"))
-    seen, real = [], network._results
-    monkeypatch.setattr(network, "_results", lambda inputs: (seen.append(inputs[""].shape), real(inputs))[1])
-    network.predict(np.zeros((480, 640, 3), np.uint8))
-    assert seen == [(1, 3, 518, 686)]
-
-    def refuse_patches(inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
-        seen.append(inputs[""].shape)
-        if inputs[""].shape[2] % 32:
-            raise RefusedInputError
-        return real(inputs)
-
-    monkeypatch.setattr(network, "_results", refuse_patches)
-    network.predict(np.zeros((640, 480, 3), np.uint8))
-    assert seen[1:] == [(1, 3, 686, 518), (1, 3, 512, 384)]
 
 
 def test_a_file_that_is_no_guide_network_is_one_line(tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 import ilf
 from ilf.cli import main
-from ilf.data.open3d_images import load_open3d
 from ilf.data.points import in_world, point_cloud
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.run.data_sets import depth_weight, write_data_set
@@ -145,18 +144,6 @@ def test_data_sets_are_read_back_as_they_were_written(results, tmp_path, to):
         assert (camera.fx, camera.fy, camera.cx, camera.cy) == CAMERA
         np.testing.assert_allclose(frame.depth, measured.depth, atol=1.01e-3)
         assert np.abs(frame.rgb.astype(int) - measured.rgb).mean() < 5
-
-
-def test_open3d_reads_its_cameras(results, tmp_path):
-    write_data_set(tmp_path / "data", results, "open3d")
-    o3d = load_open3d()
-    found = o3d.io.read_pinhole_camera_trajectory(str(tmp_path / "data" / "trajectory.log")).parameters
-    assert len(found) == 5
-    for number, one in enumerate(found):
-        np.testing.assert_allclose(one.extrinsic, np.linalg.inv(pose_of(number)), atol=1e-9)
-    camera = o3d.io.read_pinhole_camera_intrinsic(str(tmp_path / "data" / "camera_intrinsic.json"))
-    assert (camera.width, camera.height) == (80, 60)
-    assert (*camera.get_focal_length(), *camera.get_principal_point()) == CAMERA
 
 
 def test_gaussian_splatting_gets_inverse_depth_and_a_model(results, tmp_path):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Generator
 from pathlib import Path
 
@@ -13,7 +12,7 @@ import pytest
 from ilf import RGBDFrame, Run
 from ilf._runtime import writing as being_written
 from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, set_cancel_events
-from ilf._runtime.threads import SLICE_S, run_in_parallel
+from ilf._runtime.threads import run_in_parallel
 from ilf._runtime.writing import move_into_place, remove_temporary_files, removed_on_exit, staging, write_bytes
 from ilf.data.presets import preset
 from ilf.errors import Cancelled
@@ -56,27 +55,6 @@ def test_an_event_cancels_the_threads_that_share_the_work(cancel_event: threadin
     with cancelled_by(cancel_event), pytest.raises(Cancelled):
         list(run_in_parallel([task(), task()], 2))
     stopping.join()
-
-
-def test_threads_are_stopped_when_nobody_wants_more(cancel_event: threading.Event) -> None:
-    seen: list[Cancelled] = []
-
-    def task() -> Generator[int, None, None]:
-        yield 0
-        time.sleep(2 * SLICE_S)
-        yield 1
-        try:
-            while True:
-                check_cancelled()
-        except Cancelled as stopped:
-            seen.append(stopped)
-            raise
-
-    steps = run_in_parallel([task(), task()], 2)
-    next(steps)
-    steps.close()
-    assert len(seen) <= 2, "a task that was not at work need not be stopped"
-    assert not [thread for thread in threading.enumerate() if thread.name.startswith("ilf-block")]
 
 
 def test_whoever_waits_for_a_lock_stops_waiting(cancel_event: threading.Event) -> None:

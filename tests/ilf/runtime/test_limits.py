@@ -220,8 +220,6 @@ def test_a_folder_that_cannot_be_looked_at_is_not_an_empty_one(tmp_path: Path, m
 
 # Files.
 
-MEANT = {"FILE": "file.json", "RGB": "in/rgb/0000.png", "DEPTH": "in/depth/0000.png", "OUT": "out", "SHARDS": "shards"}
-
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes of POSIX")
 @pytest.mark.parametrize("kind", ["pipe", "device"])
@@ -324,27 +322,6 @@ def test_no_more_of_a_zip_is_unpacked_than_its_entry_states(tmp_path: Path, meth
     (tmp_path / "a.npz").write_bytes(content)
     with pytest.raises(FormatError, match=r"a\.npz: this NPZ cannot be read"):
         read_depth_values(tmp_path / "a.npz")
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        "complete RGB DEPTH --out OUT --preset FILE", "complete RGB DEPTH --out OUT --intrinsics FILE",
-        "complete RGB DEPTH --out OUT --blocks FILE", "complete --replay FILE --out OUT", "info folder", "info nerf",
-        "batch --shards shards --verify", "info shards", "batch in --out OUT --dask FILE",
-    ],
-)  # fmt: skip
-def test_json_that_is_nested_without_end_is_one_line(tmp_path, monkeypatch, capsys, words: str) -> None:
-    monkeypatch.chdir(tmp_path)
-    write_frames(tmp_path / "in", 1)
-    for name in ("file.json", "folder/meta.json", "nerf/transforms.json", "shards/shards.json"):
-        path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(b"[" * 200_000)
-    assert main([MEANT.get(word, word) for word in words.split()]) == 1
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert "Unexpected" not in told
 
 
 # Networks.

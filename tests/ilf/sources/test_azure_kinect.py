@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -20,12 +19,6 @@ from tests.ilf.bags import COLOUR
 from tests.ilf.matroska import calibration, write_azure
 
 REAL = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "sources" / "pyk4a_recording.mkv"
-
-
-@pytest.fixture(autouse=True)
-def nothing_left_open() -> Iterator[None]:
-    yield
-    close_all()
 
 
 @pytest.mark.skipif(not REAL.is_file(), reason=f"there is no {REAL} (ILF_TEST_DATA)")

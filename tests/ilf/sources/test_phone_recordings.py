@@ -8,7 +8,7 @@ import json
 import struct
 import warnings
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -52,12 +52,6 @@ WRITERS: dict[str, Callable[[Path], Path]] = {
     "arkit, large colour": lambda folder: write_arkit(folder / "arkit", "wide", SMALL),
 }
 KEYS = {"record3d": "1", "stray": "000001"}
-
-
-@pytest.fixture(autouse=True)
-def nothing_left_open() -> Iterator[None]:
-    yield
-    close_all()
 
 
 def write_sens(path: Path, content: bytes) -> Path:

@@ -178,13 +178,6 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
         ilf.open_source(tmp_path / "000001")
 
 
-def test_a_link_that_leads_nowhere_hides_no_frame_of_a_scene(tmp_path, save):
-    save("rgb/000001.png", "depth/000001.png")
-    (tmp_path / "depth" / "000002.png").symlink_to("000002.png")
-    (tmp_path / "scene_camera.json").write_text(_bop({1: 1.0}))
-    assert ilf.open_source(tmp_path).keys == ("rgb/000001",)
-
-
 def test_no_frame_hides_behind_the_key_of_another(tmp_path, save):
     for name in ("1", "01", "001"):
         save("rgb/1.png", f"depth/{name}.png")

@@ -3,7 +3,6 @@
 import csv
 import dataclasses
 import json
-import sys
 
 import cv2
 import numpy as np
@@ -212,29 +211,3 @@ def test_the_command_prints_a_table_and_writes_files(folders, tmp_path, capsys):
     assert content["methods"]["canny"]["use_depth"] is False
     with open(tmp_path / "a.csv", newline="") as stream:
         assert [float(row["f"]) for row in csv.DictReader(stream)] == [line["f"] for line in content["table"]]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status", "message"),
-    [
-        ([], 2, "Give folders of frames after 'blocks'"),
-        (["frames", "--pattern", "areas"], 2, "leave out --pattern, --seed and --peers-from"),
-        (["frames", "--methods", "watershed"], 1, "There is no method 'watershed'. Known: all, canny, network"),
-        (["frames/broken"], 1, "No frame could be read"),
-        (["missing"], 1, "missing is not a folder"),
-    ],
-)
-def test_what_cannot_be_done_is_one_line(folders, monkeypatch, capsys, arguments, status, message):
-    monkeypatch.chdir(folders.parent)
-    assert main(["bench", "blocks", *arguments]) == status
-    assert message in capsys.readouterr().err.splitlines()[-1]
-
-
-@pytest.mark.parametrize("arguments", [["blocks", "frames"], ["denoise"]])
-def test_a_missing_package_of_public_methods_is_named_before_the_work(folders, monkeypatch, capsys, arguments):
-    monkeypatch.chdir(folders.parent)
-    monkeypatch.setitem(sys.modules, "skimage", None)
-    assert main(["bench", *arguments]) == 1
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert "which is not installed. Install it" in captured.err
