@@ -6,21 +6,18 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from ilf.completion import correction as correcting
 from ilf.completion.correction import fading
 from ilf.completion.plain_surfaces import colourisation, thin_plate
 from ilf.completion.sparse_correction import (
     CHANNELS,
-    SparseCorrectionNetwork,
     cell_side,
     load_sparse_correction_network,
     middles_of_cells,
     sparse_features,
     spread_to_pixels,
 )
-from ilf.errors import FormatError
 from ilf.run.record import installed_sha256
 
 RNG = np.random.default_rng(67)
@@ -148,11 +145,6 @@ def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: py
     frame = ilf.RGBDFrame(sparse.rgb, depth)
     used = {result.correction for result in ilf.complete(frame, ilf.extract_blocks(frame)).results.values()}
     assert used <= {(), (installed_sha256(CORRECTION),)}
-
-
-def test_a_network_of_another_kind_is_refused() -> None:
-    with pytest.raises(FormatError, match="is not a correction network for sparse depth"):
-        SparseCorrectionNetwork.load(asset_path("models/correction.onnx"))
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])

@@ -300,19 +300,6 @@ def test_kitti_read_as_millimetres_is_doubted(tmp_path):
     assert ilf.load_frame(*files, encoding="kitti").plausibility_warnings == ()
 
 
-def test_other_wide_images_are_doubted_without_kitti(tmp_path):
-    street = np.repeat(np.geomspace(14_000, 400, 94)[:, None], 311, 1)  # [cm]
-    street[:40] = 65535
-    cv2.imwrite(str(tmp_path / "rgb.png"), np.zeros((*street.shape, 3), np.uint8))
-    cv2.imwrite(str(tmp_path / "depth.png"), street.astype(np.uint16))
-    with pytest.warns(DepthWarning, match=r"in centimetres it would be 11\.\d\d m") as told:
-        frame = ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", invalid=65535)
-    assert "kitti" not in str(told[0].message).lower()
-    assert ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", invalid=65535, encoding="cm").notes == ()
-    assert np.isnan(frame.depth[:40]).all()
-    assert _sign_of(tmp_path / "kitti-like-room", np.repeat(np.linspace(4000, 900, 240)[:, None], 320, 1)) == []
-
-
 def test_replica_is_offered_for_replica(tmp_path):
     far = _of_kinect() * 6.5535
     assert _sign_of(tmp_path / "results", far, "depth000000.png") == ["replica"]

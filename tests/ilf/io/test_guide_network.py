@@ -13,6 +13,7 @@ from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.guide_network import GuideNetwork
 
+from ..batch_frames import work_in_this_process
 from ..tiny_onnx import node, write_network
 
 MEAN, DEVIATION = np.float32((0.485, 0.456, 0.406)), np.float32((0.229, 0.224, 0.225))
@@ -67,8 +68,9 @@ def test_a_file_that_is_no_guide_network_is_one_line(tmp_path: Path) -> None:
 
 
 def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    work_in_this_process(monkeypatch)
     rgb, truth = scene()
     depth = truth.copy()
     depth[30:60, 70:110] = np.nan
@@ -86,6 +88,6 @@ def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(
     assert "on a hold-out of known depth" in capsys.readouterr().out
     np.testing.assert_array_equal(np.load(out / "guide_used.npy"), frame.guide.values)
     assert main(["complete", "--replay", str(out / "run.json"), "--out", str(tmp_path / "again")]) == 0
-    batch = ["batch", str(folder.parent), "--guide", str(network), "--out", str(tmp_path / "set"), "--jobs", "1"]
+    batch = ["batch", str(folder.parent), "--guide", str(network), "--out", str(tmp_path / "set")]
     assert main(batch) == 0
     assert (tmp_path / "set" / "box" / "guide_used.npy").is_file()

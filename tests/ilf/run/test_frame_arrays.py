@@ -231,7 +231,7 @@ def test_the_data_set_gives_tensors_to_change(done):
     assert torch.equal(data[1]["depth"] + 1, item["depth"])
 
 
-@pytest.mark.parametrize(("name", "start"), [(FRAMES, "fork"), (FOLDERS, "fork"), (SHARDS, "fork"), (SHARDS, "spawn")])
+@pytest.mark.parametrize(("name", "start"), [(FRAMES, "fork"), (SHARDS, "spawn")])
 def test_workers_read_it(done, name, start):
     pytest.importorskip("torch")
     from torch.utils.data import DataLoader

@@ -201,23 +201,6 @@ def test_the_filter_sees_the_edges_of_the_extraction() -> None:
     assert edges_for(frame, ilf.preset("paper")) is None
 
 
-def test_a_completion_follows_the_extraction() -> None:
-    rows, columns = np.mgrid[:64, :80]
-    depth = np.where(columns < 40, 2.0, 2.3) + 0.001 * rows
-    depth[20:40, 30:50] = np.nan
-    frame, labels = RGBDFrame(np.full((64, 80, 3), 90, np.uint8), depth), np.ones((64, 80), np.int32)
-    own = BlockParameters(depth_jump=0.5, depth_jump_share=0.5)
-    plain = ilf.preset(correction=False)
-    usual = ilf.complete(frame, labels, plain, extraction=BlockParameters()).depth
-    assert np.array_equal(ilf.complete(frame, labels, plain).depth, usual)
-    other = ilf.complete(frame, labels, plain, extraction=own).depth
-    assert not np.array_equal(other, usual)
-    stepper = ilf.iterate(frame, labels, 1, extraction=own)
-    for _ in stepper:
-        pass
-    assert np.array_equal(np.float32(stepper.surface.reshape(64, 80)[20:40, 30:50]), other[20:40, 30:50])
-
-
 @pytest.mark.parametrize("detector", [name for name in DETECTORS if name != "rgbd"])
 def test_every_detector_gives_a_strength(detector: str) -> None:
     frame = _frame()

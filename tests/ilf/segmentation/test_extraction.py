@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
-
 import numpy as np
 import pytest
 from scipy.ndimage import label as components
@@ -13,15 +11,11 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.pixel_grids import mark
 from ilf.segmentation.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
-from ilf.segmentation.edges.frame_edges import canny_lines, relief_of
 from ilf.segmentation.edges.relief import find_relief
 from ilf.segmentation.extraction import (
-    clear_stage_cache,
     contract,
     dilate,
-    extract,
     find_margins,
-    found_blocks,
     regions_between,
     snap_to_jumps,
 )
@@ -362,18 +356,3 @@ def test_a_jump_that_ends_inside_a_region_divides_it(turns: int) -> None:
     assert (blocks[:75, :80] == blocks[0, 0]).all()
     assert (blocks[:75, 80:] == blocks[0, -1]).all()
     assert blocks[0, 0] != blocks[0, -1]
-
-
-def test_what_other_extractions_would_need_can_be_forgotten_and_blocks_stay(frame: RGBDFrame) -> None:
-    parameters = BlockParameters(detector="canny")
-    pictures, found = extract(frame, parameters), found_blocks(frame, parameters)
-    assert np.array_equal(found.labels, pictures.blocks)
-    assert (found.network, found.notes) == (pictures.network, pictures.notes)
-    stages = [weakref.ref(pictures.contracted), weakref.ref(relief_of(frame, parameters))]
-    stages.append(weakref.ref(canny_lines(frame, parameters)))
-    del pictures
-    assert all(stage() is not None for stage in stages)
-    clear_stage_cache(frame)
-    assert all(stage() is None for stage in stages)
-    assert found_blocks(frame, parameters).labels is found.labels
-    assert np.array_equal(extract(frame, parameters).blocks, found.labels)

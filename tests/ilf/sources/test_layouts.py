@@ -15,7 +15,7 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
+from ilf.errors import FormatError, InputError, ParameterError
 from ilf.io.encodings import encoding_of
 from ilf.sources.layout import layouts_from_file
 from ilf.sources.layouts import all_layouts, built_in_layouts
@@ -489,19 +489,3 @@ def test_distance_along_the_ray_becomes_depth() -> None:
             encoding_of(wrong)
     with pytest.raises(FormatError, match="aspect ratio"):
         encoding_of("ray:1,60,60,31.5,23.5,64,64").metres(values)
-
-
-def test_lists_by_time_in_millimetres_are_doubted_with_the_cure(tmp_path: Path, capsys) -> None:
-    for what in ("rgb", "depth"):
-        _text(tmp_path / f"{what}.txt", "".join(f"1.{number} {what}/1.{number}.png\n" for number in range(2)))
-    for number in range(2):
-        _colour(tmp_path / f"rgb/1.{number}.png")
-        _write(tmp_path / f"depth/1.{number}.png", np.maximum(METRES[::-1] - 0.3, 0), 1000)
-    assert main(["info", str(tmp_path)]) == 0
-    told = capsys.readouterr()
-    assert "give mm as the depth encoding (--depth-encoding mm)" in told.err
-    assert "most likely mm, with a median of" in told.out
-    assert main(["info", str(tmp_path), "--depth-encoding", "mm", "--strict"]) == 0
-    assert "likely" not in capsys.readouterr().out
-    with pytest.warns(DepthWarning, match="Give mm"):
-        ilf.open_source(tmp_path)[0]
