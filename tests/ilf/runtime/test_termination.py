@@ -123,8 +123,7 @@ if __name__ == "__main__":
 
 
 @posix
-@pytest.mark.parametrize(("name", "line"), [("SIGINT", "interrupted"), ("SIGTERM", "ended by SIGTERM")])
-def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: Path, name: str, line: str) -> None:
+def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = [write_frames(tmp_path / "in", 40), "--out", out, "--no-cloud", "--jobs", "2", "--max-iterations", "2"]
     with subprocess.Popen(
@@ -136,9 +135,9 @@ def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: P
         while not list(out.glob("*/frame.json")):
             assert command.poll() is None
             time.sleep(0.01)
-        command.send_signal(signal.Signals[name])
+        command.send_signal(signal.SIGINT)
         told, wrong = command.communicate()
-    assert (command.returncode, wrong) == (128 + signal.Signals[name], f"ilf: error: {line}\n")
+    assert (command.returncode, wrong) == (128 + signal.SIGINT, "ilf: error: interrupted\n")
     assert told.startswith("ending\n40 frames: ")
     rows = (out / "manifest.csv").read_text().splitlines()[1:]
     assert len(rows) == len(list(out.glob("*/frame.json"))) < 40
