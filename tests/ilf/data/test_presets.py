@@ -21,7 +21,7 @@ from ilf.data.presets import (
     save_preset,
     write_preset,
 )
-from ilf.errors import FormatError, InputError, ParameterError
+from ilf.errors import ExportError, FormatError, InputError, ParameterError
 
 SOFT = UserPreset("weich, größer", ilf.preset("best", smoothness=3.5, noise=0.002))
 PAPER = UserPreset("paper 300", ilf.preset("paper", max_iterations=300), "paper", BlockParameters(granularity=0.8))
@@ -143,3 +143,17 @@ def test_the_library_takes_own_presets_by_name_and_file(small_frame, tmp_path):
     assert ilf.Run.of(small_frame, preset="soft", extraction=BlockParameters()).blocks.extraction == BlockParameters()
     with pytest.raises(ParameterError, match=r"no preset 'sof'.*soft"):
         ilf.complete(small_frame, preset="sof")
+
+
+def test_a_preset_that_cannot_be_renamed_or_deleted_is_said(monkeypatch):
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    path = _saved(SOFT)
+    monkeypatch.setattr(Path, "unlink", refuse)
+    monkeypatch.setattr(Path, "rename", refuse)
+    with pytest.raises(ExportError, match=r"cannot be deleted: Permission denied.*permissions"):
+        delete_preset(SOFT.name)
+    with pytest.raises(ExportError, match=r"cannot be renamed: Permission denied.*permissions"):
+        rename_preset(SOFT.name, "hart")
+    assert path.is_file()

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ilf.data import surface
 from ilf.data.camera import Camera
 from ilf.data.points import PointCloud, point_cloud
 from ilf.data.surface import flying_points, surface_links, surface_mesh, surface_normals
@@ -168,3 +169,14 @@ def test_clouds_hold_nothing_that_is_not_finite_or_does_not_fit():
         surface_mesh(np.ones((2, 2)), grey((2, 2)), None)
     with pytest.raises(InputError, match=r"normals need .* intrinsics"):
         surface_normals(np.ones((2, 2)), None)
+
+
+def test_normals_do_not_depend_on_how_rows_are_shared_out(monkeypatch):
+    rng = np.random.default_rng(1)
+    depth = plane((0.3, 0.2, 0.9), 2.0) + rng.normal(0, 0.003, SHAPE).astype(np.float32)
+    whole, triangles = surface_normals(depth, CAMERA), surface_mesh(depth, grey(), CAMERA).faces
+    monkeypatch.setattr(surface, "_BAND", 7)
+    monkeypatch.setattr(surface, "_AT_ONCE", 100)
+    np.testing.assert_allclose(surface_normals(depth, CAMERA), whole, atol=1e-6)
+    banded = surface_mesh(depth, grey(), CAMERA).faces
+    np.testing.assert_array_equal(np.unique(banded, axis=0), np.unique(triangles, axis=0))
