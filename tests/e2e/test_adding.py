@@ -138,7 +138,7 @@ def test_the_page_names_what_is_there_and_says_each_in_ten_lines() -> None:
     for name in re.findall(r"`((?:ilf|gui|tests|assets)/[\w/.]+)(?:`|::)", PAGE):
         assert (ROOT / name).exists(), name
     tests = re.findall(r"`(tests/[\w/.]+)::(\w+)`", PAGE)
-    assert len(tests) == 6
+    assert len(tests) == 7
     for file, test in tests:
         assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8"), test
     recipes = [part for part in PAGE.split("\n\n") if re.match(r"\*\*An? \w+\.\*\*", part)]

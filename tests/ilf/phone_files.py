@@ -170,16 +170,3 @@ def sens(depth_place: np.ndarray | None = None, count: int | None = None, scene:
         content += struct.pack("<16f4Q", *pose(number).ravel(), microseconds, microseconds, len(rgb), len(depth))
         content += rgb + depth
     return content
-
-
-def write_nyu(path: Path, scene: Scene = SMALL) -> Path:
-    """A labelled file of NYU Depth V2, with three small frames."""
-    import h5py
-
-    with h5py.File(path, "w") as file:
-        rgb = np.stack([colour(number, scene.size)[..., ::-1].transpose(2, 1, 0) for number in range(scene.count)])
-        metres = np.stack([scene.mm.T / 1000] * scene.count).astype(np.float32)
-        file["images"] = rgb
-        file["rawDepths"] = metres
-        file["depths"] = np.where(metres > 0, metres, 1.6).astype(np.float32)
-    return path

@@ -187,12 +187,6 @@ def test_what_cannot_count_is_refused(by_hand: np.ndarray, message: str) -> None
         ilf.complete(_frame(), np.where(ROWS == 15, 0, 1), QUICK, by_hand=by_hand)
 
 
-def test_weights_are_checked() -> None:
-    for weight in (-0.1, 1.5, float("nan")):
-        with pytest.raises(InputError, match="weight of depth by hand must lie between 0 and 1"):
-            DepthByHand(NONE, weight)
-
-
 def test_one_block_step_by_step() -> None:
     labels = np.where(HOLE, 2, 1).astype(np.int32)
     with pytest.raises(InputError, match="no known depth"):

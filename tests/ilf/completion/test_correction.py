@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ import ilf
 from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import CORRECTION
-from ilf.completion import block as completing
 from ilf.completion import correction as correcting
 from ilf.completion.block import BlockTask
 from ilf.completion.correction import Correction, applied_change
@@ -37,7 +35,6 @@ from ilf.completion.filter import is_guided
 from ilf.data.label_map import Block, find_blocks
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.run.record import installed_sha256
-from ilf.segmentation import extraction
 
 RNG = np.random.default_rng(7)
 
@@ -218,56 +215,6 @@ def test_blocks_that_are_as_extracted_are_iterated_on_only_once(
     made.clear()
     ilf.complete(anew(frame), other)
     assert len(made) > len(np.unique(other[other > 0])), "the network sees them as extracted"
-
-
-def test_no_blocks_are_found_for_a_correction_that_is_not_wanted(
-    frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = []
-    real = extraction._blocks
-    monkeypatch.setattr(extraction, "_blocks", lambda *args: found.append(True) or real(*args))
-    joined = np.where(blocks > 0, 1, 0).astype(np.int32)
-    ilf.complete(anew(frame), joined, ilf.preset(correction=False))
-    assert not found
-    ilf.complete(anew(frame), joined, ilf.preset())
-    assert found
-
-
-def test_data_go_one_way_blocks_filter_correction(
-    frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Also where the blocks are not as extracted, and the network's are found and completed for it."""
-    stages: list[str] = []
-
-    def noted(stage: str, owner: object, name: str) -> None:
-        real = getattr(owner, name)
-        monkeypatch.setattr(owner, name, lambda *args: stages.append(stage) or real(*args))
-
-    noted("blocks", extraction, "_blocks")
-    noted("filter", completing, "EdgeAwareIteration")
-    noted("correction", CorrectionNetwork, "change")
-    noted("correction", Correction, "applied")
-    ilf.complete(anew(frame), np.where(blocks == 1, 2, blocks))
-    assert [stage for stage, _ in groupby(stages)] == ["blocks", "filter", "correction"]
-
-
-def test_a_block_that_waits_for_the_correction_is_to_be_seen(frame: ilf.RGBDFrame, blocks: np.ndarray) -> None:
-    with ilf.Run(anew(frame), blocks).steps(1) as run:
-        for _ in run:
-            if run.uncorrected:
-                break
-        label, waits = next(iter(run.uncorrected.items()))
-        depths = {block.label: depth for block, depth in run.preview()}
-    assert label not in run.results
-    np.testing.assert_array_equal(depths[label], waits.depth)
-
-
-def test_a_run_that_is_left_leaves_no_thread(frame: ilf.RGBDFrame, blocks: np.ndarray) -> None:
-    before = set(threading.enumerate())
-    run = ilf.Run(anew(frame), blocks).steps(2)
-    next(run)
-    run.close()
-    assert set(threading.enumerate()) <= before
 
 
 @pytest.mark.parametrize("moment", ["look", "handing over"])

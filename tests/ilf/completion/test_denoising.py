@@ -107,7 +107,7 @@ def test_pixels_swapped_across_jagged_jumps_return_to_their_side() -> None:
     assert _rms(_denoised(seen) - truth) < 0.7 * _rms(seen - truth)
 
 
-@pytest.mark.parametrize(("spokes", "width"), [(24, 1.0), (60, 1.0), (40, 0.8), (36, 1.2)])
+@pytest.mark.parametrize(("spokes", "width"), [(24, 1.0), (40, 0.8)])
 def test_spokes_are_no_swapped_pixels(spokes: int, width: float) -> None:
     """A wheel of thin spokes before a wall, with 10 mm of noise: beside its jumps 3 to 4 mm are left."""
     y, x = ROWS2 - 119.5, COLUMNS2 - 159.5

@@ -52,7 +52,7 @@ def without() -> ilf.Completion:
     return ilf.complete(frame_with_hole(), BLOCKS, ilf.preset(correction=False))
 
 
-@pytest.mark.parametrize("said", [lambda z: z, lambda z: 1 / z, lambda z: -np.log(z), lambda z: 200 - 30 * z**2])
+@pytest.mark.parametrize("said", [lambda z: 1 / z, lambda z: 200 - 30 * z**2])
 def test_guide_in_any_unit_brings_the_jump_back(said, without) -> None:
     guided = ilf.complete(frame_with_hole(), BLOCKS, guide=said(ground_truth()))
     assert error(guided) < 0.1 * error(without)
@@ -147,16 +147,6 @@ def test_guide_that_is_right_at_one_depth_and_wrong_at_another_does_no_harm(righ
     guided, unguided = ilf.complete(frame, BLOCKS, guide=1 / (waves * depth)), ilf.complete(frame, BLOCKS)
     assert np.array_equal(guided.depth, unguided.depth)
     assert any("not used" in note for note in guided.notes)
-
-
-def test_where_a_guide_says_nothing_is_as_without(without) -> None:
-    partly = np.where(np.indices(SHAPE)[1] < 60, ground_truth(), 0)
-    guided = ilf.complete(frame_with_hole(), BLOCKS, guide=partly)
-    assert np.abs(guided.depth - without.depth)[30:60, 75:].max() < 0.05
-    implausible = ilf.complete(
-        frame_with_hole(), BLOCKS, ilf.preset(correction=False), guide=Guide(ground_truth(), np.zeros(SHAPE))
-    )
-    assert np.array_equal(implausible.depth, without.depth, equal_nan=True)
 
 
 def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
@@ -307,26 +297,3 @@ def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> No
     used.unlink()
     with pytest.raises(InputError, match="is not beside the record"):
         ilf.replay(folder / "out" / "run.json")
-
-
-def test_command_line_takes_a_guide(folder, capsys) -> None:
-    other = folder / "elsewhere.npy"
-    (folder / "guide.npy").rename(other)
-    label_map = folder / "blocks.png"
-    cv2.imwrite(str(label_map), BLOCKS.astype(np.uint16))
-    out = folder / "out"
-    flags = ["--blocks", str(label_map), "--guide", str(other), "--out", str(out), "--no-cloud"]
-    assert main(["complete", str(folder), *flags]) == 0
-    assert "Guide: followed: on a hold-out of known depth" in capsys.readouterr().out
-    assert np.abs(np.load(out / "depth.npy") - ground_truth())[30:60, 70:110].mean() < 0.05
-    assert main(["info", str(folder), "--guide", str(other)]) == 0
-    assert "100.0% of the missing ones" in capsys.readouterr().out
-    np.save(other, ground_truth()[:, :80])
-    assert main(["complete", str(folder), *flags]) == 1
-    assert "another aspect" in capsys.readouterr().err
-
-
-def test_distrust_and_truth_leave_the_guide(without) -> None:
-    frame = frame_with_hole(guide=ground_truth())
-    assert frame.with_invalid_mask(ground_truth() < 1.25).with_ground_truth(ground_truth()).guide is frame.guide
-    assert replace(frame, depth=frame.measured).with_guide(None).guide is None

@@ -105,13 +105,6 @@ def test_a_blocks_result_depends_on_drawn_pixels_of_its_own_border_alone() -> No
     assert not np.array_equal(every.depth, none.depth)
 
 
-def test_a_result_says_which_of_its_pixels_were_drawn() -> None:
-    drawn = _border(LABELS) & (LABELS == 2) & (ROWS < 60)
-    results = ilf.complete(_grey(STEP), LABELS, drawn=drawn).results
-    assert results[1].drawn is None
-    assert np.array_equal(results[2].drawn, drawn[LABELS == 2])
-
-
 def test_steps_show_the_same_surface_as_the_completion() -> None:
     frame, drawn = _grey(PLANES), _border(LABELS)
     stepper = ilf.iterate(frame, ilf.Blocks(LABELS, drawn=drawn), 1)

@@ -207,7 +207,7 @@ def test_pixels_of_large_frames_share_features(monkeypatch):
     assert 0.7 < np.nanmedian(shared / alone) < 1.4
 
 
-@pytest.mark.parametrize("shape", [(1000, 2), (2, 1000), (400, 1), (1, 400)])
+@pytest.mark.parametrize("shape", [(1000, 2), (1, 400)])
 @pytest.mark.parametrize(
     "parameters", [ilf.preset(), ilf.preset("paper"), ilf.preset("released-code", max_iterations=9)]
 )

@@ -13,9 +13,9 @@ SHAPE = 40, 56
 FLIPS = {"left and right": np.s_[:, ::-1], "top and bottom": np.s_[::-1]}
 
 
-def _scene(seed: int) -> tuple[RGBDFrame, NDArray[np.int32]]:
+def _scene() -> tuple[RGBDFrame, NDArray[np.int32]]:
     """Three slanted planes in colours of their own with texture, noise of 2 mm, holes, and their label map."""
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(1)
     rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]]
     labels = (1 + (columns > 20 + rows // 4) + (rows > 24) * (columns > 20 + rows // 4)).astype(np.int32)
     slopes = random.uniform(-0.01, 0.01, (4, 2))[labels]
@@ -40,37 +40,33 @@ def _difference(frame: RGBDFrame, depth: NDArray[np.float32], other: NDArray[np.
 
 
 @pytest.mark.parametrize("name", PRESETS)
-@pytest.mark.parametrize("seed", [1, 2])
-def test_other_labels_of_the_same_blocks_give_the_same_depth(name: str, seed: int) -> None:
-    frame, labels = _scene(seed)
+def test_other_labels_of_the_same_blocks_give_the_same_depth(name: str) -> None:
+    frame, labels = _scene()
     others = np.array([0, 7, 2, 40], np.int32)[labels]
     first, second = (complete(frame, blocks, preset(name)).depth for blocks in (labels, others))
     np.testing.assert_array_equal(second, first)
 
 
 @pytest.mark.parametrize("name", PRESETS)
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_completed_frame_completed_again_stays_as_it_is(name: str, seed: int) -> None:
-    frame, labels = _scene(seed)
+def test_a_completed_frame_completed_again_stays_as_it_is(name: str) -> None:
+    frame, labels = _scene()
     first = complete(frame, labels, preset(name)).depth
     np.testing.assert_array_equal(complete(_frame(frame.rgb, first), labels, preset(name)).depth, first)
 
 
 @pytest.mark.parametrize("flip", FLIPS)
 @pytest.mark.parametrize(("name", "bound"), [("released-code", 0.0), ("paper", 1e-4), ("best", 0.1)])
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_mirrored_frame_gives_the_mirrored_depth(name: str, bound: float, flip: str, seed: int) -> None:
+def test_a_mirrored_frame_gives_the_mirrored_depth(name: str, bound: float, flip: str) -> None:
     """The networks that correct the default's depth have learnt from frames that stand upright."""
-    (frame, labels), sides = _scene(seed), FLIPS[flip]
+    (frame, labels), sides = _scene(), FLIPS[flip]
     mirrored = complete(_frame(frame.rgb[sides], frame.depth[sides]), np.ascontiguousarray(labels[sides]), preset(name))
     assert _difference(frame, complete(frame, labels, preset(name)).depth, mirrored.depth[sides]) <= bound
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 @pytest.mark.parametrize(("name", "bound"), [("released-code", 0.0), ("paper", 0.02), ("best", 0.02)])
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_frame_of_another_size_gives_depth_of_that_size(name: str, bound: float, factor: float, seed: int) -> None:
+def test_a_frame_of_another_size_gives_depth_of_that_size(name: str, bound: float, factor: float) -> None:
     """Noise and criteria of convergence are in metres: only the released code's way knows no unit."""
-    frame, labels = _scene(seed)
+    frame, labels = _scene()
     scaled = complete(_frame(frame.rgb, frame.depth * np.float32(factor)), labels, preset(name)).depth / factor
     assert _difference(frame, complete(frame, labels, preset(name)).depth, scaled.astype(np.float32)) <= bound

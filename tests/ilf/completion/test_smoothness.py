@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from ilf.completion.edge_aware import kernels
 from ilf.completion.edge_aware.smoothness import SmoothnessEnergy, StepInputs, Weights, make_weights
 
 SHAPES = [(1, 1), (1, 2), (1, 7), (6, 1), (2, 2), (2, 3), (3, 2), (4, 5), (7, 6)]
@@ -95,6 +96,24 @@ def test_both_ways_lead_to_the_minimum_of_the_formula(shape: tuple[int, int]) ->
         assert_allclose(found, expected, atol=1e-5)
         *_, last = _descent(energy, np.zeros(shape, np.float32), found.size + 2)
         assert_allclose(last, expected, atol=2e-5)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(SHAPES))
+def test_the_operator_is_symmetric_and_gives_the_gradient(seed: int, shape: tuple[int, int]) -> None:
+    """Of a quadratic energy, central differences of any width are exact."""
+    rng = np.random.default_rng(seed)
+    weights, (counts, samples) = _weights(rng, shape), _samples(rng, shape)
+    u, v = rng.normal(size=(2, *shape)).astype(np.float32)
+    images = np.empty((2, *shape), np.float32)
+    products = [
+        kernels.pull(counts, weights.framed, kernels.framed(one), image)
+        for one, image in zip((u, v), images, strict=True)
+    ]
+    close = {"rel": 1e-4, "abs": 1e-3}
+    assert products == pytest.approx([np.vdot(u, images[0]), np.vdot(v, images[1])], **close)
+    assert np.vdot(v, images[0]) == pytest.approx(np.vdot(u, images[1]), **close)
+    slope = (_energy(u + v, counts, samples, weights) - _energy(u - v, counts, samples, weights)) / 2
+    assert slope == pytest.approx(2 * np.vdot(v, images[0] - counts * samples), **close)
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(SHAPES))

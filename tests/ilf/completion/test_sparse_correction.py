@@ -6,21 +6,18 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from ilf.completion import correction as correcting
 from ilf.completion.correction import fading
 from ilf.completion.plain_surfaces import colourisation, thin_plate
 from ilf.completion.sparse_correction import (
     CHANNELS,
-    SparseCorrectionNetwork,
     cell_side,
     load_sparse_correction_network,
     middles_of_cells,
     sparse_features,
     spread_to_pixels,
 )
-from ilf.errors import FormatError, InputError
 from ilf.run.record import installed_sha256
 
 RNG = np.random.default_rng(67)
@@ -148,31 +145,6 @@ def test_of_denser_frames_it_is_not_asked(sparse: ilf.RGBDFrame, monkeypatch: py
     frame = ilf.RGBDFrame(sparse.rgb, depth)
     used = {result.correction for result in ilf.complete(frame, ilf.extract_blocks(frame)).results.values()}
     assert used <= {(), (installed_sha256(CORRECTION),)}
-
-
-def test_without_its_network_nothing_is_corrected(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing() -> SparseCorrectionNetwork:
-        raise InputError("There is no correction network for sparse depth at here.")
-
-    monkeypatch.setattr(correcting, "load_sparse_correction_network", missing)
-    fresh = ilf.RGBDFrame(sparse.rgb, sparse.depth)
-    found = ilf.complete(fresh, ilf.extract_blocks(fresh))
-    assert "Depth is not corrected: There is no correction network for sparse depth at here." in found.notes
-    assert {result.correction for result in found.results.values()} == {()}
-
-
-def test_output_that_is_not_finite_is_not_applied(sparse: ilf.RGBDFrame, monkeypatch: pytest.MonkeyPatch) -> None:
-    network = load_sparse_correction_network()
-    real = network._results
-    monkeypatch.setattr(network, "_results", lambda inputs: [np.inf * one for one in real(inputs)])
-    fresh = ilf.RGBDFrame(sparse.rgb, sparse.depth)
-    notes = ilf.complete(fresh, ilf.extract_blocks(fresh)).notes
-    assert "Depth is not corrected: sparse-correction.onnx returns values that are not finite for this frame." in notes
-
-
-def test_a_network_of_another_kind_is_refused() -> None:
-    with pytest.raises(FormatError, match="is not a correction network for sparse depth"):
-        SparseCorrectionNetwork.load(asset_path("models/correction.onnx"))
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])

@@ -42,7 +42,7 @@ def with_island(hole: str, pixels: int, depth: float, off: float = 0.3) -> tuple
 
 @pytest.mark.parametrize("hole", HOLES)
 @pytest.mark.parametrize("pixels", [5, 38, 200])
-@pytest.mark.parametrize("value", [12.0, 3.0, 0.25])
+@pytest.mark.parametrize("value", [12.0, 0.25])
 def test_a_speck_does_not_rule_the_hole(hole: str, pixels: int, value: float) -> None:
     depth, island = with_island(hole, pixels, value)
     frame = frame_of(depth)

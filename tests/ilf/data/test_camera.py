@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ilf.data.camera import INTRINSICS, Camera
-from ilf.errors import FormatError, IlfError, InputError
+from ilf.errors import IlfError, InputError
 from ilf.io.cameras import intrinsics_from
 
 NUMBERS = [500.0, 510.0, 320.5, 240.25]
@@ -52,12 +52,6 @@ def test_every_form_gives_the_same_camera(spec, tmp_path):
         from_file = intrinsics_from(str(file), (480, 640))
         assert numbers_of(from_file) == NUMBERS
         assert from_file.name == file.name
-
-
-def test_none_and_intrinsics_pass_through():
-    camera = Camera(*NUMBERS)
-    assert intrinsics_from(None) is None
-    assert intrinsics_from(camera, (1, 1)) is camera
 
 
 def test_scaling_keeps_the_ray_through_every_image_corner():
@@ -110,21 +104,3 @@ def test_unknown_preset_suggests_the_nearest_and_lists_all():
 def test_nonsense_is_refused(spec):
     with pytest.raises(IlfError):
         intrinsics_from(spec, (480, 640))
-
-
-@pytest.mark.parametrize(
-    ("content", "error"),
-    [(b"", FormatError), (b"{", FormatError), (b"\xff\xfe{}", FormatError), (b"[" * 100_000, FormatError),
-     (b"null", InputError), (b'"nyu-kinect-v1"', InputError), (b"{}", InputError)],
-    ids=["empty", "cut", "garbage", "deep", "null", "text", "no keys"],
-)  # fmt: skip
-def test_bad_json_file_is_refused_by_name(content, error, tmp_path):
-    file = tmp_path / "camera.json"
-    file.write_bytes(content)
-    with pytest.raises(error, match=r"camera\.json"):
-        intrinsics_from(file)
-
-
-def test_missing_json_file():
-    with pytest.raises(InputError, match="no such file"):
-        intrinsics_from("nowhere/camera.json")

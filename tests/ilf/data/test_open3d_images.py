@@ -9,7 +9,6 @@ import pytest
 
 import ilf
 from ilf.data.open3d_images import load_open3d
-from ilf.data.points import point_cloud
 from ilf.errors import ExportError, InputError
 
 CAMERA = ilf.Camera(50.0, 52.0, 9.5, 7.0)
@@ -41,14 +40,6 @@ def test_a_cloud_and_a_mesh_are_given_to_open3d_with_colours_and_normals():
     assert not ilf.point_cloud(DEPTH, FRAME.rgb, CAMERA).to_open3d().has_normals()
 
 
-def test_open3d_makes_the_same_cloud_of_it():
-    o3d = load_open3d()
-    theirs = o3d.geometry.PointCloud.create_from_rgbd_image(FRAME.to_open3d(), FRAME.open3d_camera())
-    ours = point_cloud(FRAME.depth, FRAME.rgb, CAMERA)
-    np.testing.assert_allclose(np.asarray(theirs.points), ours.points, atol=1e-5)
-    np.testing.assert_array_equal(np.rint(np.asarray(theirs.colors) * 255), ours.colours)
-
-
 def test_tensor_images_and_whole_numbers_are_read_with_their_units():
     o3d = load_open3d()
     raw = np.round(np.nan_to_num(DEPTH) * 5000).astype(np.uint16)
@@ -77,13 +68,6 @@ def test_grey_images_and_other_things_are_refused():
         ilf.RGBDFrame.from_open3d(DEPTH)
     with pytest.raises(InputError, match="intrinsics are unknown"):
         ilf.RGBDFrame(FRAME.rgb, DEPTH).open3d_camera()
-
-
-def test_without_open3d_the_message_names_the_extra(monkeypatch):
-    monkeypatch.setitem(sys.modules, "open3d", None)  # as where it is not installed
-    monkeypatch.setitem(sys.modules, "libusb_package", None)
-    with pytest.raises(ExportError, match=r'open3d.*pip install "ilf-studio\[app\]"'):
-        FRAME.to_open3d()
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ilf.data.camera import Camera
-from ilf.data.points import FARTHEST, NEAREST, PointCloud, back_project, in_axes, point_cloud
-from ilf.errors import InputError, ParameterError
+from ilf.data.points import FARTHEST, NEAREST, back_project, point_cloud
+from ilf.errors import InputError
 
 CAMERA = Camera(fx=100.0, fy=200.0, cx=2.0, cy=1.0)
 
@@ -43,15 +43,6 @@ def test_points_know_their_pixels_and_may_be_some_only():
     np.testing.assert_array_equal(points, whole[[1, 2]])
 
 
-def test_y_up_is_a_rotation_that_lifts_the_upper_half():
-    cloud = PointCloud(np.array([[1, 2, 3]], np.float32), np.zeros((1, 3), np.uint8))
-    np.testing.assert_array_equal(in_axes(cloud, "y-up").points, [[1, -2, -3]])
-    assert in_axes(cloud, "y-up").points.dtype == np.float32
-    assert in_axes(cloud, "camera") is cloud
-    with pytest.raises(ParameterError, match="y-up"):
-        in_axes(cloud, "z-up")
-
-
 def test_without_intrinsics_the_message_says_how_to_give_them():
     with pytest.raises(InputError, match=r"nyu-kinect-v1.*fx,fy,cx,cy.*file"):
         point_cloud(np.ones((2, 2)), np.zeros((2, 2, 3), np.uint8), None)
@@ -68,8 +59,3 @@ def test_without_intrinsics_the_message_says_how_to_give_them():
 def test_shapes_that_do_not_fit(depth, rgb):
     with pytest.raises(InputError):
         point_cloud(depth, rgb, CAMERA)
-
-
-def test_nothing_known_gives_an_empty_cloud():
-    cloud = point_cloud(np.full((2, 2), np.nan), np.zeros((2, 2, 3), np.uint8), CAMERA)
-    assert cloud.points.shape == (0, 3)

@@ -98,14 +98,6 @@ def test_ones_own_presets_are_kept_renamed_and_deleted(tmp_path):
     assert list(list_presets().presets) == [SOFT.name]
 
 
-def test_a_damaged_file_in_the_folder_hides_no_other(tmp_path):
-    _saved(SOFT)
-    (presets_folder() / "bad.json").write_text("{")
-    found = list_presets()
-    assert list(found.presets) == [SOFT.name]
-    assert "bad.json" in found.problems[0]
-
-
 @pytest.mark.parametrize(
     "name", ["", "a/b", "..", " a", "a ", "a.", "x" * 61, "con", "COM1.x", "a:b", "Best", "paper", "a\nb"]
 )
@@ -153,13 +145,6 @@ def test_the_library_takes_own_presets_by_name_and_file(small_frame, tmp_path):
         ilf.complete(small_frame, preset="sof")
 
 
-def test_what_cannot_be_written_is_said(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("ILF_PRESETS", str(tmp_path / "file" / "presets"))
-    with pytest.raises(ExportError, match="cannot be created"):
-        _saved(SOFT)
-
-
 def test_a_preset_that_cannot_be_renamed_or_deleted_is_said(monkeypatch):
     def refuse(*_):
         raise PermissionError(13, "Permission denied")
@@ -172,14 +157,3 @@ def test_a_preset_that_cannot_be_renamed_or_deleted_is_said(monkeypatch):
     with pytest.raises(ExportError, match=r"cannot be renamed: Permission denied.*permissions"):
         rename_preset(SOFT.name, "hart")
     assert path.is_file()
-
-
-def test_the_folder_is_among_the_users_settings_unless_said_otherwise(monkeypatch):
-    monkeypatch.delenv("ILF_PRESETS")
-    assert presets_folder().parts[-2:] == ("ilf-studio", "presets")
-    assert Path(presets_folder()).is_absolute()
-
-
-def test_an_own_preset_builds_on_a_built_in_one():
-    with pytest.raises(ParameterError, match="no preset 'mine'"):
-        UserPreset("x", PAPER.parameters, "mine")

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ilf.data import surface
 from ilf.data.camera import Camera
 from ilf.data.flying_points import flying_points
 from ilf.data.points import PointCloud, point_cloud
@@ -94,21 +95,6 @@ def test_whatever_the_depth_the_mesh_is_sound(seed, missing, noise):
     assert not flying_points(depth, CAMERA)[~np.isfinite(depth)].any()
 
 
-def test_normals_do_not_depend_on_how_rows_are_shared_out(monkeypatch):
-    from ilf.data import surface as mesh
-    from ilf.data import surface as normals
-
-    rng = np.random.default_rng(1)
-    depth = plane((0.3, 0.2, 0.9), 2.0) + rng.normal(0, 0.003, SHAPE).astype(np.float32)
-    whole, triangles = surface_normals(depth, CAMERA), surface_mesh(depth, grey(), CAMERA).faces
-    monkeypatch.setattr(normals, "_BAND", 7)
-    monkeypatch.setattr(mesh, "_BAND", 7)
-    monkeypatch.setattr(mesh, "_AT_ONCE", 100)
-    np.testing.assert_allclose(surface_normals(depth, CAMERA), whole, atol=1e-6)
-    banded = surface_mesh(depth, grey(), CAMERA).faces
-    np.testing.assert_array_equal(np.unique(banded, axis=0), np.unique(triangles, axis=0))
-
-
 def test_noise_is_averaged_on_the_surface_and_not_across_its_jumps():
     rng = np.random.default_rng(2)
     left, right = plane((0.5, 0, 0.87), 1.0), plane((-0.5, 0, 0.87), 2.0)
@@ -184,3 +170,14 @@ def test_clouds_hold_nothing_that_is_not_finite_or_does_not_fit():
         surface_mesh(np.ones((2, 2)), grey((2, 2)), None)
     with pytest.raises(InputError, match=r"normals need .* intrinsics"):
         surface_normals(np.ones((2, 2)), None)
+
+
+def test_normals_do_not_depend_on_how_rows_are_shared_out(monkeypatch):
+    rng = np.random.default_rng(1)
+    depth = plane((0.3, 0.2, 0.9), 2.0) + rng.normal(0, 0.003, SHAPE).astype(np.float32)
+    whole, triangles = surface_normals(depth, CAMERA), surface_mesh(depth, grey(), CAMERA).faces
+    monkeypatch.setattr(surface, "_BAND", 7)
+    monkeypatch.setattr(surface, "_AT_ONCE", 100)
+    np.testing.assert_allclose(surface_normals(depth, CAMERA), whole, atol=1e-6)
+    banded = surface_mesh(depth, grey(), CAMERA).faces
+    np.testing.assert_array_equal(np.unique(banded, axis=0), np.unique(triangles, axis=0))

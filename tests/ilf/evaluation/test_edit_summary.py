@@ -9,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 import ilf
-from ilf.completion import correction as correcting
 from ilf.data.blocks import Blocks
 from ilf.evaluation.edit_summary import EditSummary, summarise_edit
 from ilf.run.run import Run
@@ -110,17 +109,6 @@ def test_expected_errors_are_compared_where_both_states_are_filled(small_frame: 
     both = done[0].filled & done[1].filled
     rms = [float(np.sqrt(np.nanmean(ilf.expected_error(one)[both] ** 2))) for one in done]
     assert effect.expected == pytest.approx(rms, rel=1e-5)
-
-
-def test_the_correction_network_is_asked_once_for_both_states(
-    moved: tuple[Run, Run, LabelPatch], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked = []
-    real = correcting.load_correction_network
-    monkeypatch.setattr(correcting, "load_correction_network", lambda: asked.append(1) or real())
-    before, after = (Run(run.frame, run.blocks.labels) for run in moved[:2])
-    assert summarise_edit(before, after, moved[2]).held_out is not None
-    assert len(asked) == 1
 
 
 def test_an_edit_is_judged_by_the_truth_where_there_is_one(moved: tuple[Run, Run, LabelPatch]) -> None:

@@ -5,18 +5,16 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import ilf
 from ilf.errors import InputError, ParameterError
-from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, evaluate_completion, run_to_end
-from ilf.evaluation.ground_truth import ground_truth_steps
+from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, evaluate_completion
 from ilf.evaluation.hold_out import HoldOutTest, compare_hidden, evaluate_hold_out, hidden_pixels, hold_out_steps
 from ilf.evaluation.metrics import share_within, sparsification_error
-from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep, sweep_steps
+from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
 from ilf.run.run import Run
 
 QUICK = ilf.preset("paper", max_iterations=30)
@@ -122,17 +120,6 @@ def test_errors_on_hidden_depth_are_pooled_over_seeds_and_told_by_block(run):
     alone = evaluate_hold_out(run, HoldOutTest("areas", (0, 1)), only=[2])
     # the expected error at its border goes by what is filled beyond
     assert alone.blocks == {2: replace(result.blocks[2], within=alone.blocks[2].within)}
-
-
-@pytest.mark.parametrize("steps", [lambda run: hold_out_steps(run, HoldOutTest(seeds=(0,))), ground_truth_steps])
-def test_a_result_tells_the_seconds_from_its_first_step_to_its_end(steps, run, monkeypatch):
-    clock = SimpleNamespace(perf_counter=lambda: 100.0)
-    for module in ("hold_out", "ground_truth"):
-        monkeypatch.setattr(f"ilf.evaluation.{module}.time", clock)
-    going = steps(run)
-    next(going)
-    clock.perf_counter = lambda: 102.5
-    assert run_to_end(going).seconds == 2.5
 
 
 def test_runs_are_compared_on_what_both_fill(run):
@@ -246,10 +233,3 @@ def test_bad_sweeps_are_refused_before_anything_is_run(run):
     bare = replace(run, frame=run.frame.with_ground_truth(None))
     with pytest.raises(InputError, match="no ground truth where depth is missing"):
         Sweep(bare, {"padding": [2]})
-
-
-def test_a_sweep_can_be_stopped(run):
-    steps = sweep_steps(Sweep(run, {"padding": [1, 2]}), threads=1)
-    seen = [next(steps) for _ in range(5)]
-    steps.close()
-    assert all(isinstance(step, Progress) and step.share < 0.5 for step in seen)

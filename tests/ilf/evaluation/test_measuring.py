@@ -166,11 +166,6 @@ def test_a_long_thin_strip_far_away_is_well_conditioned() -> None:
     assert found.plane.outliers == 0.0
 
 
-def test_statistics_of_nothing_are_refused() -> None:
-    with pytest.raises(InputError, match="Select a block"):
-        surface_statistics(np.ones((4, 4)), np.zeros((4, 4), bool))
-
-
 # measures
 
 

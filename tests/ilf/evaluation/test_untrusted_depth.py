@@ -81,17 +81,6 @@ def test_the_bench_neither_scores_nor_shows_it(folder: Path, pattern: str) -> No
     assert np.nanmax(load_bench_frame(folder).frame.depth) == 10
 
 
-@pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")
-def test_ground_truth_as_depth_does_without_it(folder: Path) -> None:
-    (folder / "depth.png").unlink()
-    mask = np.zeros((60, 80), np.uint8)
-    mask[30:40, 30:40] = 255
-    cv2.imwrite(str(folder / "mask.png"), mask)
-    source = load_bench_frame(folder)
-    assert source.ground_truth is not None
-    assert np.nanmax(source.frame.depth) < 3 > np.nanmax(source.ground_truth)
-
-
 def test_ground_truth_files_are_read_without_it(folder: Path) -> None:
     with pytest.warns(DepthWarning) as told:
         frame = ilf.load_frame(folder)

@@ -230,10 +230,3 @@ def test_lens_and_size_are_noted(tmp_path, stated, note):
     if not is_pinhole:
         with pytest.raises(InputError, match=note):
             intrinsics_from(path, SHAPE)
-
-
-def test_a_lens_whose_numbers_have_other_names_is_named(tmp_path):
-    content = "%YAML:1.0\n---\nmodel_type: MEI\nprojection_parameters:\n   gamma1: 669.\n"
-    camera, notes = frame_camera(str(_written(tmp_path, "mei.yaml", content)), SHAPE)
-    assert camera is None
-    assert "MEI" in notes[0]

@@ -148,13 +148,6 @@ def test_an_obj_mesh_comes_back(tmp_path):
     np.testing.assert_array_equal(np.rint(colours * 255), SMALL.colours[MESH.faces])
 
 
-def test_an_obj_without_normals_names_none(tmp_path):
-    write_mesh(tmp_path / "m.obj", Mesh(PointCloud(SMALL.points, SMALL.colours), MESH.faces))
-    text = (tmp_path / "m.obj").read_text()
-    assert "vn" not in text
-    assert text.splitlines()[-1] == "f {} {} {}".format(*(MESH.faces[-1] + 1))
-
-
 def test_a_glb_is_in_metres_with_y_up_and_linear_colours(tmp_path):
     path = tmp_path / "m.glb"
     write_mesh(path, MESH, axes="camera", unit="mm")
@@ -172,13 +165,6 @@ def test_a_glb_is_in_metres_with_y_up_and_linear_colours(tmp_path):
     np.testing.assert_array_equal(np.float32(position["min"]), attributes["POSITION"].min(0))
     np.testing.assert_array_equal(np.float32(position["max"]), attributes["POSITION"].max(0))
     assert told["materials"][0]["extensions"] == {"KHR_materials_unlit": {}}
-
-
-def test_open3d_reads_a_glb(tmp_path):
-    write_mesh(tmp_path / "m.glb", MESH)
-    found = load_open3d().io.read_triangle_mesh(str(tmp_path / "m.glb"))
-    light = _assert_corners(found, SMALL.points * np.array([1, -1, -1], np.float32))
-    np.testing.assert_array_equal(np.rint(_srgb(light) * 255), SMALL.colours[MESH.faces])
 
 
 def _assert_corners(found, points):

@@ -187,11 +187,6 @@ def test_an_invalid_value_is_missing(save, dtype):
     assert np.array_equal(again.depth, frame.depth, equal_nan=True)
 
 
-def test_an_invalid_value_beyond_the_type_of_the_values_is_none_of_them(save):
-    files = save((MM / 1000).astype(np.float32), "depth.npy")
-    assert np.array_equal(ilf.load_frame(*files, invalid=1e308).known, KNOWN)
-
-
 @pytest.mark.parametrize("mark", [np.finfo(np.float32).max, 1e6, 1000.0])
 def test_what_no_sensor_gives_is_missing_and_told(save, mark):
     files = save(np.where(KNOWN, MM / 1000, mark).astype(np.float32), "depth.npy")
@@ -272,12 +267,6 @@ def test_a_mark_for_missing_is_recognised(save):
     assert np.nanmax(frame.depth) > 65, "it is asked about, not decided"
     assert ilf.load_frame(*files, invalid=65535).notes == ()
     assert ilf.load_frame(*files, invalid=0).notes == (), "0 says that there is none"
-
-
-def test_a_mark_is_recognised_under_rotated_bits(save):
-    files = save(np.where(KNOWN, STORED["sun"], 65535).astype(np.uint16))
-    with pytest.warns(DepthWarning, match=r"65535 fills 4\.2% .* all other depth is at most 3\.\d+ m"):
-        ilf.load_frame(*files, encoding="sun")
 
 
 @pytest.mark.parametrize(
@@ -368,31 +357,6 @@ def test_kitti_read_as_millimetres_is_doubted(tmp_path):
     assert ilf.load_frame(*files, encoding="kitti").plausibility_warnings == ()
 
 
-def test_other_wide_images_are_doubted_without_kitti(tmp_path):
-    street = np.repeat(np.geomspace(14_000, 400, 94)[:, None], 311, 1)  # [cm]
-    street[:40] = 65535
-    cv2.imwrite(str(tmp_path / "rgb.png"), np.zeros((*street.shape, 3), np.uint8))
-    cv2.imwrite(str(tmp_path / "depth.png"), street.astype(np.uint16))
-    with pytest.warns(DepthWarning, match=r"in centimetres it would be 11\.\d\d m") as told:
-        frame = ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", invalid=65535)
-    assert "kitti" not in str(told[0].message).lower()
-    assert ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", invalid=65535, encoding="cm").notes == ()
-    assert np.isnan(frame.depth[:40]).all()
-    assert _sign_of(tmp_path / "kitti-like-room", np.repeat(np.linspace(4000, 900, 240)[:, None], 320, 1)) == []
-
-
-def test_other_encodings_are_compared_without_the_invalid_value(save):
-    values = np.where(KNOWN, STORED["sun"], 40_000).astype(np.uint16)
-    files = save(np.where(np.arange(W) < 60, values, 40_000).astype(np.uint16))
-    with pytest.warns(DepthWarning, match=r"most likely sun, with a median of 2\.\d\d m"):
-        ilf.load_frame(*files, invalid=40_000)
-
-
-def test_centimetres_of_a_room_are_doubted(save):
-    with pytest.warns(DepthWarning, match="with 100 units per metre it would be 2"):
-        ilf.load_frame(*save((MM // 10).astype(np.uint16)))
-
-
 def test_replica_is_offered_for_replica(tmp_path):
     far = _of_kinect() * 6.5535
     assert _sign_of(tmp_path / "results", far, "depth000000.png") == ["replica"]
@@ -400,15 +364,6 @@ def test_replica_is_offered_for_replica(tmp_path):
     assert _sign_of(tmp_path / "size", np.repeat(np.linspace(40_000, 6000, 680)[:, None], 1200, 1)) == ["replica"]
     assert _sign_of(tmp_path / "any", far) == [None], "of which 5000 units per metre are as likely"
     assert _sign_of(tmp_path / "results", _of_kinect(), "depth000001.png") == [], "millimetres by that name"
-
-
-def test_doubts_need_not_warn(save):
-    files = save(np.where(KNOWN, MM, 65535).astype(np.uint16))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        frame = ilf.load_frame(*files, warn=False)
-    assert len(frame.notes) == 1
-    assert frame.with_invalid_mask(~KNOWN).notes == frame.notes
 
 
 @pytest.mark.parametrize(
@@ -527,9 +482,3 @@ def test_command_line_reads_records_and_replays_it(tmp_path, save, capsys, monke
     with pytest.raises(SystemExit):
         main(["info", *files, "--encoding", "sun", "--depth-units", "1000"])
     assert "not allowed with" in capsys.readouterr().err
-
-
-def test_command_line_warns_of_what_it_doubts(tmp_path, save, capsys):
-    files = save(np.where(KNOWN, MM, 65535).astype(np.uint16))
-    assert main(["blocks", *map(str, files), "--out", str(tmp_path / "blocks.png")]) == 0
-    assert "ilf: warning: 65535 fills" in capsys.readouterr().err

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import io
-import os
 import sys
 import warnings
 from pathlib import Path
@@ -21,14 +19,11 @@ from ilf._runtime.files import FileContent
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.encodings import encoding_of, encoding_of_inputs
-from ilf.io.float_images import read_exr
 from ilf.io.frame_additions import load_guide
-from ilf.run.record_file import parsed_inputs
 
 H, W = 24, 32
 METRES = (1.5 + 0.01 * np.arange(W)[None] + 0.02 * np.arange(H)[:, None]).astype(np.float32)
 METRES[4:8, 6:12] = 0
-SHARED = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "sources"
 
 
 def exr(channels: dict[str, np.ndarray], **header: object) -> bytes:
@@ -136,16 +131,6 @@ def test_a_snapshot_of_the_realsense_viewer_has_the_size_and_camera_of_its_table
     assert frame.intrinsics.numbers == (30.5, 30.25, 15.5, 11.5)
 
 
-def test_folders_may_hold_such_files(save, tmp_path):
-    for number in (1, 2):
-        save(f"depth_{number}.pfm", pfm(METRES))
-        cv2.imwrite(str(tmp_path / f"rgb_{number}.png"), np.zeros((H, W, 3), np.uint8))
-    (tmp_path / "rgb.png").unlink()
-    source = ilf.open_source(tmp_path)
-    assert len(source) == 2
-    assert source.read("rgb_2").shape == (H, W)
-
-
 def test_disparity_becomes_depth(save, tmp_path):
     disparity = np.divide(52.5, METRES, out=np.full_like(METRES, np.inf), where=METRES > 0)
     frame = ilf.load_frame(*save("disparity.pfm", pfm(disparity)), encoding="disparity:52.5")
@@ -162,11 +147,6 @@ def test_disparity_becomes_depth(save, tmp_path):
     }.items():
         with pytest.raises(ParameterError, match=told):
             encoding_of(wrong)
-
-
-def test_records_keep_disparity(save):
-    frame = ilf.load_frame(*save("disparity.pfm", pfm(METRES)), encoding="disparity:5")
-    assert parsed_inputs(dataclasses.asdict(frame.inputs)) == frame.inputs
 
 
 def _npy(values: np.ndarray) -> bytes:
@@ -238,15 +218,3 @@ def test_without_the_package_its_extra_is_named(save, monkeypatch):
     monkeypatch.setitem(sys.modules, "OpenEXR", None)
     with pytest.raises(InputError, match=r"ilf-studio\[sensors\]"):
         ilf.load_frame(*files)
-
-
-def test_a_real_exr_of_cleargrasp():
-    path = SHARED / "cleargrasp_000000080-transparent-depth-img.exr"
-    if not path.is_file():
-        pytest.skip(f"no {path}")
-    values = read_exr(FileContent(path, np.fromfile(path, np.uint8)))
-    assert (values.shape, values.dtype) == ((720, 1280), np.float16)
-    frame = ilf.load_frame(SHARED / "cleargrasp_000000080-rgb.jpg", path)
-    assert frame.notes == ()
-    assert 0.13 < frame.missing_share < 0.14
-    assert 0.6 < np.nanmedian(frame.depth) < 0.65

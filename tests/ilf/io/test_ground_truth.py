@@ -12,7 +12,6 @@ import pytest
 
 import ilf
 from ilf.data.frame import InputFile
-from ilf.data.parameters import PRESETS
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.io.frame_additions import load_ground_truth, with_ground_truth_file
@@ -109,22 +108,6 @@ def test_what_cannot_be_the_truth_is_refused_with_a_way_out(folder):
         load_ground_truth(folder / "none.png", frame.shape)
 
 
-@pytest.mark.parametrize("name", PRESETS)
-def test_a_truth_changes_no_result(name, small_frame, small_labels):
-    ground_truth = np.where(np.isnan(small_frame.depth), np.float32(7), small_frame.depth)
-    parameters = ilf.preset(name, max_iterations=40)
-    plain, evaluated = (
-        Run(frame, small_labels, parameters, extrapolate=True)
-        for frame in (small_frame, small_frame.with_ground_truth(ground_truth))
-    )
-    one, other = plain.complete(), evaluated.complete()
-    np.testing.assert_array_equal(one.depth, other.depth)
-    np.testing.assert_array_equal(ilf.expected_error(one), ilf.expected_error(other))
-    np.testing.assert_array_equal(ilf.extract_blocks(plain.frame), ilf.extract_blocks(evaluated.frame))
-    assert np.isnan(one.history[1][-1].error)
-    assert other.history[1][-1].error > 1, "it is only told"
-
-
 def with_ground_truth(run: Run, folder: Path) -> Run:
     """The run, of a frame that has a truth in a file."""
     np.save(folder / "gt.npy", ground_truth_in_metres())
@@ -151,12 +134,6 @@ def test_a_truth_that_is_gone_does_not_keep_a_run_from_its_replay(tmp_path):
     assert again.run.frame.inputs.ground_truth is None
     assert "not evaluated against ground truth" in again.differences[0]
     assert again.verdict(again.run.complete()) == ()
-
-
-def test_the_record_of_a_frame_without_truth_has_none(tmp_path):
-    path = written(small_run(tmp_path), tmp_path / "out")
-    assert json.loads(path.read_text())["inputs"]["ground_truth"] is None
-    assert read_record(path).inputs.ground_truth is None
 
 
 def test_no_export_overwrites_the_truth(tmp_path):

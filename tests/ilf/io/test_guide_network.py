@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.networks.session import RefusedInputError
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.guide_network import GuideNetwork
 
+from ..batch_frames import work_in_this_process
 from ..tiny_onnx import node, write_network
 
 MEAN, DEVIATION = np.float32((0.485, 0.456, 0.406)), np.float32((0.229, 0.224, 0.225))
@@ -47,24 +47,6 @@ def test_a_network_gets_normalised_colour_and_its_output_is_resized_to_the_frame
     np.testing.assert_allclose(values[inside], expected[inside], atol=0.02)
 
 
-def test_a_network_of_open_size_is_given_the_usual_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    network = GuideNetwork.load(brightness(tmp_path / "net.onnx"))
-    seen, real = [], network._results
-    monkeypatch.setattr(network, "_results", lambda inputs: (seen.append(inputs[""].shape), real(inputs))[1])
-    network.predict(np.zeros((480, 640, 3), np.uint8))
-    assert seen == [(1, 3, 518, 686)]
-
-    def refuse_patches(inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
-        seen.append(inputs[""].shape)
-        if inputs[""].shape[2] % 32:
-            raise RefusedInputError
-        return real(inputs)
-
-    monkeypatch.setattr(network, "_results", refuse_patches)
-    network.predict(np.zeros((640, 480, 3), np.uint8))
-    assert seen[1:] == [(1, 3, 686, 518), (1, 3, 512, 384)]
-
-
 def test_a_file_that_is_no_guide_network_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"There is no guide network at .* or a file with the guide's values"):
         ilf.load_guide(tmp_path / "none.onnx", rgb=scene()[0])
@@ -86,8 +68,9 @@ def test_a_file_that_is_no_guide_network_is_one_line(tmp_path: Path) -> None:
 
 
 def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    work_in_this_process(monkeypatch)
     rgb, truth = scene()
     depth = truth.copy()
     depth[30:60, 70:110] = np.nan
@@ -105,6 +88,6 @@ def test_a_frame_takes_its_guide_from_a_network_in_library_and_commands(
     assert "on a hold-out of known depth" in capsys.readouterr().out
     np.testing.assert_array_equal(np.load(out / "guide_used.npy"), frame.guide.values)
     assert main(["complete", "--replay", str(out / "run.json"), "--out", str(tmp_path / "again")]) == 0
-    batch = ["batch", str(folder.parent), "--guide", str(network), "--out", str(tmp_path / "set"), "--jobs", "1"]
+    batch = ["batch", str(folder.parent), "--guide", str(network), "--out", str(tmp_path / "set")]
     assert main(batch) == 0
     assert (tmp_path / "set" / "box" / "guide_used.npy").is_file()

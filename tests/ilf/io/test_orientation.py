@@ -108,16 +108,6 @@ def test_sizes_that_differ_either_way_name_the_tag(tmp_path: Path) -> None:
         ilf.load_frame(save(tmp_path / "rgb.png", STORED[6](colour), 1), tmp_path / "depth.png")
 
 
-@pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
-def test_results_of_turned_colour_contain_it(tmp_path: Path) -> None:
-    colour, depth = scene()
-    depth[40:44, 60:64] = 0
-    rgb = save(tmp_path / "rgb.png", STORED[6](colour), 6)
-    frame = ilf.load_frame(rgb, save(tmp_path / "depth.png", depth, 1))
-    ilf.complete(frame, np.ones(frame.shape, int)).save(tmp_path / "done")
-    assert np.array_equal(ilf.load_frame(tmp_path / "done").rgb, colour)
-
-
 def save_hdf5(path: Path, depth: np.ndarray, **attributes: str) -> Path:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:

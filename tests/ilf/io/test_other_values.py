@@ -97,11 +97,6 @@ def test_inverse_depth_in_16_bits_is_doubted_whatever_its_median(scale: float, t
         assert ("inverse depth" in told((tmp_path / "rgb.png", tmp_path / "depth.png"))) == is_inverse
 
 
-def test_units_that_only_undo_16_bits_are_doubted(tmp_path: Path) -> None:
-    paths = files(tmp_path, np.rint(65535 * VALUES["normalised"]).astype(np.uint16), "depth.png")
-    assert "z-buffer" in told(paths, depth_units=65535)
-
-
 @pytest.mark.parametrize("factor", [1.0, 0.4])
 def test_depth_in_metres_is_not_doubted(factor: float, tmp_path: Path) -> None:
     metres = np.where(np.isfinite(depth()), factor * depth() / (1.0 if factor == 1 else 2.5), 0)

@@ -1,7 +1,6 @@
 """Frames' states as parts and back, whatever fields they have."""
 
 import dataclasses
-import json
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,9 +11,6 @@ from ilf.data.blocks import Blocks
 from ilf.errors import FormatError
 from ilf.project.codec import pack, unpack
 from ilf.project.frame_state import FrameState
-from ilf.project.project import Project
-from ilf.project.project_json import decode_project, encode_project
-from ilf.project.sources import Places
 from ilf.project.state_codec import UnreadableFrame, encode, frame_part, load_state
 
 from ..project_states import assert_same, made_frame, rich_state, small_frame
@@ -143,13 +139,3 @@ def test_the_state_that_is_tried_has_something_in_every_place(state):
                 continue
             values = [getattr(thing, one.name) for thing in things]
             assert any(value is not default and not np.array_equal(value, default) for value in values), one.name
-
-
-def test_the_json_can_be_read_by_any_program(state):
-    json.loads(encode(state).content, parse_constant=lambda name: pytest.fail(name))
-
-
-def test_where_the_user_says_that_files_are_is_told_with_the_list(tmp_path):
-    given = {"/gone/rgb.png": tmp_path / "rgb.png", "ab12": tmp_path / "depth.png"}
-    held = Held({"project.json": encode_project(Project(), Places(given=given))})
-    assert decode_project(held).places.given == given

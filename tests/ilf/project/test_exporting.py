@@ -12,7 +12,7 @@ from ilf._runtime.cancellation import cancelled_by
 from ilf.cli import main
 from ilf.data.blocks import Blocks
 from ilf.errors import Cancelled, InputError
-from ilf.project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
+from ilf.project.exporting import ExportStatus, FrameToExport, export_frames, run_and_completion
 from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
@@ -79,16 +79,6 @@ def test_a_failed_frame_does_not_end_the_export(run: Run, tmp_path: Path) -> Non
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["room"]
 
 
-def test_without_intrinsics_there_is_no_cloud_unless_it_is_required(run: Run, tmp_path: Path) -> None:
-    frame = replace(run.frame, intrinsics=None)
-    frames = [FrameToExport("room", "room", lambda: (replace(run, frame=frame), None))]
-    (written,) = export_frames(frames, tmp_path / "out", replace(OPTIONS, cloud="ply"))
-    assert written.status is ExportStatus.WRITTEN
-    assert "No point cloud is written" in written.notes[0]
-    (failed,) = export_frames(frames, tmp_path / "out", replace(OPTIONS, cloud="ply"), strict=True)
-    assert failed.status is ExportStatus.FAILED
-
-
 def test_present_results_are_taken_and_missing_ones_are_computed(run: Run) -> None:
     completion = run.complete()
     state = FrameState("a", run.frame, Blocks(run.blocks.labels), common=run.parameters, results=completion.results)
@@ -112,10 +102,6 @@ def test_cancelling_ends_the_export_between_frames(run: Run, tmp_path: Path) -> 
         with pytest.raises(Cancelled):
             next(export)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["one"]
-
-
-def test_folders_differ_even_where_case_is_ignored() -> None:
-    assert folder_names([("room", "a"), ("Room", "b"), ("a/b", "c")]) == ["room", "Room-b", "a_b"]
 
 
 def test_the_command_completes_what_is_missing(run: Run, tmp_path: Path, capsys, monkeypatch) -> None:

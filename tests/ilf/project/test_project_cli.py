@@ -80,13 +80,6 @@ def test_info_tells_of_frames_runs_and_what_is_wrong(project, capsys):
     assert main(["project", "info", "none.ilf"]) == 1
 
 
-def test_info_says_whether_parameters_are_those_of_all_frames(tmp_path, capsys):
-    path = tmp_path / "shared.ilf"
-    save_project(path, Project((), for_all=True), [])
-    assert main(["project", "info", str(path)]) == 0
-    assert "parameters:   for all frames: " in capsys.readouterr().out
-
-
 def test_export_writes_what_is_stored_and_it_replays(project, capsys):
     path, states = project
     assert main(["project", "export", str(path), "--out", "out"]) == 0

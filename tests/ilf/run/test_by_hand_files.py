@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 
 import cv2
@@ -84,33 +83,3 @@ def test_by_the_command_line(
     assert contents(tmp_path / "again") == contents(tmp_path / "in-ilf")
     assert main(["info", "in-ilf/run.json"]) == 0
     assert "depth_by_hand.npy, weight 0.9" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("values", "arguments", "message"),
-    [
-        (np.full((60, 80), 400.0), [], r"hand\.npy: Depth by hand must be above 0 and at most 300 m, not 400 m"),
-        (np.full((4, 5), 1.0), [], r"hand\.npy: Depth by hand has shape \(4, 5\), but the frame is 80 x 60"),
-        (np.pad(np.ones((1, 1)), ((0, 59), (0, 79))), [], "nothing is missing there"),
-        (np.ones((60, 80)), ["--by-hand-weight", "2"], "must lie between 0 and 1"),
-        (None, ["--by-hand-weight", "0.5"], "give that, too"),
-    ],
-)
-def test_mistakes_are_one_sentence(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    values: np.ndarray | None,
-    arguments: list[str],
-    message: str,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    write_small_frame(tmp_path / "in")
-    if values is not None:
-        np.save("hand.npy", values)
-        arguments = ["--by-hand", "hand.npy", *arguments]
-    assert main(["complete", "in/rgb.png", "in/depth.png", *ARGUMENTS, *arguments, "--out", "out"]) != 0
-    error = capsys.readouterr().err
-    assert error.count("\n") <= 2
-    assert re.search(message, error), error
-    assert not Path("out").exists()

@@ -13,10 +13,8 @@ from scipy.spatial.transform import Rotation
 
 import ilf
 from ilf.cli import main
-from ilf.data.open3d_images import load_open3d
 from ilf.data.points import in_world, point_cloud
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
-from ilf.project.sources import load_inputs
 from ilf.run.data_sets import depth_weight, write_data_set
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
@@ -75,17 +73,6 @@ def test_records_replays_and_folders_keep_it(framed, tmp_path):
     (folder / "run.json").write_text(json.dumps(record | {"pose": [[1]]}))
     with pytest.raises(FormatError, match="'pose' in the run record must be"):
         read_record(folder / "run.json")
-
-
-def test_frames_of_projects_have_it_from_files_beside_them(framed):
-    assert np.array_equal(load_inputs(framed.inputs, framed.name, framed.intrinsics).pose, framed.pose)
-
-
-def test_records_of_frames_without_a_pose_have_none(tmp_path):
-    rgb, depth = write_small_frame(tmp_path / "frame")
-    folder = written(tmp_path / "out", load_frame(rgb, depth, intrinsics=CAMERA))
-    assert json.loads((folder / "run.json").read_text())["pose"] is None
-    assert "pose" not in json.loads((folder / "meta.json").read_text())
 
 
 def test_clouds_lie_in_the_world_where_that_is_asked_for(framed, tmp_path):
@@ -160,18 +147,6 @@ def test_data_sets_are_read_back_as_they_were_written(results, tmp_path, to):
         assert (camera.fx, camera.fy, camera.cx, camera.cy) == CAMERA
         np.testing.assert_allclose(frame.depth, measured.depth, atol=1.01e-3)
         assert np.abs(frame.rgb.astype(int) - measured.rgb).mean() < 5
-
-
-def test_open3d_reads_its_cameras(results, tmp_path):
-    write_data_set(tmp_path / "data", results, "open3d")
-    o3d = load_open3d()
-    found = o3d.io.read_pinhole_camera_trajectory(str(tmp_path / "data" / "trajectory.log")).parameters
-    assert len(found) == 5
-    for number, one in enumerate(found):
-        np.testing.assert_allclose(one.extrinsic, np.linalg.inv(pose_of(number)), atol=1e-9)
-    camera = o3d.io.read_pinhole_camera_intrinsic(str(tmp_path / "data" / "camera_intrinsic.json"))
-    assert (camera.width, camera.height) == (80, 60)
-    assert (*camera.get_focal_length(), *camera.get_principal_point()) == CAMERA
 
 
 def test_gaussian_splatting_gets_inverse_depth_and_a_model(results, tmp_path):

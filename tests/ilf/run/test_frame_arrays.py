@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import os
 import pickle
 import shutil
@@ -16,7 +15,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.installation import asset_path
 from ilf.cli import main
 from ilf.errors import FormatError, InputError, ParameterError
 from ilf.run.data_sets import write_data_set
@@ -191,13 +189,6 @@ def test_what_is_still_missing_was_not_measured(results):
     assert item["mask"][0, 4:].any()
 
 
-def test_one_block_that_was_denoised_is_enough(results):
-    path = results / FOLDERS / "rgb__0000" / "run.json"
-    record = json.loads(path.read_text())
-    path.write_text(json.dumps(record | {"block_parameters": {"1": {"mode": "fill+denoise"}}}))
-    assert "depth_in" not in FrameArrays(results / FOLDERS).fields
-
-
 def test_results_that_were_changed_are_refused(results):
     folder = results / FOLDERS / "rgb__0000"
     for name in ("unsupported.png", "expected_error.npy"):
@@ -240,7 +231,7 @@ def test_the_data_set_gives_tensors_to_change(done):
     assert torch.equal(data[1]["depth"] + 1, item["depth"])
 
 
-@pytest.mark.parametrize(("name", "start"), [(FRAMES, "fork"), (FOLDERS, "fork"), (SHARDS, "fork"), (SHARDS, "spawn")])
+@pytest.mark.parametrize(("name", "start"), [(FRAMES, "fork"), (SHARDS, "spawn")])
 def test_workers_read_it(done, name, start):
     pytest.importorskip("torch")
     from torch.utils.data import DataLoader
@@ -257,26 +248,3 @@ def test_workers_read_it(done, name, start):
     field = "depth_in" if name == FRAMES else "depth"
     for one, item in zip(batches[0][field], expected, strict=True):
         np.testing.assert_array_equal(one, item[field])
-
-
-def test_errors_of_workers_are_those_of_the_library(results):
-    pytest.importorskip("torch")
-    from torch.utils.data import DataLoader
-
-    from ilf.torch import FrameDataset
-
-    data = FrameDataset(results / FOLDERS)
-    (results / FOLDERS / "rgb__0002" / "depth.npy").unlink()
-    with pytest.raises(InputError, match=r"lists depth\.npy, which is missing"):
-        list(DataLoader(data, num_workers=1, multiprocessing_context="fork"))
-
-
-def test_the_example_of_the_library_runs(tmp_path, monkeypatch, capsys):
-    pytest.importorskip("torch")
-    monkeypatch.chdir(tmp_path)
-    assert main(["complete", str(asset_path("samples/room")), "--no-cloud", "--out", "room-written"]) == 0
-    example = LIBRARY.read_text(encoding="utf-8").partition("```python\n")[2].partition("```")[0]
-    names: dict = {}
-    exec(compile(example, "library.md", "exec"), names)
-    assert "['room-written'] torch.Size([1, 3, 480, 640])" in capsys.readouterr().out
-    assert float(names["changed"]) == 0

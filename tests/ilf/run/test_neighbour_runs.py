@@ -71,15 +71,6 @@ def test_a_replay_names_the_neighbour_that_is_gone_or_has_changed(source, tmp_pa
     assert ilf.replay(tmp_path / "out" / "run.json").run.frame.from_neighbours is not None
 
 
-def test_records_from_before_there_were_neighbours_are_read(source, tmp_path):
-    assert complete(source, tmp_path / "out") == 0
-    path = tmp_path / "out" / "run.json"
-    data = json.loads(path.read_text())
-    data.pop("neighbours")
-    path.write_text(json.dumps(data))
-    assert read_record(path).neighbours == ()
-
-
 def test_neighbours_that_are_not_from_files_cannot_be_replayed(source, tmp_path):
     frames = sequence()
     own = ilf.open_source(source, intrinsics=CAMERA)[2]
@@ -120,22 +111,3 @@ def test_hold_out_hides_the_frames_own_depth_from_the_neighbours_test():
     assert left.from_neighbours is not None
     assert left.from_neighbours[hidden].mean() > 0.7
     np.testing.assert_array_equal(left.own, frame.own & ~hidden)
-
-
-@pytest.mark.parametrize(
-    ("command", "message"),
-    [
-        ("complete SOURCE --neighbours 1", "select one with --frame"),
-        ("complete SOURCE --frame x --neighbour-step 2", "--neighbour-step applies to --neighbours"),
-        ("complete --replay run.json --neighbours 2", "leave out --neighbours"),
-        ("batch SOURCE --out OUT --neighbours 1 --static-camera", "leave out --neighbours"),
-        ("batch SOURCE --out OUT --neighbour-step 3", "--neighbour-step applies to --neighbours"),
-    ],
-)
-def test_flags_that_contradict_each_other_are_refused(command, message, source, tmp_path, capsys):
-    words = command.replace("SOURCE", str(source)).replace("OUT", str(tmp_path / "out")).split()
-    with pytest.raises(SystemExit) as end:
-        raise SystemExit(main(words))
-    assert end.value.code == 2
-    assert message in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()

@@ -12,7 +12,6 @@ from ilf.data.blocks import Blocks
 from ilf.data.points import point_cloud
 from ilf.data.results import Status
 from ilf.errors import InputError
-from ilf.evaluation.evaluation import evaluate_completion
 from ilf.evaluation.hold_out import frame_without
 from ilf.project.frame_state import FrameState
 from ilf.project.state_codec import encode, load_state
@@ -78,10 +77,6 @@ def test_it_stays_missing_unless_it_is_asked_for(frame, parameters):
         assert f"outside the depth camera's view {words}" in outcome.message
 
 
-def test_a_frame_that_says_nothing_of_its_view_is_filled_as_a_whole():
-    assert np.isfinite(ilf.complete(made(outside_view=None), BLOCKS, QUICK).depth).all()
-
-
 def test_where_only_what_is_outside_is_missing_nothing_is_done(frame):
     blocks = np.where(np.indices(SHAPE)[1] > 24, 1, 0)
     assert ilf.complete(frame, blocks, QUICK).outcomes[1].status is Status.NOTHING_MISSING
@@ -98,11 +93,6 @@ def test_guesses_leave_it_missing_too(frame):
     np.testing.assert_array_equal(run.complete().extrapolated, HOLE)
     asked = replace(run, parameters=QUICK.replace(outside_view=True))
     np.testing.assert_array_equal(asked.complete().extrapolated, HOLE | OUTSIDE)
-
-
-def test_it_is_never_judged(frame):
-    asked = ilf.complete(frame, BLOCKS, QUICK.replace(outside_view=True))
-    assert evaluate_completion(frame, asked).pixels == HOLE.sum()
 
 
 def test_the_correction_does_the_same_to_what_is_in_view_whether_or_not_more_is_asked_for(frame):
@@ -168,12 +158,3 @@ def test_a_cloud_has_no_point_of_it(frame):
     seen = replace(frame, intrinsics=camera)
     depth = ilf.complete(seen, BLOCKS, QUICK).depth
     assert len(point_cloud(depth, seen.rgb, camera).points) == (~OUTSIDE).sum()
-
-
-def test_a_project_keeps_it(frame):
-    encoded = encode(FrameState("a" * 32, frame, Blocks(BLOCKS)))
-    parts = Held().take(encoded, "a" * 32)
-    found = load_state("a" * 32, parts)
-    assert found.problems == ()
-    np.testing.assert_array_equal(found.state.frame.outside_view, OUTSIDE)
-    assert not encode(found.state, found.known).made

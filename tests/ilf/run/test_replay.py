@@ -234,13 +234,6 @@ def test_another_processor_and_other_versions_are_said(tmp_path):
     assert "another kind of processor (z80; here" in processor
 
 
-def test_another_device_is_said(tmp_path):
-    (text,) = replay(changed(written(small_run(tmp_path), tmp_path / "out"), "device", "cuda")).differences
-    assert text == (
-        "The run was made on another device for networks (cuda; here cpu): results may differ in the last digits."
-    )
-
-
 def test_files_that_are_gone_or_changed_are_said(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
     (tmp_path / "out" / "curves.csv").unlink()
@@ -283,17 +276,6 @@ def test_a_record_whose_blocks_are_not_in_its_label_map_is_refused(tmp_path):
         replay(path)
 
 
-def test_every_network_is_looked_at(tmp_path):
-    path = written(small_run(tmp_path), tmp_path / "out")
-    own = read_record(path).networks.filter["edges"]
-    changed(path, "networks", "filter", {"edges": own, "gone": "0"})
-    (difference,) = replay(path).differences
-    assert difference == (
-        "The edge network 'gone' used by the filter is not available: depth beside edges may differ by more than "
-        "rounding. Import the recorded one."
-    )
-
-
 @pytest.mark.parametrize(("recorded", "named"), [(None, "blocks.png"), ("mine.png", "mine.png")])
 def test_the_label_map_that_is_wanted_is_named(tmp_path, monkeypatch, recorded, named):
     path = changed(written(small_run(tmp_path), tmp_path / "out"), "blocks", "file", recorded)
@@ -307,23 +289,3 @@ def test_the_label_map_that_is_wanted_is_named(tmp_path, monkeypatch, recorded, 
     with pytest.raises(InputError) as extracted:
         replay(path)
     assert f"put the run's {named} beside the record" in str(extracted.value)
-
-
-def test_a_network_that_was_missing_and_is_here_now_is_said(tmp_path, monkeypatch):
-    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
-    frame = small_run(tmp_path).frame
-    run = Run.of(frame, preset=ilf.preset(**QUICK, model="mine"), extraction=ilf.BlockParameters(model="mine"))
-    path = written(run, tmp_path / "out")
-    assert replay(path).differences == ()
-    own = tmp_path / "models" / "mine.onnx"
-    own.parent.mkdir()
-    own.write_bytes(asset_path("models/edges.onnx").read_bytes())
-    (difference,) = replay(path).differences
-    assert "the edge network 'mine' was missing" in difference
-
-
-def test_the_network_of_the_guess_is_vouched_for(tmp_path):
-    paper = small_run(tmp_path, parameters=ilf.preset("paper", **QUICK), only=frozenset({2}))
-    assert read_record(written(paper, tmp_path / "out")).networks.filter == {}
-    extrapolate = read_record(written(replace(paper, extrapolate=True), tmp_path / "extrapolate"))
-    assert extrapolate.networks.filter == extrapolate.networks.extraction

@@ -25,7 +25,7 @@ from ilf.run.options import ExportOptions
 from ilf.run.writing import check_write, filenames, write
 from ilf.sources.reading import load_frame
 
-from ..small_runs import contents, drawn, small_run, with_invalid_mask
+from ..small_runs import contents, small_run, with_invalid_mask
 from ..space_formats import read_pcd, read_ply
 
 ALL = ExportOptions(depth_formats=("png", "tiff", "npy"), cloud="xyz")
@@ -109,15 +109,6 @@ def test_units_coarser_than_the_inputs_are_noted(run, completion, tmp_path):
     assert write(tmp_path / "out", run, completion, exact).notes == ()
 
 
-@pytest.mark.parametrize(
-    ("cloud", "kind"), [("ply", b"format binary_little_endian 1.0"), ("ply-ascii", b"format ascii 1.0")]
-)
-def test_a_ply_is_binary_or_text_as_asked_for(run, completion, tmp_path, cloud, kind):
-    written = write(tmp_path, run, completion, replace(ALL, cloud=cloud))
-    (path,) = (path for path in written.files if path.suffix == ".ply")
-    assert path.read_bytes().splitlines()[1] == kind
-
-
 @pytest.mark.parametrize("cloud", ["ply", "pcd"])
 def test_points_tell_all_that_is_known_of_them(run, completion, tmp_path, cloud):
     options = replace(BARE, cloud=cloud, mesh="ply", cloud_unit="mm", normals=True)
@@ -169,11 +160,6 @@ def test_points_in_mid_air_are_left_out_and_counted(run, completion, tmp_path):
     assert "\nf " in (tmp_path / "out" / "mesh.obj").read_text()
 
 
-def test_a_format_without_place_for_normals_is_noted(run, completion, tmp_path):
-    notes = write(tmp_path, run, completion, replace(BARE, normals=True)).notes
-    assert "cloud.xyz cannot store normals: select PLY or PCD." in notes
-
-
 def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     extrapolate = replace(with_invalid_mask(run), extrapolate=True, only=frozenset({2}))
     found = write(tmp_path / "out", extrapolate, extrapolate.complete(), BARE)
@@ -187,13 +173,6 @@ def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     assert f"{extrapolated.sum()} pixels" in found.remarks[0]
     assert {"extrapolated.png", "invalid_mask.png"} <= set(filenames(extrapolate, BARE))
     assert not {"extrapolated.png", "invalid_mask.png"} & set(filenames(run, BARE))
-
-
-def test_a_dense_run_without_a_gap_left_has_nothing_to_note(run, completion, tmp_path):
-    assert np.isfinite(completion.depth).all()
-    extrapolate = replace(run, extrapolate=True)
-    assert write(tmp_path / "out", extrapolate, extrapolate.complete(), BARE).remarks == ()
-    assert not read_colour(tmp_path / "out" / "extrapolated.png").any()
 
 
 def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, completion, tmp_path):
@@ -215,12 +194,6 @@ def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, complet
     np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, completion.filled)
     no_files = ExportOptions((), labels=False, curves=False, cloud=None)
     assert filenames(run, no_files) == ("run.json",)
-
-
-def test_edited_blocks_without_label_map_are_noted(run, tmp_path):
-    edited = drawn(run)
-    (note,) = write(tmp_path / "out", edited, edited.complete(), replace(ALL, labels=False)).notes
-    assert "blocks.png" in note
 
 
 def test_failing_writer_leaves_the_folder_as_it_was(run, completion, tmp_path, monkeypatch):
@@ -340,15 +313,6 @@ def test_a_completion_saves_what_the_command_line_writes(run, tmp_path):
     assert main(["complete", *arguments, "--out", str(tmp_path / "command")]) == 0
     assert contents(tmp_path / "library") == contents(tmp_path / "command")
     assert [path.name for path in written.files] == [*ExportOptions().filenames()[:-1], "meta.json", "run.json"]
-
-
-def test_what_is_saved_is_chosen_by_keyword(completion, tmp_path):
-    written = completion.save(tmp_path / "out", ExportOptions(curves=False), cloud=None, mesh="glb")
-    names = {path.name for path in written.files}
-    assert "mesh.glb" in names
-    assert not {"cloud.ply", "curves.csv"} & names
-    with pytest.raises(ParameterError, match=r"no parameter 'clouds'\. Did you mean cloud\?"):
-        completion.save(tmp_path / "out", clouds="pcd")
 
 
 def test_the_cloud_that_nobody_asked_for_is_left_out_without_a_camera(run, tmp_path):

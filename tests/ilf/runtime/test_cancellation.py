@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 import threading
-import time
 from collections.abc import Generator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ilf import RGBDFrame, Run, extract_blocks
+from ilf import RGBDFrame, Run
 from ilf._runtime import writing as being_written
-from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, current_cancel_events, set_cancel_events
-from ilf._runtime.threads import SLICE_S, run_in_parallel
+from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, set_cancel_events
+from ilf._runtime.threads import run_in_parallel
 from ilf._runtime.writing import move_into_place, remove_temporary_files, removed_on_exit, staging, write_bytes
 from ilf.data.presets import preset
 from ilf.errors import Cancelled
@@ -59,39 +57,6 @@ def test_an_event_cancels_the_threads_that_share_the_work(cancel_event: threadin
     stopping.join()
 
 
-def test_threads_are_stopped_when_nobody_wants_more(cancel_event: threading.Event) -> None:
-    seen: list[Cancelled] = []
-
-    def task() -> Generator[int, None, None]:
-        yield 0
-        time.sleep(2 * SLICE_S)
-        yield 1
-        try:
-            while True:
-                check_cancelled()
-        except Cancelled as stopped:
-            seen.append(stopped)
-            raise
-
-    steps = run_in_parallel([task(), task()], 2)
-    next(steps)
-    steps.close()
-    assert len(seen) <= 2, "a task that was not at work need not be stopped"
-    assert not [thread for thread in threading.enumerate() if thread.name.startswith("ilf-block")]
-
-
-def test_threads_take_turns_more_often_only_while_they_share_work() -> None:
-    usual = sys.getswitchinterval()
-
-    def task() -> Generator[float, None, None]:
-        yield sys.getswitchinterval()
-
-    for _ in range(2):
-        during = list(run_in_parallel([task(), task()], 2))
-        assert max(during) < usual
-        assert sys.getswitchinterval() == usual
-
-
 def test_whoever_waits_for_a_lock_stops_waiting(cancel_event: threading.Event) -> None:
     lock, ended = threading.Lock(), []
 
@@ -112,19 +77,6 @@ def test_whoever_waits_for_a_lock_stops_waiting(cancel_event: threading.Event) -
     with acquired(lock):
         assert lock.locked()
     assert not lock.locked()
-
-
-def test_extraction_and_runs_stop(
-    small_frame: RGBDFrame, small_labels: np.ndarray, cancel_event: threading.Event
-) -> None:
-    with Run(small_frame, small_labels, preset("paper")).steps(2) as run, cancelled_by(cancel_event):
-        next(run)
-        cancel_event.set()
-        with pytest.raises(Cancelled):
-            next(run)
-        with pytest.raises(Cancelled):
-            extract_blocks(small_frame)
-    assert extract_blocks(small_frame).any(), "what was stopped is not remembered"
 
 
 def test_nothing_is_written_by_what_is_to_stop(tmp_path: Path, cancel_event: threading.Event) -> None:
@@ -185,7 +137,3 @@ def test_what_is_being_written_is_taken_away_at_a_sudden_end(tmp_path: Path, mon
         remove_temporary_files()
     assert list(tmp_path.iterdir()) == [kept]
     assert being_written._moving.locked(), "nothing is moved any more"
-
-
-def test_no_wishes_are_left(cancel_event: threading.Event) -> None:
-    assert current_cancel_events() == ()

@@ -6,17 +6,14 @@ Such a program is a script here, which is called as the program is, whatever its
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from ilf._runtime.children import run_in_child
-from ilf._runtime.installation import child_command, optional
+from ilf._runtime.children import run_in_child, run_in_processes
+from ilf._runtime.installation import optional
 from ilf.errors import InputError
-
-from ..batch_frames import write_frames
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="scripts that are programs")
 
@@ -40,31 +37,14 @@ def _frozen(folder: Path, room: str) -> str:
 
 
 @pytest.mark.parametrize("room", ["ilf.cli", "gui.app.start"])
-def test_a_frozen_program_tries_readers_in_a_child(tmp_path: Path, monkeypatch, room: str) -> None:
+def test_a_frozen_program_tries_readers_in_a_child_and_shares_work_among_processes(
+    tmp_path: Path, monkeypatch, room: str
+) -> None:
     monkeypatch.setattr(sys, "executable", _frozen(tmp_path, room))
     monkeypatch.setattr(sys, "frozen", True, raising=False)
     assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
-
-
-def test_a_frozen_program_shares_work_among_processes(tmp_path: Path) -> None:
-    words = ["batch", str(write_frames(tmp_path / "in", 1)), "--out", str(tmp_path / "out"), "--no-cloud"]
-    words += ["--max-iterations", "2", "--no-correction", "--blocks-detector", "canny"]
-    ended = subprocess.run([_frozen(tmp_path, "ilf.cli"), *words], capture_output=True, text=True)
-    assert (ended.returncode, ended.stderr) == (0, "")
-    assert "1 frame: 1 completed" in ended.stdout
-
-
-@pytest.mark.parametrize("frozen", [True, False])
-def test_a_child_has_its_arguments_and_its_status_is_that_of_its_main(
-    tmp_path: Path, monkeypatch, frozen: bool
-) -> None:
-    if frozen:
-        monkeypatch.setattr(sys, "executable", _frozen(tmp_path, "ilf.cli"))
-        monkeypatch.setattr(sys, "frozen", True, raising=False)
-    command = [*child_command("ilf.cli"), "info", str(tmp_path / "nowhere")]
-    ended = subprocess.run(command, capture_output=True, text=True)
-    assert (ended.returncode, ended.stdout) == (1, "")
-    assert "nowhere" in ended.stderr
+    ((_, group),) = run_in_processes(os.getpgid, [0], jobs=2)
+    assert group != os.getpgid(0)
 
 
 def test_a_frozen_program_names_what_it_does_not_contain(monkeypatch) -> None:

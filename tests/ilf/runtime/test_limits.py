@@ -195,14 +195,6 @@ def test_files_read_at_the_same_time_share_the_limit(server, address: str) -> No
     assert server.sent < 64 * LIMIT
 
 
-def test_the_users_settings_of_the_driver_are_used(server, monkeypatch: pytest.MonkeyPatch) -> None:
-    config = pytest.importorskip("fsspec.config")
-    monkeypatch.setitem(config.conf, "http", {"headers": {"Authorization": "me"}})
-    private = RemoteFiles(f"http://127.0.0.1:{server.server_port}/private")
-    assert read_stream(private, "a") == private.read("a") == bytes(9)
-    assert private.exists("a")
-
-
 @pytest.mark.parametrize("failure", ["401", "403", "500", "silent"])
 def test_shards_that_cannot_be_seen_are_not_made_again(tmp_path, monkeypatch, address: str, failure: str, capsys):
     pytest.importorskip("pyarrow")
@@ -227,8 +219,6 @@ def test_a_folder_that_cannot_be_looked_at_is_not_an_empty_one(tmp_path: Path, m
 
 
 # Files.
-
-MEANT = {"FILE": "file.json", "RGB": "in/rgb/0000.png", "DEPTH": "in/depth/0000.png", "OUT": "out", "SHARDS": "shards"}
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes of POSIX")
@@ -332,27 +322,6 @@ def test_no_more_of_a_zip_is_unpacked_than_its_entry_states(tmp_path: Path, meth
     (tmp_path / "a.npz").write_bytes(content)
     with pytest.raises(FormatError, match=r"a\.npz: this NPZ cannot be read"):
         read_depth_values(tmp_path / "a.npz")
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        "complete RGB DEPTH --out OUT --preset FILE", "complete RGB DEPTH --out OUT --intrinsics FILE",
-        "complete RGB DEPTH --out OUT --blocks FILE", "complete --replay FILE --out OUT", "info folder", "info nerf",
-        "batch --shards shards --verify", "info shards", "batch in --out OUT --dask FILE",
-    ],
-)  # fmt: skip
-def test_json_that_is_nested_without_end_is_one_line(tmp_path, monkeypatch, capsys, words: str) -> None:
-    monkeypatch.chdir(tmp_path)
-    write_frames(tmp_path / "in", 1)
-    for name in ("file.json", "folder/meta.json", "nerf/transforms.json", "shards/shards.json"):
-        path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(b"[" * 200_000)
-    assert main([MEANT.get(word, word) for word in words.split()]) == 1
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert "Unexpected" not in told
 
 
 # Networks.

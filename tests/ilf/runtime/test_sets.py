@@ -152,14 +152,6 @@ def test_folders_of_other_users_are_left_alone(tmp_path, monkeypatch):
     assert names_in(tmp_path) == set()
 
 
-@pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
-def test_the_next_set_clears_up_before_it_is_written(tmp_path):
-    write_set(tmp_path, "old ")
-    die_in_the_middle(tmp_path, 4)
-    write_set(tmp_path, "third ")
-    assert contents(tmp_path) == {name: f"third {name}".encode() for name in NAMES}
-
-
 def test_folders_of_processes_that_live_or_are_elsewhere_are_left_alone(tmp_path):
     with staging(tmp_path) as folder:
         assert interrupted(tmp_path) == []
@@ -214,9 +206,3 @@ def test_a_folder_that_was_made_for_nothing_is_unmade(tmp_path):
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(ExportError, match=r"Could not write into .*new: the disk is full"), staging(tmp_path / "new"):
         raise OSError(28, "no space")
-
-
-def test_messages_name_the_files_final_place(tmp_path):
-    with pytest.raises(ExportError) as caught, staging(tmp_path) as folder:
-        raise ExportError(f"{folder / 'a'} is bad")
-    assert str(caught.value) == f"{tmp_path / 'a'} is bad"

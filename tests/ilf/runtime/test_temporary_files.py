@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from ilf._runtime.writing import atomic_path, temporary_name, write_bytes
+from ilf._runtime.writing import temporary_name, write_bytes
 
 _DAY_S = 24 * 3600
 
@@ -77,15 +77,3 @@ def test_only_temporary_files_go(tmp_path: Path) -> None:
         os.utime(tmp_path / name, (0, 0))
     write_bytes(tmp_path / "notes.txt", b"whole")
     assert {path.name for path in tmp_path.iterdir()} == {*names, "notes.txt"}
-
-
-def test_two_that_write_at_once_do_not_hurt_each_other(tmp_path: Path) -> None:
-    with atomic_path(tmp_path / "first") as first:
-        writing = [
-            sys.executable,
-            "-c",
-            "import sys; from ilf._runtime.writing import write_bytes as w; w(sys.argv[1], b'2')",
-        ]
-        subprocess.run([*writing, tmp_path / "second"], check=True)
-        first.write_bytes(b"1")
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"first": b"1", "second": b"2"}

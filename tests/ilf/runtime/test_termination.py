@@ -47,12 +47,6 @@ def test_items_whose_process_crashes_are_tried_once_more_and_the_others_are_not_
     assert sorted(tidied) == ["bad", "bad", "unlucky"]
 
 
-def test_units_in_this_process_are_done_in_order() -> None:
-    done: list[int] = []
-    assert run_units(abs, [(-1,), (2,)], on_done=done.append) == [1, 2]
-    assert done == [0, 1]
-
-
 _BUSY = """
 import os, sys, threading, time
 from pathlib import Path
@@ -129,8 +123,7 @@ if __name__ == "__main__":
 
 
 @posix
-@pytest.mark.parametrize(("name", "line"), [("SIGINT", "interrupted"), ("SIGTERM", "ended by SIGTERM")])
-def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: Path, name: str, line: str) -> None:
+def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = [write_frames(tmp_path / "in", 40), "--out", out, "--no-cloud", "--jobs", "2", "--max-iterations", "2"]
     with subprocess.Popen(
@@ -142,9 +135,9 @@ def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: P
         while not list(out.glob("*/frame.json")):
             assert command.poll() is None
             time.sleep(0.01)
-        command.send_signal(signal.Signals[name])
+        command.send_signal(signal.SIGINT)
         told, wrong = command.communicate()
-    assert (command.returncode, wrong) == (128 + signal.Signals[name], f"ilf: error: {line}\n")
+    assert (command.returncode, wrong) == (128 + signal.SIGINT, "ilf: error: interrupted\n")
     assert told.startswith("ending\n40 frames: ")
     rows = (out / "manifest.csv").read_text().splitlines()[1:]
     assert len(rows) == len(list(out.glob("*/frame.json"))) < 40
@@ -247,23 +240,6 @@ def test_errors_that_nobody_reads(unread: int, monkeypatch: pytest.MonkeyPatch) 
         assert main(["info", "--presets"]) == 0
 
 
-def test_output_that_was_closed_before(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(sys, "stdout", None)
-    assert main(["info", "--presets"]) == 0
-    assert main(["info", "nothing"]) == 1
-    assert "nothing" in capsys.readouterr().err
-    sys.stdout.close()
-
-
-def test_errors_that_were_closed_before_do_not_go_elsewhere(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(sys, "stderr", None)
-    assert main(["info", "nothing"]) == 1
-    assert capsys.readouterr().out == ""
-    sys.stderr.close()
-
-
 def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -278,13 +254,6 @@ def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(
     assert "in broken" in error_log_path().read_text()
 
 
-def test_a_log_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("ILF_LOG", str(tmp_path / "file" / "faults.log"))
-    assert "could not be written" in log_error(ZeroDivisionError())
-    assert "Memory" in log_error(MemoryError())
-
-
 @pytest.mark.skipif(os.name != "posix", reason="asks for permissions")
 @pytest.mark.parametrize("is_there", [False, True])
 def test_no_other_user_may_read_the_log(is_there: bool) -> None:
@@ -292,9 +261,3 @@ def test_no_other_user_may_read_the_log(is_there: bool) -> None:
         error_log_path().touch(0o644)
     log_error(KeyError("new"))
     assert stat.S_IMODE(error_log_path().stat().st_mode) == 0o600
-
-
-def test_a_large_log_begins_anew(tmp_path: Path) -> None:
-    error_log_path().write_text("x" * 2_000_000)
-    log_error(KeyError("new"))
-    assert error_log_path().stat().st_size < 10_000

@@ -13,7 +13,6 @@ import pytest
 
 from ilf._runtime.children import run_in_child
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks.models import models_folder
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.segmentation.edges.detectors import EdgeNetwork
@@ -51,15 +50,6 @@ def test_a_child_gives_what_the_function_gives() -> None:
     assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes longer than 0\.1 s"):
         run_in_child(time.sleep, 60, file="a.file", seconds=0.1)
-
-
-@fork
-@pytest.mark.usefixtures("forked")
-def test_a_child_raises_what_the_function_raises() -> None:
-    with pytest.raises(InputError, match=r"^Not this one\.$"):
-        run_in_child(refuse, file="a.file")
-    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it fails .ZeroDivisionError"):
-        run_in_child(divmod, 1, 0, file="a.file")
 
 
 @fork
@@ -142,14 +132,6 @@ def test_a_network_that_crashes_with_larger_images_is_refused(tmp_path: Path, mo
     assert network.strength(large).shape == (200, 300)
     monkeypatch.setattr("ilf._runtime.children.run_in_child", None)
     assert network.strength(large).shape == (200, 300), "it is not tried again"
-
-
-@pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"no files that crashed readers in {HOSTILE}")
-def test_files_that_crashed_readers_give_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    network = next(HOSTILE.glob("*.onnx"))
-    assert main(["models", "import", str(network)]) == 1
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not models_folder().exists()
 
 
 PLACES = [

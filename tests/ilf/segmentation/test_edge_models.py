@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,9 +25,8 @@ from ilf._runtime.networks.models import (
     remove_model,
 )
 from ilf._runtime.networks.session import Session
-from ilf.cli import main, parsing, usage
-from ilf.data.declarations import ParameterSet, declare
-from ilf.errors import ExportError, FormatError, InputError, ParameterError
+from ilf.cli import main
+from ilf.errors import FormatError, InputError
 from ilf.segmentation.edges.detectors import load_model
 from ilf.segmentation.edges.importing import add_model
 
@@ -87,11 +85,6 @@ def write_weighted_sum(
 
 
 SIGMOID = helper.make_node("Sigmoid", ["sum"], ["strength"])
-
-
-@dataclass(frozen=True)
-class Chosen(ParameterSet):
-    model: str = declare(BUNDLED, "Edge network", "h", "g", offers=model_names)
 
 
 @pytest.mark.parametrize("old", [True, False], ids=["fields of 2014", "fields of today"])
@@ -253,13 +246,6 @@ def test_names_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
     assert add_model(source, replace=True).read_bytes() == source.read_bytes() != first
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "file" / "models"))
-    with pytest.raises(ExportError, match="cannot be created"):
-        add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID))
-
-
 def test_only_conversions_need_the_onnx_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ready = write_weighted_sum(tmp_path / "ready.onnx", SIGMOID)
     hed = write_keras(tmp_path / "hed.h5", hed_weights(False))
@@ -297,14 +283,3 @@ def test_the_command_imports_lists_and_removes(tmp_path: Path, capsys: pytest.Ca
 @pytest.mark.parametrize("file", ["net.onnx", "my net (2).v3.onnx", "n" * 150 + ".onnx"])
 def test_a_file_gives_the_network_a_name_that_is_allowed(file: str) -> None:
     assert new_model_path(name_from(Path(file))).suffix == ".onnx"
-
-
-def test_a_parameter_takes_the_name_of_a_network_that_may_be_missing_here() -> None:
-    assert Chosen.declarations()["model"].offers() == (BUNDLED,)
-    assert Chosen.from_dict(Chosen(model="elsewhere").to_dict()).model == "elsewhere"
-    for wrong in ("", "x" * 101, 3, None):
-        with pytest.raises(ParameterError, match="model must be a text of 1 to 100 characters"):
-            Chosen(model=wrong)
-    parser = usage.Parser()
-    parsing.add_parameters(parser, "t", Chosen())
-    assert parsing.given_parameters(parser.parse_args(["--model", "mine"]), Chosen) == {"model": "mine"}

@@ -14,15 +14,11 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks import session
-from ilf.completion.completion import prepare
 from ilf.completion.filter import edges_for
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.errors import FormatError, InputError, InstallationError
-from ilf.run.run import Run
-from ilf.segmentation.edges.detectors import EdgeNetwork
+from ilf.errors import InputError, InstallationError
 from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, find_edges, relief_of
-from ilf.segmentation.edges.relief import find_relief
 from ilf.segmentation.extraction import extract
 
 
@@ -47,13 +43,6 @@ def test_strength_is_1_at_colour_edges_and_depth_jumps_and_0_far_from_them() -> 
     assert (strength[5:35, 28:32].max(axis=1) == 1).all()
     assert (strength[38:42, 45:].max(axis=0) == 1).all()
     assert (strength[5:30, 50:] == 0).all()
-
-
-def test_noise_has_strengths_in_between() -> None:
-    rgb = np.random.default_rng(0).integers(0, 255, (40, 50, 3), dtype=np.uint8)
-    strength = find_edges(RGBDFrame(rgb, np.full((40, 50), 2.0)), CANNY).strength
-    assert 0 <= strength.min() < strength.max() <= 1
-    assert ((strength > 0) & (strength < 1)).any()
 
 
 def test_a_frame_has_one_strength_that_cannot_be_changed() -> None:
@@ -101,27 +90,6 @@ def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_aga
         assert relief_of(frame, parameters).edges.any()
         assert not relief_of(invalid_mask, parameters).edges.any()
         assert not np.array_equal(found.strength, other.strength)
-
-
-def test_what_colour_says_goes_with_the_last_frame_of_that_colour() -> None:
-    frame = _frame()
-    left = weakref.ref(find_edges(frame, CANNY).detected)
-    frame = frame.with_invalid_mask(frame.depth > 2)
-    gc.collect()
-    assert left() is not None
-    assert find_edges(frame, CANNY).detected is left()
-    del frame
-    gc.collect()
-    assert left() is None
-
-
-def test_of_ever_other_parameters_the_latest_few_are_kept() -> None:
-    frame = _frame()
-    found = [weakref.ref(find_edges(frame, CANNY.replace(canny_sigma=sigma)).strength) for sigma in (1.0, 2.0, 3.0)]
-    find_edges(frame, CANNY.replace(canny_sigma=1.0))  # the latest again
-    find_edges(frame, CANNY.replace(canny_sigma=4.0))
-    gc.collect()
-    assert [kept() is not None for kept in found] == [True, False, True]
 
 
 def test_network_and_depth_jumps_make_the_filters_edges() -> None:
@@ -199,18 +167,6 @@ def test_a_run_that_asks_for_no_network_needs_none(missing_runtime: None, tmp_pa
         assert note.startswith("Canny's edges are used for the expected error: ONNX Runtime")
 
 
-def test_a_note_on_many_blocks_is_said_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: tmp_path / "none.onnx")
-    frame, labels = _holed()
-    labels[:, 25:] = 2
-    steps = Run(frame, labels, ilf.preset(correction=False)).steps()
-    with steps:
-        assert steps.completion().notes == ()
-        for _ in steps:
-            pass
-    assert len(steps.completion().notes) == 1
-
-
 def test_results_vouch_for_the_network_that_had_a_part_in_them() -> None:
     frame, labels = _holed()
     sha256 = hashlib.sha256(asset_path("models/edges.onnx").read_bytes()).hexdigest()
@@ -225,12 +181,6 @@ def test_results_vouch_for_the_network_that_had_a_part_in_them() -> None:
     assert ilf.complete(frame, labels).results[1].network is None, "nothing was missing, so nothing was looked at"
     assert extract(frame).network == sha256
     assert extract(frame, CANNY).network is None
-
-
-def test_the_hash_is_of_the_bytes_that_were_read(tmp_path: Path) -> None:
-    content = asset_path("models/edges.onnx").read_bytes()
-    network = EdgeNetwork.read(np.frombuffer(content, np.uint8), tmp_path / "gone.onnx")
-    assert network.sha256 == hashlib.sha256(content).hexdigest()
 
 
 def test_the_filter_sees_the_edges_of_the_extraction() -> None:
@@ -249,50 +199,6 @@ def test_the_filter_sees_the_edges_of_the_extraction() -> None:
     flat = edges_for(frame, ilf.preset(), BlockParameters(use_depth=False, depth_jump=2.0))
     assert np.array_equal(flat.strength, usual.strength)
     assert edges_for(frame, ilf.preset("paper")) is None
-
-
-def test_a_completion_follows_the_extraction() -> None:
-    rows, columns = np.mgrid[:64, :80]
-    depth = np.where(columns < 40, 2.0, 2.3) + 0.001 * rows
-    depth[20:40, 30:50] = np.nan
-    frame, labels = RGBDFrame(np.full((64, 80, 3), 90, np.uint8), depth), np.ones((64, 80), np.int32)
-    own = BlockParameters(depth_jump=0.5, depth_jump_share=0.5)
-    plain = ilf.preset(correction=False)
-    usual = ilf.complete(frame, labels, plain, extraction=BlockParameters()).depth
-    assert np.array_equal(ilf.complete(frame, labels, plain).depth, usual)
-    other = ilf.complete(frame, labels, plain, extraction=own).depth
-    assert not np.array_equal(other, usual)
-    stepper = ilf.iterate(frame, labels, 1, extraction=own)
-    for _ in stepper:
-        pass
-    assert np.array_equal(np.float32(stepper.surface.reshape(64, 80)[20:40, 30:50]), other[20:40, 30:50])
-
-
-def test_the_edges_are_looked_for_once_by_blocks_and_filter(monkeypatch: pytest.MonkeyPatch) -> None:
-    frame = _frame()
-    looked = []
-    monkeypatch.setattr(
-        "ilf.segmentation.edges.frame_edges.find_relief", lambda *args: looked.append(args) or find_relief(*args)
-    )
-    own = BlockParameters(granularity=0.2, depth_jump=0.3)
-    extract(frame, own)
-    prepare(frame, ilf.preset(), own)
-    ilf.complete(frame, np.ones(frame.shape, np.int32), ilf.preset(mode="fill+denoise"), extraction=own)
-    assert len(looked) == 1
-
-
-def test_huge_images_are_looked_at_scaled_down(monkeypatch: pytest.MonkeyPatch) -> None:
-    rgb = np.zeros((300, 480, 3), np.uint8)
-    rgb[:, 240:] = 220
-    network = EdgeNetwork.load(asset_path("models/edges.onnx"))
-    monkeypatch.setattr("ilf.segmentation.edges.detectors.LONGEST_SIDE", 160)
-    sizes = []
-    monkeypatch.setattr(
-        network, "_run", lambda padded: sizes.append(padded.shape) or padded[None, ..., 0] / np.float32(255)
-    )
-    strength = network.strength(rgb)
-    assert strength.shape == (300, 480)
-    assert max(sizes[0]) <= 160 + 2 * 32
 
 
 @pytest.mark.parametrize("detector", [name for name in DETECTORS if name != "rgbd"])
@@ -324,11 +230,6 @@ def test_colour_alone_serves_the_network_and_canny() -> None:
         ilf.edge_strength(frame, "hed", model="mine")
 
 
-def test_three_scales_differ_from_one() -> None:
-    frame = _frame()
-    assert not np.array_equal(ilf.edge_strength(frame, "hed", multiscale=True), ilf.edge_strength(frame, "hed"))
-
-
 @pytest.mark.parametrize("multiscale", [False, True])
 def test_blocks_and_filter_see_as_many_scales_as_they_ask_for(multiscale: bool) -> None:
     frame = _frame()
@@ -338,17 +239,3 @@ def test_blocks_and_filter_see_as_many_scales_as_they_ask_for(multiscale: bool) 
     combined = ilf.edge_strength(frame, "combined", multiscale=multiscale)
     likely = find_edges(frame, BlockParameters(multiscale=multiscale)).probability
     assert np.array_equal(combined, np.where(relief_of(frame, CANNY).edges, 1, likely))
-
-
-def test_canny_stands_in_for_a_network_that_fails_on_the_image_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fails(*_: object) -> None:
-        raise FormatError("own.onnx is no edge network: it does not take the image.")
-
-    monkeypatch.setattr(EdgeNetwork, "contours", fails)
-    frame = _frame()
-    found = find_edges(frame, NETWORK)
-    assert found.notes == (
-        "Canny's edges replace those of the network: own.onnx is no edge network: it does not take the image.",
-    )
-    assert found.network is None
-    assert np.array_equal(found.detected, find_edges(frame, CANNY).detected)

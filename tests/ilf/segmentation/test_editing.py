@@ -195,14 +195,6 @@ def test_the_largest_part_keeps_the_label_and_others_get_new_ones_by_size() -> N
     assert np.array_equal(np.where(numbered >= 30, numbered - 23, numbered), after)
 
 
-def test_the_pixels_of_the_line_go_to_the_nearest_part() -> None:
-    labels = np.ones((6, 9), np.int32)
-    after = _applied(labels, split(labels, 1, [(5.5, 0.0), (5.5, 6.0)]))
-    assert (after[:, :5] == 1).all()
-    assert (after[:, 6:] == 2).all()
-    assert set(np.unique(after[:, 5])) <= {1, 2}
-
-
 def test_only_the_piece_that_the_line_crosses_is_cut() -> None:
     labels = np.zeros((8, 20), np.int32)
     labels[:, :8] = labels[:, 12:] = 3
@@ -212,15 +204,6 @@ def test_only_the_piece_that_the_line_crosses_is_cut() -> None:
     assert split(labels, 3, [(4.0, -1.0), (4.0, 9.0)], locked={3}) is None
     assert split(labels, 0, [(10.0, -1.0), (10.0, 9.0)]) is None
     assert split(labels, 9, [(4.0, -1.0), (4.0, 9.0)]) is None
-
-
-def test_strokes_off_the_frame_are_nothing() -> None:
-    assert brush_stroke((10, 10), [(-50.0, -50.0), (-40.0, -60.0)], 4.0) is None
-
-
-def test_equal_maps_need_no_patch() -> None:
-    labels = np.ones((3, 3), np.int32)
-    assert patch_between(labels, labels.copy()) is None
 
 
 FRAME = RGBDFrame(
@@ -492,16 +475,6 @@ def test_parts_touch_where_they_share_a_side_of_a_pixel() -> None:
     assert parts_touch(labels, [1, 3])
     assert not parts_touch(labels, [1, 2])
     assert parts_touch(labels, [1, 2, 3])
-
-
-def test_a_line_of_three_pixels_cuts_a_neck() -> None:
-    labels = np.zeros((20, 20), np.int32)
-    labels[2:18, 2:9] = labels[2:18, 12:18] = labels[9:11, 9:12] = 1
-    patch = split(labels, 1, [(10.5, 8.4), (10.5, 11.5)])
-    assert patch is not None
-    patch.apply(labels)
-    assert set(np.unique(labels)) == {0, 1, 2}
-    assert labels[5, 5] != labels[5, 15]
 
 
 def test_a_line_that_ends_beside_the_boundary_cuts_through_to_it() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
-
 import numpy as np
 import pytest
 from scipy.ndimage import label as components
@@ -12,18 +10,12 @@ import ilf
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.pixel_grids import mark
-from ilf.errors import ParameterError
 from ilf.segmentation.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
-from ilf.segmentation.edges.frame_edges import canny_lines, relief_of
 from ilf.segmentation.edges.relief import find_relief
 from ilf.segmentation.extraction import (
-    clear_stage_cache,
     contract,
     dilate,
-    extract,
     find_margins,
-    found_blocks,
-    outlines,
     regions_between,
     snap_to_jumps,
 )
@@ -43,21 +35,6 @@ def frame() -> RGBDFrame:
     depth[30:80, 20:70] = 1.5
     depth[40:60, 30:50] = np.nan
     return RGBDFrame(rgb, depth)
-
-
-def test_every_stage_has_its_picture(frame: RGBDFrame) -> None:
-    stages = extract(frame)
-    for picture, kind in [
-        (stages.strength, np.float32),
-        (stages.edges, bool),
-        (stages.dilated, bool),
-        (stages.contracted, np.int32),
-        (stages.blocks, np.int32),
-    ]:
-        assert picture.shape == frame.shape
-        assert picture.dtype == kind
-    assert 0 <= stages.strength.min() <= stages.strength.max() == 1
-    assert (stages.dilated >= stages.edges).all()
 
 
 def test_blocks_follow_colour_and_depth(frame: RGBDFrame) -> None:
@@ -175,18 +152,6 @@ def test_existence_rate_leaves_what_is_not_known_to_no_block(frame: RGBDFrame) -
     assert (blocks == 0).any()
 
 
-def test_without_the_network_canny_stands_in_and_that_is_said(frame: RGBDFrame) -> None:
-    missing = BlockParameters(model="nowhere")
-    extraction = extract(frame, missing)
-    (note,) = extraction.notes
-    assert note.startswith("Canny's edges replace those of the network: There is no edge network 'nowhere'")
-    assert extraction.network is None
-    with pytest.warns(RuntimeWarning, match="replace") as warned:
-        blocks = ilf.extract_blocks(frame, missing)
-    assert warned[0].filename == __file__, "the caller's line is named, not one of the library's"
-    assert np.array_equal(blocks, ilf.extract_blocks(frame, BlockParameters(detector="canny")))
-
-
 def test_margin_belongs_to_no_block(frame: RGBDFrame) -> None:
     blocks = ilf.extract_blocks(frame, BlockParameters(margin=7))
     assert not blocks[:7].any()
@@ -236,13 +201,6 @@ def test_tiny_frames_have_blocks_all_over(shape: tuple[int, int]) -> None:
     frame = RGBDFrame(rgb, np.ones(shape))
     for detector in ("hed", "canny"):
         assert ilf.extract_blocks(frame, BlockParameters(detector=detector)).all()
-
-
-def test_edges_everywhere_leave_one_block() -> None:
-    rows, columns = np.mgrid[:120, :160]
-    rgb = np.repeat((255 * ((rows // 2 + columns // 2) % 2)).astype(np.uint8)[..., None], 3, axis=2)
-    frame = RGBDFrame(rgb, np.full((120, 160), 2.0))
-    assert (ilf.extract_blocks(frame, BlockParameters(detector="canny", canny_sigma=0.0)) == 1).all()
 
 
 def test_a_frame_with_little_depth_is_a_block() -> None:
@@ -398,37 +356,3 @@ def test_a_jump_that_ends_inside_a_region_divides_it(turns: int) -> None:
     assert (blocks[:75, :80] == blocks[0, 0]).all()
     assert (blocks[:75, 80:] == blocks[0, -1]).all()
     assert blocks[0, 0] != blocks[0, -1]
-
-
-def test_outlines_are_between_labels() -> None:
-    labels = np.ones((4, 6), np.int32)
-    labels[:, 3:] = 2
-    assert np.array_equal(np.flatnonzero(outlines(labels).any(axis=0)), [2])
-
-
-def test_what_other_extractions_would_need_can_be_forgotten_and_blocks_stay(frame: RGBDFrame) -> None:
-    parameters = BlockParameters(detector="canny")
-    pictures, found = extract(frame, parameters), found_blocks(frame, parameters)
-    assert np.array_equal(found.labels, pictures.blocks)
-    assert (found.network, found.notes) == (pictures.network, pictures.notes)
-    stages = [weakref.ref(pictures.contracted), weakref.ref(relief_of(frame, parameters))]
-    stages.append(weakref.ref(canny_lines(frame, parameters)))
-    del pictures
-    assert all(stage() is not None for stage in stages)
-    clear_stage_cache(frame)
-    assert all(stage() is None for stage in stages)
-    assert found_blocks(frame, parameters).labels is found.labels
-    assert np.array_equal(extract(frame, parameters).blocks, found.labels)
-
-
-def test_parameters_are_given_by_keyword(small_frame: RGBDFrame) -> None:
-    wanted = ilf.extract_blocks(small_frame, BlockParameters(granularity=0.9, detector="canny"))
-    given = ilf.extract_blocks(small_frame, BlockParameters(detector="canny"), granularity=0.9)
-    np.testing.assert_array_equal(ilf.extract_blocks(small_frame, granularity=0.9, detector="canny"), wanted)
-    np.testing.assert_array_equal(given, wanted)
-    with pytest.raises(ParameterError, match=r"no parameter 'granularty'\. Did you mean granularity\?"):
-        ilf.extract_blocks(small_frame, granularty=0.9)
-    with pytest.raises(ParameterError, match="granularity must lie between 0 and 1, not 3"):
-        ilf.extract_blocks(small_frame, granularity=3)
-    with pytest.raises(ParameterError, match="model has no effect with detector canny"):
-        ilf.extract_blocks(small_frame, detector="canny", model="mine")

@@ -268,17 +268,6 @@ def test_a_region_is_on_the_plane_of_all_that_it_has_taken_in() -> None:
     assert merged(0.31) == _sets("123")
 
 
-def test_regions_that_are_one_share_a_plane_with_the_next() -> None:
-    columns = np.mgrid[:40, :120][1]
-    depth = 1 / (0.4 + 0.001 * columns)
-    depth[:, [*range(36, 44), *range(76, 84)]] = np.nan
-    strength = np.zeros(depth.shape)
-    strength[:, 39:41], strength[:, 79:81] = 0.05, 0.3
-    relief, frame, regions = _relief(depth.shape, False), _frame(depth), _columns(40, 40, 40, height=40)
-    assert _merged(regions, strength, 0.055, relief, frame) == _sets("12", "3")
-    assert _merged(regions, strength, 0.065, relief, frame) == _sets("123")
-
-
 # the order
 
 
@@ -472,13 +461,3 @@ def test_blocks_are_numbered_from_the_largest_down_and_the_first_of_two_alike_co
     assert found.tolist() == [[1, 1, 1, 0], [5, 3, 3, 0], [4, 4, 2, 2]]
     assert numbered(np.zeros((2, 3), np.int32)).tolist() == [[0] * 3] * 2
     assert numbered(np.full((2, 3), 4)).tolist() == [[1] * 3] * 2
-
-
-def test_labels_are_those_of_whole_chains() -> None:
-    regions, strength = _chain(0.1, 0.2, 0.3, 0.9, 0.1)
-    graph = RegionGraph(regions, strength.astype(np.float32), _flat(regions.shape), None)
-    assert np.array_equal(graph.labels(), regions), "nothing is merged yet, and all are of one size"
-    graph.merge_below(0.5)
-    labels = graph.labels()
-    assert labels.dtype == np.int32
-    assert np.array_equal(labels, np.where(regions <= 4, 1, 2))

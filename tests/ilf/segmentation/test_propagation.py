@@ -12,8 +12,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
 from ilf.segmentation.propagation.motion import depth_of_parts, parts_of
-from ilf.segmentation.propagation.propagate import follow, reasons_to_check
-from ilf.segmentation.propagation.refining import Refined
+from ilf.segmentation.propagation.propagate import follow
 
 _SHAPE = (96, 128)
 _QUICK = BlockParameters(detector="canny", min_size=1.0)
@@ -233,20 +232,3 @@ def test_depth_beside_a_border_and_missing_depth_are_those_of_the_nearest_inside
     np.testing.assert_allclose(found[:, 8:10], 1.07, rtol=1e-6)
     np.testing.assert_allclose(found[:, 10:12], 1.12, rtol=1e-6)
     assert 1.02 <= found[5, 3] <= 1.04
-
-
-def test_why_a_block_is_to_be_checked_is_said_in_shares_of_it() -> None:
-    labels = np.repeat([[1] * 20 + [2] * 20 + [3] * 20 + [4] * 20], 10, axis=0).astype(np.int32)
-    now, was = labels.copy(), labels.copy()
-    now[:, 15:20] = 0  # block 1 loses a quarter
-    was[:, 20:22] = 1  # a tenth of block 2 was block 1
-    was[:, 40:48] = -1
-    now[:, 60:70] = 9
-    reasons = reasons_to_check(labels, Refined(now, was, now != was, frozenset({9})))
-    assert reasons == {
-        1: "It lost 32% of its pixels in the refinement on edges.",
-        2: "10% of it belonged to another block in the previous frame.",
-        3: "40% of it is not visible in the previous frame.",
-        4: "It lost 50% of its pixels in the refinement on edges.",
-        9: "It is not in the previous frame.",
-    }

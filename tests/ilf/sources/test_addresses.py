@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 import sys
 import tempfile
 import threading
@@ -257,11 +256,3 @@ def test_names_that_could_leave_a_folder_are_left_out(memory, tmp_path: Path):
     for name in ("../../evil.png", "rgb/.hidden.png", "rgb//empty.png", "rgb\\back.png", "rgb/query.png?C=N"):
         memory.store[f"/data/in/{name}"] = memory.store["/data/in/rgb/0000.png"]
     assert sorted(RemoteFiles(address).find()) == ["depth/0000.png", "rgb/0000.png"]
-
-
-def test_reading_paths_does_not_import_fsspec():
-    code = (
-        "import sys, ilf; from ilf._runtime.installation import asset_path; "
-        "ilf.open_source(asset_path('samples'))[0]; assert 'fsspec' not in sys.modules"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)

@@ -15,10 +15,9 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
+from ilf.errors import FormatError, InputError, ParameterError
 from ilf.io.encodings import encoding_of
-from ilf.sources.file_patterns import FilePattern, Folders
-from ilf.sources.layout import layout_from_text, layouts_from_file
+from ilf.sources.layout import layouts_from_file
 from ilf.sources.layouts import all_layouts, built_in_layouts
 
 H, W = 48, 64
@@ -359,15 +358,6 @@ def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path: Path) -> 
     assert every.keys == ("scans/scene0000_00/color/0", "scans/scene0000_00/color/1")
 
 
-def test_scannet_with_colour_of_the_size_of_depth_has_the_camera_of_depth(tmp_path: Path) -> None:
-    _scannet(tmp_path)
-    scene = tmp_path / "scans/scene0000_00"
-    for number in range(2):
-        _colour(scene / f"color/{number}.jpg")
-    frame = ilf.open_source(scene)[0]
-    assert (frame.shape, frame.intrinsics.fx, frame.inputs.depth_intrinsics) == ((H, W), 60.0, None)
-
-
 def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tmp_path: Path, capsys) -> None:
     _colour(tmp_path / "rgb.png", (96, 128))
     _write(tmp_path / "depth.png", METRES, 1000)
@@ -422,16 +412,6 @@ def test_depth_beside_the_images_of_a_transforms_json(tmp_path: Path) -> None:
     (tmp_path / "transforms.json").write_text('{"frames": [{"file_path": 3}]}')
     with pytest.raises(FormatError, match=r"transforms\.json contains no camera poses"):
         ilf.open_source(tmp_path)
-
-
-def test_a_transforms_json_that_names_its_own_folder_as_colour_is_told(tmp_path: Path) -> None:
-    _transforms(tmp_path, depth=False)
-    data = json.loads((tmp_path / "transforms.json").read_text())
-    data["frames"] = [data["frames"][0] | {"file_path": "", "depth_file_path": "depth.png"}]
-    (tmp_path / "transforms.json").write_text(json.dumps(data))
-    _write(tmp_path / "depth.png", METRES, 1000)
-    with pytest.raises(InputError, match="is a folder"):
-        ilf.open_source(tmp_path)[0]
 
 
 def test_images_of_one_name_in_two_folders_keep_their_own_depth_and_pose(tmp_path: Path) -> None:
@@ -557,19 +537,6 @@ def _wrong(path: Path, text: str) -> Path:
     return path
 
 
-def test_patterns_match_names_within_a_folder(tmp_path: Path) -> None:
-    for name in ("a/x_1_b_1.png", "a/b/x_1_b_2.png", ".hidden/x_3_b_3.png", "x_4_b_.png", "x_5_b_5.jpg"):
-        _text(tmp_path / name, "")
-    folders = Folders(str(tmp_path))
-    found = {match.path: match.texts for match in FilePattern("{}/x_{n}_b_{n}.png").matches(folders)}
-    assert found == {"a/x_1_b_1.png": ("a", "1")}
-    assert [match.texts for match in FilePattern("{}/x_*_b_*.png").matches(folders)] == [
-        ("a", "1", "1"),
-        ("a/b", "1", "2"),
-    ]
-    assert layout_from_text("rgb={}/*.png depth={}/*.exr needs='a.txt b.txt'").needs == ("a.txt", "b.txt")
-
-
 def test_distance_along_the_ray_becomes_depth() -> None:
     encoding = encoding_of("ray:1000,60,60,31.5,23.5")
     x, y = (np.arange(W) - 31.5) / 60, (np.arange(H) - 23.5) / 60
@@ -581,19 +548,3 @@ def test_distance_along_the_ray_becomes_depth() -> None:
             encoding_of(wrong)
     with pytest.raises(FormatError, match="aspect ratio"):
         encoding_of("ray:1,60,60,31.5,23.5,64,64").metres(values)
-
-
-def test_lists_by_time_in_millimetres_are_doubted_with_the_cure(tmp_path: Path, capsys) -> None:
-    for what in ("rgb", "depth"):
-        _text(tmp_path / f"{what}.txt", "".join(f"1.{number} {what}/1.{number}.png\n" for number in range(2)))
-    for number in range(2):
-        _colour(tmp_path / f"rgb/1.{number}.png")
-        _write(tmp_path / f"depth/1.{number}.png", np.maximum(METRES[::-1] - 0.3, 0), 1000)
-    assert main(["info", str(tmp_path)]) == 0
-    told = capsys.readouterr()
-    assert "give mm as the depth encoding (--encoding mm)" in told.err
-    assert "most likely mm, with a median of" in told.out
-    assert main(["info", str(tmp_path), "--encoding", "mm", "--strict"]) == 0
-    assert "likely" not in capsys.readouterr().out
-    with pytest.warns(DepthWarning, match="Give mm"):
-        ilf.open_source(tmp_path)[0]

@@ -15,10 +15,7 @@ from ilf.errors import FormatError, InputError
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 from ilf.sources.pairing import natural, paired
-from ilf.sources.reading import load_frame
-from ilf.sources.reading_options import ReadingOptions
 from ilf.sources.source import open_source
-from ilf.sources.times import associated
 
 
 def _touch(root: Path, *names: str) -> Path:
@@ -41,11 +38,6 @@ def test_folder_of_frame_folders_in_the_order_in_which_people_count(tmp_path):
         tmp_path, *(f"frame{number}/meta.json" for number in (10, 2, 1)), "notes.txt", ".hidden/meta.json", "more/x.txt"
     )
     assert _named(tmp_path) == [("frame1", None), ("frame2", None), ("frame10", None)]
-
-
-def test_frame_folder_is_a_list_of_itself(tmp_path):
-    _touch(tmp_path, "meta.json", "rgb/1.png", "depth/1.png")
-    assert _named(tmp_path) == [(".", None)]
 
 
 def test_folders_without_meta_json_count_where_they_hold_one_pair(tmp_path):
@@ -135,12 +127,6 @@ def test_pairs_in_one_folder(tmp_path, colour, depth):
     assert list_frames(tmp_path).notes == ()
 
 
-def test_what_is_given_goes_for_all_frames(tmp_path):
-    _touch(tmp_path, "rgb/1.png", "depth/1.png")
-    given = ReadingOptions(depth_units=256.0, intrinsics="kinect-v2")
-    assert list_frames(tmp_path, given).sources[0].options == given
-
-
 def test_lists_by_time_take_the_nearest_within_a_limit(tmp_path):
     (tmp_path / "rgb.txt").write_text("# timestamp filename\n1.000 rgb/a.png\n1.033 rgb/b.png\n1.066 rgb/c.png\n\n")
     (tmp_path / "depth.txt").write_text("# depth maps\n1.004 depth/a.png\n1.030 depth/b.png\n1.200 depth/d.png\n")
@@ -179,25 +165,10 @@ def test_names_that_no_file_can_have_are_refused(tmp_path):
             source.read(key)
 
 
-@pytest.mark.parametrize("suffix", ["png", "jpg"])
-def test_doubtful_depth_is_told(tmp_path, suffix):
-    _touch(tmp_path, f"frame-000000.color.{suffix}", "frame-000000.depth.png", "frame-000000.pose.txt")
-    assert "7-Scenes" in list_frames(tmp_path).notes[0]
-
-
 @pytest.mark.parametrize("names", [[], ["a.txt"], ["a.png", "b.png"], ["sub/sub/meta.json"]])
 def test_without_frames_it_says_what_a_folder_holds(tmp_path, names):
     with pytest.raises(InputError, match=r"contains no frames.*meta\.json.*rgb\.txt"):
         list_frames(_touch(tmp_path, *names))
-
-
-def test_folders_without_a_frame_are_named(tmp_path):
-    folder = _touch(tmp_path, "a/rgb.png", "a/depth.png", "b/rgb.png", "b/depth.png", "b/depth.npy", "c/x.txt")
-    told = " ".join(list_frames(folder).notes)
-    assert "2 folders left out" in told
-    assert "(b, c)" in told
-    with pytest.raises(InputError, match=r"depth\.png and depth\.npy"):
-        load_frame(folder / "b")
 
 
 @pytest.mark.parametrize(
@@ -268,18 +239,6 @@ def test_no_file_is_in_two_pairs(colours, depths):
     assert sorted(found, key=lambda pair: natural(pair[0])) == found
 
 
-@given(st.lists(st.floats(0, 1).map(lambda t: round(t, 3)), max_size=12), st.lists(st.floats(0, 1), max_size=12))
-def test_association_uses_each_file_once_and_never_beyond_the_limit(colours, depths):
-    pairs = associated(
-        [(t, f"{number} {t!r}") for number, t in enumerate(colours)],
-        [(t, f"{number} {t!r}") for number, t in enumerate(depths)],
-    )
-    times = [(float(rgb.split()[1]), float(depth.split()[1])) for rgb, depth in pairs]
-    assert all(abs(one - other) <= 0.02 + 1e-9 for one, other in times)
-    assert len({rgb for rgb, _ in pairs}) == len({depth for _, depth in pairs}) == len(pairs)
-    assert times == sorted(times, key=lambda pair: pair[0])
-
-
 def test_thumbnail_is_the_colour_image_made_small(tmp_path):
     ramp = np.zeros((300, 900, 3), np.uint8)
     ramp[..., 0], ramp[:, 450:, 2] = np.linspace(0, 255, 900), 255
@@ -292,8 +251,3 @@ def test_thumbnail_is_the_colour_image_made_small(tmp_path):
     (tmp_path / "a.png").write_bytes((tmp_path / "a.png").read_bytes()[:400])
     with pytest.raises(FormatError):
         read_thumbnail(FrameRef(str(tmp_path / "a.png"), "unread.png"))
-
-
-def test_a_frame_is_the_same_by_whatever_path(tmp_path):
-    _touch(tmp_path, "a/meta.json", "b/meta.json")
-    assert FrameRef(str(tmp_path / "b" / ".." / "a")).key == FrameRef(f"{tmp_path}/a/").key == str(tmp_path / "a")

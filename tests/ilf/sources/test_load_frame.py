@@ -28,7 +28,6 @@ from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
-from ilf.sources.frame_folder import frame_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import load_frame
 from ilf.sources.reading_options import OPTIONS, ReadingOptions
@@ -164,19 +163,6 @@ def test_relative_paths_become_absolute(save, colour, monkeypatch):
     assert frame.name == colour.parent.name
 
 
-def test_preset_is_scaled_to_the_frame(save, colour):
-    frame = load_frame(colour, save("d.png", DEPTH_FILES["u16.png"][0]), intrinsics="nyu-kinect-v1")
-    assert frame.intrinsics.fx == pytest.approx(518.8579 / 20)
-
-
-def test_float_depth_that_is_not_positive_and_finite_is_missing(save, colour):
-    hostile = METRES.astype(np.float64)
-    hostile[0, :6] = [np.inf, -np.inf, np.nan, -1.0, 0.0, 1e300]
-    frame = load_frame(colour, save("d.npy", npy(hostile)))
-    assert not frame.known[0, :6].any()
-    np.testing.assert_array_equal(frame.depth[1:], METRES[1:])
-
-
 # --- colour
 
 
@@ -194,38 +180,10 @@ def test_deep_grey_and_transparent_colour_become_rgb8(save):
     )
 
 
-@pytest.mark.parametrize("orientation", [1, 2, 3, 4, 5, 6, 7, 8])
-@pytest.mark.parametrize("fmt", ["PNG", "TIFF", "JPEG"])
-def test_orientation_tags_do_not_turn_the_image(fmt, orientation, save):
-    image = Image.fromarray(RGB)
-    content = io.BytesIO()
-    if fmt == "TIFF":
-        image.save(content, fmt, tiffinfo={274: orientation})
-    else:
-        exif = image.getexif()
-        exif[274] = orientation
-        image.save(content, fmt, exif=exif, **({"quality": 100, "subsampling": 0} if fmt == "JPEG" else {}))
-    found = read_colour(save("turned", content.getvalue()))
-    assert found.shape == RGB.shape
-    np.testing.assert_allclose(found.astype(int), RGB, atol=12 if fmt == "JPEG" else 0)
-
-
-@pytest.mark.parametrize("orientation", [2, 6, 7])
-def test_a_tiff_with_a_turned_depth_is_read_as_it_is_stored(orientation, save):
-    path = save("turned.tif", tiff(Image.fromarray(METRES), tiffinfo={274: orientation}))
-    np.testing.assert_array_equal(read_depth_values(path), METRES)
-
-
 @pytest.mark.parametrize("dtype", [np.uint16, np.int32, np.float32, np.float64])
 def test_tiff_of_every_kind_of_number(dtype, save):
     values = MILLIMETRES.astype(dtype)
     np.testing.assert_array_equal(read_depth_values(save("d.tif", encoded(".tif", values))), values)
-
-
-def test_looking_at_a_header_leaves_pillows_own_limit_as_it_is(save, monkeypatch):
-    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
-    np.testing.assert_array_equal(read_colour(save("rgb.png", COLOUR_FILES["rgb.png"])), RGB)
-    assert Image.MAX_IMAGE_PIXELS == 10
 
 
 def test_float_colour_is_refused(save):
@@ -291,7 +249,7 @@ def test_hostile_depth_gets_one_clear_message_with_the_files_name(name, save, co
 
 
 @pytest.mark.parametrize("name", [*DEPTH_FILES, *COLOUR_FILES])
-@pytest.mark.parametrize("share", [0.02, 0.3, 0.6, 0.9, 0.99])
+@pytest.mark.parametrize("share", [0.02, 0.6, 0.99])
 def test_truncated_files_of_every_format(name, share, save, capfd):
     content = COLOUR_FILES.get(name) or DEPTH_FILES[name][0]
     path = save(name, content[: max(1, int(share * len(content)))])
@@ -403,12 +361,6 @@ def test_two_files_can_be_had_whatever_a_meta_beside_them_is(meta, folder):
     assert (frame.name, frame.intrinsics) == ("frame", None)
 
 
-def test_folder_without_k_size_and_name(folder):
-    frame = load_frame(folder({"depth_units_per_m": 1000, "K": None}))
-    assert frame.intrinsics is None
-    assert frame.name == "frame"
-
-
 def test_folder_with_truth_only_says_what_is_there(folder):
     root = folder({**META, "depth_units_per_m": None, "gt_units_per_m": 10000}, ["rgb.jpg", "gt.png", "mask.png"])
     with pytest.raises(InputError, match=r"no raw depth.*gt\.png, mask\.png, rgb\.jpg.*depth units 10000"):
@@ -444,11 +396,6 @@ def test_bad_meta_is_refused_by_name(meta, message, folder):
     assert str(root) in str(caught.value)
 
 
-def test_folder_without_colour(folder):
-    with pytest.raises(InputError, match=r"no colour image.*depth\.png"):
-        frame_folder(folder(META, ["depth.png"]))
-
-
 def test_one_file_alone_is_no_frame(colour):
     with pytest.raises(InputError, match=r"needs a depth image.*meta\.json"):
         load_frame(colour)
@@ -458,7 +405,7 @@ def test_one_file_alone_is_no_frame(colour):
 
 
 @pytest.mark.parametrize("name", [*DEPTH_FILES, *COLOUR_FILES])
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_garbled_files_raise_nothing_but_our_errors(name, data, tmp_path):
     content = bytearray(COLOUR_FILES.get(name) or DEPTH_FILES[name][0])
@@ -473,39 +420,7 @@ def test_garbled_files_raise_nothing_but_our_errors(name, data, tmp_path):
             reader(path)
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    magic=st.sampled_from(
-        [b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"II*\0", b"MM\0*", b"P5\n", b"P2 ", b"\x93NUMPY\x01\0"]
-    ),
-    body=st.binary(max_size=300),
-    suffix=st.sampled_from([".png", ".npy"]),
-)  # fmt: skip
-def test_garbage_raises_nothing_but_our_errors(magic, body, suffix, tmp_path):
-    path = tmp_path / ("garbage" + suffix)
-    path.write_bytes(magic + body)
-    with contextlib.suppress(IlfError):
-        read_depth_values(path)
-
-
 # --- real frames
-
-
-def test_every_real_frame_with_depth_loads():
-    root = Path(os.environ.get("ILF_TEST_DATA", Path(__file__).parents[3] / "../shared/data")) / "rgbd"
-    if not root.is_dir():
-        pytest.skip(f"no test data in {root}: set ILF_TEST_DATA to the folder that holds rgbd/")
-    folders = sorted(path.parent for path in root.glob("*/meta.json"))
-    assert folders
-    for path in folders:
-        if not (path / "depth.png").is_file():
-            with pytest.raises(InputError, match="no raw depth"):
-                load_frame(path)
-            continue
-        frame = load_frame(path)
-        meta = json.loads((path / "meta.json").read_text())
-        assert list(frame.shape) == meta["size"][::-1], path
-        assert frame.missing_share == pytest.approx(meta["hole_fraction"], abs=1e-6), path
 
 
 def test_the_hash_is_of_the_bytes_that_were_read(tmp_path):
@@ -569,6 +484,7 @@ room = asset_path("samples/room")
 ilf.load_frame(room / "rgb.jpg", room / "depth.png")
 assert len(ilf.open_source(room)) == 1
 ilf.load_frame(room)
+assert "fsspec" not in sys.modules
 readers = "ros azure_kinect record3d scannet nyu stray_scanner arkit_scenes raw_pairs shards".split()
 print(*(name for name in readers if f"ilf.sources.{name}" in sys.modules))
 """

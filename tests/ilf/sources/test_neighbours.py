@@ -10,7 +10,7 @@ import pytest
 import ilf
 from ilf.data.frame import RGBDFrame
 from ilf.data.neighbours import NeighbourDepth
-from ilf.errors import InputError, ParameterError
+from ilf.errors import InputError
 from ilf.sources.neighbours import odometry, seen_by
 
 from ..small_sequences import CAMERA, SHAPE, exact_view, pose_of, sequence, write_sequence
@@ -156,15 +156,6 @@ def test_a_frame_without_intrinsics_cannot_have_neighbours():
     frames = [replace(frame, intrinsics=None) for frame in sequence(2)]
     with pytest.raises(InputError, match="intrinsics of frame 0 are not known"):
         ilf.with_neighbours(frames[0], [frames[1]])
-
-
-def test_steps_and_raw_pairs_that_make_no_sense_are_refused(tmp_path):
-    frames = sequence(2)
-    with pytest.raises(ParameterError, match="step of neighbours must be at least 1, not 0"):
-        ilf.with_neighbours(frames[0], [frames[1]], step=0)
-    source = ilf.open_source(write_sequence(tmp_path, 2), intrinsics=CAMERA)
-    with pytest.raises(ParameterError, match="raw pair has no neighbours"):
-        source.read(source.keys[0], registered=False, neighbours=1)
 
 
 def _bump() -> np.ndarray:

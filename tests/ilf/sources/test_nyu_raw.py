@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.cli import main
 from ilf.errors import InputError
 from ilf.sources.nyu import nyu_cameras
 
@@ -97,13 +96,6 @@ def test_files_that_lie_too_far_apart_are_told_of(tmp_path):
     assert len(ilf.open_source(tmp_path, max_gap=2.0)) == 1
 
 
-def test_images_of_another_size_are_refused(tmp_path):
-    cv2.imwrite(str(tmp_path / "r-1.0-1.ppm"), np.zeros((24, 32, 3), np.uint8))
-    cv2.imwrite(str(tmp_path / "d-1.0-1.pgm"), np.full((24, 32), 500, np.uint16).byteswap())
-    with pytest.raises(InputError, match="32 x 24"):
-        ilf.open_source(tmp_path).read("r-1.0-1")
-
-
 def test_a_completed_frame_lies_with_its_straight_colour(source, tmp_path):
     frame = source.read(source.keys[0])
     run = ilf.Run(frame, np.ones(frame.shape, np.int32), ilf.preset("paper", max_iterations=1))
@@ -112,17 +104,3 @@ def test_a_completed_frame_lies_with_its_straight_colour(source, tmp_path):
     again = ilf.load_frame(tmp_path / "out")
     np.testing.assert_array_equal(again.rgb, frame.rgb)
     assert np.isnan(again.depth[frame.outside_view]).all()
-
-
-def test_the_command_line_tells_of_it_and_makes_a_run_again(folder, source, tmp_path, capsys):
-    assert main(["info", str(folder)]) == 0
-    assert "no: registered on reading" in capsys.readouterr().out
-    assert main(["info", str(folder), "--frame", source.keys[0]]) == 0
-    assert "% missing, 1" in (said := capsys.readouterr().out)
-    assert "% outside the depth camera's view" in said
-    frame = source.read(source.keys[0])
-    run = ilf.Run(frame, np.ones(frame.shape, np.int32), ilf.preset("paper", max_iterations=2))
-    run.complete().save(tmp_path / "out", cloud=None, expected_error=False)
-    again = ilf.replay(tmp_path / "out" / "run.json")
-    np.testing.assert_array_equal(again.run.frame.outside_view, frame.outside_view)
-    assert again.verdict(again.run.complete()) == ()

@@ -8,7 +8,7 @@ import json
 import struct
 import warnings
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -19,8 +19,6 @@ from hypothesis import strategies as st
 
 import ilf
 from ilf.cli import main
-from ilf.cli.parsing import add_flags, add_frame, frame_from
-from ilf.cli.usage import Parser
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.sources.opening import close_all
 from ilf.sources.record3d import unpacked
@@ -38,7 +36,6 @@ from tests.ilf.phone_files import (
     pose,
     sens,
     write_arkit,
-    write_nyu,
     write_record3d,
     write_stray,
 )
@@ -55,12 +52,6 @@ WRITERS: dict[str, Callable[[Path], Path]] = {
     "arkit, large colour": lambda folder: write_arkit(folder / "arkit", "wide", SMALL),
 }
 KEYS = {"record3d": "1", "stray": "000001"}
-
-
-@pytest.fixture(autouse=True)
-def nothing_left_open() -> Iterator[None]:
-    yield
-    close_all()
 
 
 def write_sens(path: Path, content: bytes) -> Path:
@@ -167,29 +158,6 @@ def test_scannet_is_registered_by_its_two_cameras(tmp_path):
     shift[0, 3] = 0.05
     moved = ilf.open_source(write_sens(tmp_path / "b.sens", sens(shift)))
     assert np.allclose(moved.calibration("0").depth_to_colour, shift)
-
-
-def test_nyu_labelled_frames_by_their_numbers(tmp_path):
-    source = ilf.open_source(write_nyu(tmp_path / "labelled.mat"))
-    assert source.keys == ("1", "2", "3")
-    frame = source.read("2")
-    assert np.array_equal(frame.depth, METRES, equal_nan=True)
-    assert (frame.rgb == 100).all()
-    assert (frame.ground_truth, frame.intrinsics) == (None, None)  # the camera is one of 640 x 480
-    assert source.calibration("2").depth is None
-
-
-def test_the_command_line_reads_them(tmp_path, capsys):
-    parser = Parser()
-    add_frame(parser)
-    add_flags(parser, "--invalid-mask")
-    path, mask = write_record3d(tmp_path / "a.r3d"), np.zeros(MM.shape, np.uint8)
-    mask[-1] = 255
-    cv2.imwrite(str(tmp_path / "mask.png"), mask)
-    given = [str(path), "--frame", "1", "--min-confidence", "2", "--invalid-mask", str(tmp_path / "mask.png")]
-    frame = frame_from(parser.parse_args(given))
-    assert "below 2 counts as missing" in capsys.readouterr().err
-    assert np.array_equal(np.isnan(frame.depth), np.isnan(METRES) | (LEVELS < 2) | (mask > 0))
 
 
 def test_info_tells_of_confidence_and_has_its_facts_in_line(tmp_path, capsys):

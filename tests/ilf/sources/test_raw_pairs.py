@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +15,7 @@ from ilf import RGBDFrame
 from ilf.batch.frame_record import LoadedFrame
 from ilf.batch.static_camera import with_temporal_median
 from ilf.cli import main
-from ilf.errors import DepthWarning, FormatError, InputError
+from ilf.errors import FormatError, InputError
 from ilf.sources.opening import is_recording
 from ilf.sources.registration import register
 
@@ -36,19 +35,6 @@ def test_a_pair_is_registered_by_its_calibration(tmp_path: Path, colour: str) ->
     as_it_is = source.read("1", registered=False)
     assert as_it_is.depth_camera == pair.depth_camera
     assert as_it_is.colour_camera == pair.colour_camera
-
-
-def test_what_is_doubted_of_a_pair_is_told(tmp_path: Path) -> None:
-    write_pair(tmp_path / "desk", "rgb.png", "depth.png")
-    path = str(tmp_path / "desk/depth.png")
-    values = cv2.imread(path, cv2.IMREAD_UNCHANGED)
-    values[: len(values) // 4] = 65535
-    cv2.imwrite(path, values)
-    source = ilf.open_source(tmp_path / "desk")
-    with pytest.warns(DepthWarning, match="65535 fills"):
-        assert "65535 fills" in source.read("1").plausibility_warnings[0]
-    with pytest.warns(DepthWarning, match="65535 fills"):
-        source.read("1", registered=False)
 
 
 @pytest.mark.parametrize("name", ["depth.png", "depth.npy"])
@@ -155,15 +141,3 @@ def test_frame_folders_and_calibrations_of_others_are_what_they_were(tmp_path: P
     assert is_recording(tmp_path / "other")
     (tmp_path / "other" / "calibration.json").write_text('{"fx": 1}')
     assert not is_recording(tmp_path / "other")
-
-
-def test_a_calibration_that_nobody_may_read_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_pair(tmp_path, "colour.png", "depth.png")
-
-    def refused(*_: object) -> None:
-        raise PermissionError(errno.EACCES, "Permission denied")
-
-    monkeypatch.setattr(Path, "read_bytes", refused)
-    monkeypatch.setattr("numpy.fromfile", refused)
-    with pytest.raises(InputError, match=r"calibration\.json: cannot be read \(Permission denied\)"):
-        ilf.open_source(tmp_path)

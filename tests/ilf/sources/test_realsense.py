@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -14,19 +13,12 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.errors import FormatError, InputError
-from ilf.sources.opening import close_all
+from ilf.errors import InputError
 from ilf.sources.realsense import camera_pairs, capture_frame, load_realsense
 from ilf.sources.registration import register
 from tests.ilf.bags import COLOUR, H, W
 from tests.ilf.realsense_bags import SHIFTS, write_library_db3, write_viewer_bag
-from tests.ilf.software_camera import SoftwareDevice, connect
-
-
-@pytest.fixture(autouse=True)
-def nothing_left_open() -> Iterator[None]:
-    yield
-    close_all()
+from tests.ilf.software_camera import connect
 
 
 @pytest.mark.parametrize("option", ["Depth Units", "Depth_Units"])
@@ -56,13 +48,6 @@ def test_depth_units_of_the_camera_count(tmp_path: Path) -> None:
     pair = source.read(source.keys[0], registered=False)
     assert pair.depth[0, 0] == np.float32(0.15)
     assert pair.inputs.depth_units == 10_000
-
-
-def test_depth_units_that_are_none(tmp_path: Path) -> None:
-    path = write_viewer_bag(tmp_path, units=float("nan"))
-    source = ilf.open_source(path)
-    with pytest.raises(FormatError, match=f"{path}: its depth units are .*nan"):
-        source.read(source.keys[0])
 
 
 # the library of the maker, with a device of software
@@ -119,40 +104,6 @@ def test_no_camera_is_one_message(
     assert said.startswith("ilf: error: No RealSense camera is connected")
     assert said.count("\n") == 1
     assert not (tmp_path / "none").exists()
-
-
-def test_what_the_library_records_is_read(library: Any, tmp_path: Path) -> None:
-    """Newer versions of it write ROS 2."""
-    software, path = SoftwareDevice(library), tmp_path / "recorded.db3"
-    software.device.create_matcher(library.matchers.default)
-    try:
-        recorder = library.recorder(str(path), software.device)
-    except RuntimeError as error:
-        pytest.skip(str(error))
-    queue = library.frame_queue(20)
-    sensors = recorder.query_sensors()
-    for sensor in sensors:
-        sensor.open(sensor.get_stream_profiles())
-        sensor.start(queue)
-    for number in range(3):
-        software.show(number)
-        queue.wait_for_frame(2000)
-        queue.wait_for_frame(2000)
-    for sensor in sensors:
-        sensor.stop()
-        sensor.close()
-    del sensor, sensors, recorder  # which closes the file
-    source = ilf.open_source(path)
-    assert len(source) == 3
-    assert not source.is_registered
-    cameras = source.calibration(source.keys[0])
-    assert (cameras.colour.fx, cameras.depth.fx) == (30, 25)
-    assert cameras.depth_to_colour[:3, 3] == pytest.approx([0.015, 0, 0], abs=1e-6)
-    assert cameras.depth_to_colour[1, 0] == pytest.approx(math.sin(0.004), abs=1e-6)
-    pair = source.read(source.keys[2], registered=False)
-    assert np.array_equal(pair.rgb, COLOUR + 2)
-    assert pair.depth[0, 0] == np.float32(1.502)
-    assert pair.inputs.depth_units == 1000
 
 
 def test_the_librarys_layout_as_it_is_written_here(tmp_path: Path) -> None:

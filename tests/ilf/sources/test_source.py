@@ -88,15 +88,6 @@ def test_frames_are_found_by_the_end_of_their_key(tmp_path, save):
         source.find("c")
 
 
-def test_files_that_differ_by_their_ending_alone_keep_it(tmp_path, save):
-    save("1_rgb.png", "1_depth.png")
-    save("2/1_rgb.png", "2/1_depth.png")
-    assert ilf.open_source(tmp_path).keys == ("1_rgb",)
-    for folder in ("x", "y"):
-        save(f"more/{folder}/a.png", f"more/{folder}/a_depth.png")
-    assert len(set(ilf.open_source(tmp_path / "more").keys)) == 2
-
-
 def test_folders_by_time_take_the_nearest_once(tmp_path, save):
     for time in (1305031102.10, 1305031102.14, 1305031102.5):
         save(f"rgb/{time:.6f}.png", f"unused/{time:.6f}.png")
@@ -187,13 +178,6 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
         ilf.open_source(tmp_path / "000001")
 
 
-def test_a_link_that_leads_nowhere_hides_no_frame_of_a_scene(tmp_path, save):
-    save("rgb/000001.png", "depth/000001.png")
-    (tmp_path / "depth" / "000002.png").symlink_to("000002.png")
-    (tmp_path / "scene_camera.json").write_text(_bop({1: 1.0}))
-    assert ilf.open_source(tmp_path).keys == ("rgb/000001",)
-
-
 def test_no_frame_hides_behind_the_key_of_another(tmp_path, save):
     for name in ("1", "01", "001"):
         save("rgb/1.png", f"depth/{name}.png")
@@ -270,22 +254,6 @@ def test_command_line_tells_of_sources_and_completes_their_frames(tmp_path, save
     Path("empty").mkdir()
     assert main(["info", "empty"]) == 1
     assert "contains no frames" in capsys.readouterr().err
-
-
-def test_command_line_tells_of_times(tmp_path, save, capsys):
-    for number in (1, 2):
-        save(f"rgb/{number}.png", f"depth/{number}.png", MM * 5)
-    (tmp_path / "associations.txt").write_text("1.25 rgb/1.png 1 depth/1.png\n2.5 rgb/2.png 2 depth/2.png\n")
-    assert main(["info", str(tmp_path)]) == 0
-    assert "1.250000 to 2.500000 s, 1.250 s in all" in capsys.readouterr().out
-
-
-def test_command_line_tells_what_is_in_the_only_frame(tmp_path, save, capsys):
-    save("1_rgb.png", "1_depth.png")
-    assert main(["info", str(tmp_path)]) == 0
-    told = capsys.readouterr().out
-    assert "1 frame\n" in told
-    assert "range:        1.500 to 2.8" in told
 
 
 def test_a_source_is_read_by_number_by_key_and_one_after_the_other(tmp_path, save):
