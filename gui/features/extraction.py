@@ -98,18 +98,21 @@ class ExtractionPanel(Panel):
         button = QToolButton()
         button.setDefaultAction(context.actions["extract"])
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._preview = QCheckBox("Preview", checked=True)
+        self._preview = QCheckBox("Preview")
+        self._preview.setChecked(True)
         self._preview.setToolTip(
             "Update the view of the extraction as the parameters below change; the frame's blocks stay as they are"
         )
         self._preview.clicked.connect(self._switch_preview)
-        keep = QCheckBox("Keep blocks made by hand", checked=True)
+        keep = QCheckBox("Keep blocks made by hand")
+        keep.setChecked(True)
         keep.setToolTip(
             "Keep the blocks that you drew, enlarged, merged or erased from when blocks are extracted again; locked "
             "blocks are always kept"
         )
         keep.clicked.connect(context.workspace.parameters.set_keeps_handmade)
-        self._summary = QLabel(objectName="summary", wordWrap=True)
+        self._summary = QLabel(wordWrap=True)
+        self._summary.setObjectName("summary")
         self._summary.linkActivated.connect(self.show_view)
         self._summary.hide()
         self.form = ParameterForm(BlockParameters)
