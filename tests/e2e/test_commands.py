@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.base.commands import Command, action_entries, why_not
 from gui.base.needs import Need
 
 _CTRL_ALT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier
 
 
-def test_a_new_command_is_one_record(window: MainWindow, opened: MainWindow, qtbot: QtBot) -> None:
+def test_a_new_command_is_one_record(window, opened, qtbot):
     done: list[int] = []
     opened.actions_.add(
         (
@@ -57,7 +55,7 @@ def test_a_new_command_is_one_record(window: MainWindow, opened: MainWindow, qtb
     assert done == [1]
 
 
-def test_the_first_thing_that_is_missing_is_told(opened: MainWindow) -> None:
+def test_the_first_thing_that_is_missing_is_told(opened):
     def told(*names: str) -> list[str]:
         opened.refresh.now()
         return [why_not(opened.actions_[name]) for name in names]
