@@ -12,20 +12,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
+from PySide6.QtWidgets import QApplication, QMessageBox
 
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
-from gui.features.project.closing import CloseDialog, Unsaved
+from gui.features.project.closing import CloseDialog
 from gui.features.project.missing import MissingFilesDialog
 from gui.features.project.save_as import SaveAsDialog
 from gui.features.project.saving import SaveRequest
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
-from gui.widgets.basics import Message
 from ilf.project.file import open_project as read_project
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
@@ -395,35 +394,6 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     window.documents.discard_silently = False
     window.close()
     assert not window.isVisible(), "there is nothing to be asked"
-
-
-def test_the_project_itself_is_no_frame(qtbot):
-    parent = QWidget()
-    qtbot.addWidget(parent)
-    frames = [Unsaved(name, name, "1 edit", "edited") for name in ("hall", "attic")]
-    itself = Unsaved("", "The project itself", "list of frames", "")
-
-    def asked(*rows: Unsaved) -> tuple[str, CloseDialog]:
-        dialog = CloseDialog("the window closes", rows, [], False, parent)
-        return dialog.findChildren(Message)[0].text(), dialog
-
-    text, dialog = asked(*frames, itself)
-    assert "the work on 2 frames and the project itself before" in text
-    assert dialog.save_button.text() == "&Save"
-    dialog.tick({"hall"})
-    assert dialog.save_button.text() == "&Save 1 of 2"
-    assert "the work on hall and the project itself before" in asked(frames[0], itself)[0]
-    text, dialog = asked(itself)
-    assert text == "Save the work on the project itself before the window closes?"
-    assert dialog.save_button.isEnabled()
-
-
-def test_a_root_folder_is_no_place_for_a_project(qtbot, tmp_path):
-    dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", None)
-    qtbot.addWidget(dialog)
-    dialog.path.setText(os.path.abspath(os.sep))
-    assert not dialog.save_button.isEnabled()
-    assert "is a folder" in dialog.message.text() or "cannot be written" in dialog.message.text()
 
 
 def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_path):

@@ -252,16 +252,6 @@ def test_the_places_of_another_frame_are_its_own(window, qtbot, tmp_path, frame_
     assert settled(window, qtbot) == "Open a frame first."
 
 
-def test_a_closed_panel_searches_for_nothing(window, qtbot, tmp_path):
-    opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    panel = window.feature(QualityPanel)
-    window.workspace.current.replace_blocks(walls(80, WIDTH).astype(np.int32), "Split")
-    window.refresh.now()
-    assert not panel.busy
-    window.panels.reveal("Quality")
-    assert settled(window, qtbot) == "1 flagged place left to check.", "it is counted where it is seen"
-
-
 def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
     panel, document = window.feature(QualityPanel), window.workspace.current

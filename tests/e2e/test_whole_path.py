@@ -7,7 +7,6 @@ import os
 from pathlib import Path
 
 import numpy as np
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget
 
@@ -19,7 +18,6 @@ from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import WAIT_MS, export, open_frame
 
@@ -66,14 +64,6 @@ def test_edited_blocks_survive_export_replay_and_reopening(opened, qtbot, run_al
     assert (tmp_path / "third" / "depth.npy").read_bytes() == (tmp_path / "first" / "depth.npy").read_bytes()
 
 
-def test_closing_the_window_in_the_middle_of_a_run_ends_its_thread(opened, qtbot):
-    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
-    opened.actions_["run"].trigger()
-    qtbot.waitUntil(lambda: bool(opened.workspace.current.results.live), timeout=WAIT_MS)
-    opened.close()
-    assert opened.runs.state is RunState.IDLE
-
-
 def test_several_frames_keep_their_own_state(opened, qtbot, run_all, tmp_path):
     from .conftest import write_frame
 
@@ -96,19 +86,6 @@ def test_several_frames_keep_their_own_state(opened, qtbot, run_all, tmp_path):
     assert opened.workspace.open == [first]
 
 
-def test_a_frame_that_runs_is_not_closed_silently(opened, qtbot):
-    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
-    opened.actions_["run"].trigger()
-    opened.documents.discard_silently = False
-    opened.actions_["close_frame"].trigger()
-    assert opened.workspace.has_current
-    question = opened.project.closing.dialog
-    question.reject()
-    opened.documents.discard_silently = True
-    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
-        opened.actions_["cancel"].trigger()
-
-
 def test_opening_a_run_twice_keeps_the_work_in_it(opened, qtbot, run_all, tmp_path):
     run_all(opened)
     export(opened, qtbot, tmp_path / "out")
@@ -123,15 +100,6 @@ def test_opening_a_run_twice_keeps_the_work_in_it(opened, qtbot, run_all, tmp_pa
         assert not opened.loader.busy
         assert opened.workspace.current is document
         assert document.unsaved
-
-
-def test_opening_with_other_units_reads_the_frame_again(opened, qtbot, frame_folder):
-    first = opened.workspace.current
-    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
-        opened.documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
-    second = opened.workspace.current
-    assert opened.workspace.open == [second]
-    assert np.nanmedian(second.frame.depth) == pytest.approx(np.nanmedian(first.frame.depth) / 2, rel=1e-3)
 
 
 def test_a_partial_run_comes_back_as_it_was(opened, qtbot, tmp_path):

@@ -69,15 +69,6 @@ def test_a_display_or_a_platform_that_was_asked_for(bare_linux, name, value):
     assert display.display_problem() == ""
 
 
-@pytest.mark.parametrize("library", QT_LIBRARIES)
-def test_what_qt_itself_lacks_is_named_with_its_package(bare_linux, library):
-    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
-    bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
-    for problem in (display.qt_problem(), display.display_problem()):
-        assert library in problem
-        assert f"apt install {SYSTEM_PACKAGES[library]}" in problem
-
-
 @pytest.mark.parametrize("library", PLATFORM_LIBRARIES["xcb"])
 def test_x11_libraries_matter_under_x11_only(bare_linux, library):
     bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
@@ -207,7 +198,7 @@ def _child(program: str, **environment: str) -> subprocess.CompletedProcess[str]
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("package", ["PySide6", "pyqtgraph", "qtawesome"])
+@pytest.mark.parametrize("package", ["PySide6", "pyqtgraph"])
 def test_a_package_that_is_not_installed_is_named_with_its_extra(package):
     run = _child(
         f"import sys\nsys.modules[{package!r}] = None\nfrom gui.app.start import main\nsys.exit(main(['--sample']))\n",

@@ -278,21 +278,6 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(b
     assert words.index("ground truth") < words.index("hold-out") < words.index("expected error")
 
 
-def test_looking_at_the_state_before_is_said(line):
-    line.show_message("Edit", EditSummary(3))
-    line.mark_before(True)
-    assert "Before the edit: Edit" in line.label.text()
-    line.mark_before(False)
-    assert "3 px moved" in line.label.text()
-
-
-def test_where_too_little_is_known_to_judge_an_edit_that_is_said(bench, solver, line, until, monkeypatch):
-    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60))
-    _run(bench, until)
-    bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    until(lambda: "too little known depth nearby" in line.label.text())
-
-
 def test_pixels_that_are_filled_no_longer_are_said(line):
     line.show_message("Edit", EditSummary(3, (2500, 1200)))
     fewer = line.label.text()

@@ -80,14 +80,6 @@ def test_a_turn_for_something_else_draws_what_has_changed_meanwhile_too(bench):
     assert len(bench.drawn) == 3
 
 
-def test_many_changes_order_one_turn(bench):
-    turns: list[bool] = []
-    bench.refresh._wanted.connect(lambda: turns.append(True))
-    for _ in range(5):
-        bench.source.urgent.emit()
-    assert turns == [True]
-
-
 def test_now_draws_at_once_and_leaves_nothing_for_the_next_turn(bench):
     bench.refresh.mark("third", "first")
     bench.refresh.now()

@@ -58,14 +58,6 @@ def test_what_a_run_did_without_is_said_once(bench, until):
     assert bench.said[0].endswith(" s. The network is gone.")
 
 
-def test_with_one_core_a_run_has_that_one(bench, until, monkeypatch):
-    monkeypatch.setattr(runs_module, "spare_cores", lambda: 1)
-    bench.script.allow()
-    bench.runs.start()
-    until(lambda: bool(bench.said))
-    assert bench.run.threads == 1
-
-
 def test_chosen_blocks_alone_are_run(bench, until):
     bench.workspace.select([2, 9])
     bench.script.allow()
