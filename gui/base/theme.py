@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QIcon, QPalette
@@ -114,21 +115,31 @@ def follow_system(app: QApplication) -> None:
 
 def is_dark(palette: QPalette) -> bool:
     """Return whether a palette is dark."""
-    return palette.window().color().lightness() < 128
+    return _is_dark(palette.window().color())
+
+
+def _is_dark(ground: QColor) -> bool:
+    return ground.lightness() < 128
 
 
 def colours(palette: QPalette) -> Colours:
     """Return the colours for a palette."""
-    dark = is_dark(palette)
+    used = palette.base(), palette.window(), palette.windowText(), palette.highlight()
+    return _colours(*(brush.color().rgb() for brush in used))
+
+
+@cache
+def _colours(base: int, window: int, text: int, accent: int) -> Colours:
+    dark = _is_dark(QColor(window))
     tones = _DARK if dark else _LIGHT
     return Colours(
-        background=palette.base().color(),
-        panel=palette.window().color(),
-        text=palette.windowText().color(),
+        background=QColor(base),
+        panel=QColor(window),
+        text=QColor(text),
         muted=QColor(tones["muted"]),
         border=QColor(tones["border"]),
         grid=QColor(_LINE),
-        accent=palette.highlight().color(),
+        accent=QColor(accent),
         warning=QColor(tones["warning"]),
         error=QColor(tones["error"]),
         good=QColor(tones["good"]),

@@ -91,7 +91,8 @@ class Sheet(QWidget):
     def _arrange(self) -> None:
         shown = self._names()
         for name, cell in self._cells.items():
-            cell.setVisible(name in shown)
+            if name not in shown:
+                cell.hide()
         self._place()
 
     def _place(self) -> None:
@@ -103,6 +104,7 @@ class Sheet(QWidget):
         self.is_placing = True
         for cell, place in zip(shown, places, strict=True):
             cell.setGeometry(QRect(*place))
+            cell.show()  # only now: elsewhere, it could come between the pointer and the view under it
         self.is_placing = False
         self.placed.emit()
 

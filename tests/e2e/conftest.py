@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
+from PySide6.QtWidgets import QMessageBox
 
 from gui.app.main_window import MainWindow
+from gui.base import theme
+from gui.features.export.dialog import Export
+from gui.features.export.feature import ExportFeature
 from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
+from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 
 WAIT_MS = 60_000
@@ -33,13 +36,13 @@ def write_frame(folder: Path, frame: RGBDFrame) -> Path:
 
 
 @pytest.fixture
-def frame_folder(tmp_path: Path, small_frame: RGBDFrame) -> Path:
+def frame_folder(tmp_path, small_frame):
     """`small_frame` on disk."""
     return write_frame(tmp_path / "two-planes", small_frame)
 
 
 @pytest.fixture
-def window(qtbot: QtBot) -> Iterator[MainWindow]:
+def window(qtbot):
     """An empty main window, shown."""
     window = MainWindow(persistent=False)
     window.documents.discard_silently = True
@@ -52,17 +55,17 @@ def window(qtbot: QtBot) -> Iterator[MainWindow]:
 
 
 @pytest.fixture
-def opened(window: MainWindow, qtbot: QtBot, frame_folder: Path) -> MainWindow:
+def opened(window, qtbot, frame_folder):
     """The window with the small frame opened and its blocks extracted."""
     open_frame(window, qtbot, FrameRef(str(frame_folder)))
     return window
 
 
 @pytest.fixture
-def run_all(qtbot: QtBot) -> Callable[[MainWindow], None]:
+def run_all(qtbot):
     """Runs every block and waits for the end."""
 
-    def run(window: MainWindow) -> None:
+    def run(window):
         with qtbot.waitSignal(window.runs.ended, timeout=WAIT_MS):
             window.actions_["run_all"].trigger()
         assert window.runs.state is RunState.IDLE
@@ -71,8 +74,32 @@ def run_all(qtbot: QtBot) -> Callable[[MainWindow], None]:
     return run
 
 
-def open_frame(window: MainWindow, qtbot: QtBot, source: FrameRef) -> None:
+def open_frame(window, qtbot, source: FrameRef):
     """Open a frame and wait until its blocks are there."""
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.loader.open(source)
     window.refresh.now()
+
+
+@pytest.fixture
+def reported(window, monkeypatch):
+    """Messages that were shown to the user."""
+    texts = []
+    monkeypatch.setattr(QMessageBox, "open", lambda box: texts.append(box.text()))
+    return texts
+
+
+@pytest.fixture
+def themed(qapp):
+    """The style of the program, which determines the sizes of its parts."""
+    palette, sheet = qapp.palette(), qapp.styleSheet()
+    theme.apply_theme(qapp, "light")
+    yield
+    qapp.setStyleSheet(sheet)
+    qapp.setPalette(palette)
+
+
+def export(window, qtbot, folder: Path, options: ExportOptions | None = None):
+    """Export the current frame, and wait for the end."""
+    with qtbot.waitSignal(window.feature(ExportFeature).ended, timeout=WAIT_MS):
+        window.feature(ExportFeature).start(Export(folder, options or ExportOptions()))

@@ -150,6 +150,7 @@ def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window,
     assert sorted(set(begun)) == ["rgb/0000", "rgb/0001", "rgb/0002"]
 
     window.workspace.parameters.set(window.workspace.parameters.current.replace(max_iterations=4))
+    window.refresh.now()  # else the dialog, drawn anew, may say again what it would do
     dialog.export_button.click()
     assert "max_iterations: 5, now 4" in _done(part, qtbot)
     assert dialog.message.tone() == "error"

@@ -6,31 +6,26 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pytest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.documents.load_blocks import LoadBlocksDialog
 from ilf.io.block_files import read_blocks, write_blocks
 
 from .conftest import WAIT_MS
 
 
-def _dialog(window: MainWindow) -> LoadBlocksDialog:
+def _dialog(window) -> LoadBlocksDialog:
     window.actions_["load_blocks"].trigger()
     return window.findChild(LoadBlocksDialog)
 
 
-def _read(dialog: LoadBlocksDialog, qtbot: QtBot, path: Path) -> None:
+def _read(dialog: LoadBlocksDialog, qtbot, path: Path):
     dialog.path.setText(str(path))
     dialog.read()
     qtbot.waitUntil(lambda: dialog.message.text() != "Reading…", timeout=WAIT_MS)
 
 
-def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(opened, qtbot, tmp_path, monkeypatch):
     document = opened.workspace.current
     before = document.labels.copy()
     drawn = np.zeros(document.frame.shape, np.int32)
@@ -71,9 +66,7 @@ def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(
     assert document.info(4).name == "Chair"
 
 
-def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(opened, qtbot, tmp_path):
     document = opened.workspace.current
     before = document.labels.copy()
     (tmp_path / "bad.json").write_text('{"shapes": [{"label": "a", "points": [[0, 0], [900, 0], [900, NaN]]}]}')
@@ -99,9 +92,7 @@ def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(
     assert document.undo_stack.count() == 0
 
 
-def test_the_frames_own_files_are_not_written_over(
-    opened: MainWindow, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_frames_own_files_are_not_written_over(opened, frame_folder, monkeypatch):
     said: list[str] = []
     monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     content = (frame_folder / "rgb.png").read_bytes()

@@ -5,16 +5,14 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.base.commands import Command, action_entries, why_not
 from gui.base.needs import Need
 
 _CTRL_ALT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier
 
 
-def test_a_new_command_is_one_record(window: MainWindow, opened: MainWindow, qtbot: QtBot) -> None:
+def test_a_new_command_is_one_record(window, opened, qtbot):
     done: list[int] = []
     opened.actions_.add(
         (
@@ -58,7 +56,7 @@ def test_a_new_command_is_one_record(window: MainWindow, opened: MainWindow, qtb
     assert done == [1]
 
 
-def test_the_first_thing_that_is_missing_is_told(opened: MainWindow) -> None:
+def test_the_first_thing_that_is_missing_is_told(opened):
     def told(*names: str) -> list[str]:
         opened.refresh.now()
         return [why_not(opened.actions_[name]) for name in names]
@@ -81,7 +79,7 @@ def test_the_first_thing_that_is_missing_is_told(opened: MainWindow) -> None:
 
 
 @pytest.mark.parametrize("key", ["brush_smaller", "brush_larger"])
-def test_a_key_for_size_says_why_it_does_nothing(opened: MainWindow, key: str) -> None:
+def test_a_key_for_size_says_why_it_does_nothing(opened, key: str):
     radius = opened.editor.options.brush_radius
     opened.actions_["tool_paint"].trigger()
     opened.actions_[key].trigger()

@@ -1,15 +1,8 @@
 """Depth by hand in the real window: picked, painted, seen, solved live, taken from a plane, undone, exported."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 from PySide6.QtCore import Qt
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.status import StatusFeature
 from gui.features.tools import ToolsFeature
 from gui.work.frame_runs import RunState
@@ -22,7 +15,7 @@ from .hand import ALT, CTRL, click, drag, key
 _Key = Qt.Key
 
 
-def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None], tmp_path: Path) -> None:
+def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     window, workspace = opened, opened.workspace
     document = workspace.current
     workspace.select([])
@@ -48,7 +41,6 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     assert document.valid_results()[right] is before, "another block is not solved again"
     assert result.outcome.by_hand > 20
     depth = document.current_depth()
-    assert depth is not None
     assert abs(float(depth[16, 14]) - 1.25) < 0.1
     window.refresh.now()
     assert "by hand" in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
@@ -69,7 +61,6 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     qtbot.waitUntil(lambda: document.proposal is not None, timeout=WAIT_MS)
     qtbot.waitUntil(lambda: "proposed surface" in window.cloud.strip.title, timeout=WAIT_MS)
     shown = window.views.data.result
-    assert shown is not None
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
     window.feature(StatusFeature).readout.point_at((14, 16))
     assert "proposed 1.56" in window.feature(StatusFeature).bar.readout.text()
@@ -81,7 +72,6 @@ def test_depth_by_hand(opened: MainWindow, qtbot: QtBot, run_all: Callable[[Main
     with qtbot.waitSignal(window.runs.resolved, timeout=WAIT_MS):
         key(window, _Key.Key_Return)
     qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    assert document.blocks.by_hand is not None
     assert np.array_equal(document.blocks.by_hand.pixels, document.frame.missing & (document.labels == left))
 
     # and a run exported from here is replayed bit for bit

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.edit_summary import EditSummaryFeature
 from gui.features.filter import FilterPanel
 from gui.features.history import HistoryFeature
@@ -20,7 +16,7 @@ from ilf.segmentation.editing.patches import patch_between
 from .conftest import WAIT_MS
 
 
-def _settle(window: MainWindow, qtbot: QtBot) -> None:
+def _settle(window, qtbot):
     qtbot.waitUntil(
         lambda: window.runs.state is RunState.IDLE and not window.feature(EditSummaryFeature).presenter.busy,
         timeout=WAIT_MS,
@@ -28,15 +24,13 @@ def _settle(window: MainWindow, qtbot: QtBot) -> None:
     window.refresh.now()
 
 
-def _picture(window: MainWindow) -> QImage:
+def _picture(window) -> QImage:
     """What the view of the completed depth shows."""
     window.refresh.now()
     return window.views.cells["depth-out"].view.grab().toImage()
 
 
-def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
-    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
-) -> None:
+def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(opened, qtbot, run_all):
     run_all(opened)
     document = opened.workspace.current
     before, depth = document.labels.copy(), document.current_depth().copy()
@@ -45,6 +39,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     labels[5:40, 26:34] = before[20, 10]
     opened.workspace.current.edit(patch_between(before, labels), "Paint Block 1")
     assert document.stale.any() or document.update_depth() is not None
+    qtbot.waitUntil(lambda: "hold-out" in opened.feature(EditSummaryFeature).line.label.text(), timeout=WAIT_MS)
     _settle(opened, qtbot)
     assert document.changed_blocks() == []
     assert "hold-out" in opened.feature(EditSummaryFeature).line.label.text()
@@ -81,9 +76,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     assert "Before the edit" not in opened.feature(EditSummaryFeature).line.label.text()
 
 
-def test_values_for_chosen_blocks_go_to_all_of_them(
-    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
-) -> None:
+def test_values_for_chosen_blocks_go_to_all_of_them(opened, qtbot, run_all):
     run_all(opened)
     document, panel = opened.workspace.current, opened.feature(FilterPanel)
     chosen = sorted(document.counts())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,7 +11,6 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
 import ilf
-from gui.app.main_window import MainWindow
 from gui.features.accuracy.ground_truth import GroundTruthDialog
 from gui.features.accuracy.hold_out_dialog import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
@@ -26,7 +24,6 @@ from gui.state.block_errors import EXPECTED
 from gui.state.parts import Part
 from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
-from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import PRESETS
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.project.run_history import StoredRun
@@ -37,12 +34,12 @@ from ilf.sources.reading_options import ReadingOptions
 from .conftest import WAIT_MS, open_frame
 
 
-def part(window: MainWindow, kind: type[Feature]) -> Feature:
+def part(window, kind: type[Feature]) -> Feature:
     return window.feature(kind)
 
 
 @pytest.fixture
-def ground_truth_file(tmp_path: Path, small_frame: RGBDFrame) -> Path:
+def ground_truth_file(tmp_path, small_frame):
     """The small frame's depth 10 mm farther, holes included, in millimetres."""
     rows, columns = np.mgrid[:48, :64]
     depth = np.where(columns < 30, 1.51 + 0.004 * rows, 2.41 + 0.005 * columns)
@@ -51,13 +48,13 @@ def ground_truth_file(tmp_path: Path, small_frame: RGBDFrame) -> Path:
     return path
 
 
-def settle(window: MainWindow) -> None:
+def settle(window):
     """Draw what is stale, and what has become so by that."""
     for _ in range(3):
         window.refresh.now()
 
 
-def errors_shown(window: MainWindow) -> list[str]:
+def errors_shown(window) -> list[str]:
     model = window.feature(BlocksFeature).table.view.model()
     return [model.index(row, Column.ERROR).data() for row in range(model.rowCount())]
 
@@ -318,19 +315,21 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     assert "none.json" in reported[0]
 
 
-@pytest.mark.parametrize("kind", [AccuracyPanel, InspectPanel])
-def test_a_closed_panel_does_nothing_while_a_slider_moves(opened, qtbot, run_all, monkeypatch, kind):
-    drawn = []
-    monkeypatch.setattr(kind, "refresh", lambda _, parts: drawn.append(parts))
+def test_a_closed_panel_does_nothing_while_a_slider_moves(opened, qtbot, run_all, monkeypatch):
+    drawn, kinds = [], (AccuracyPanel, InspectPanel)
+    for kind in kinds:
+        monkeypatch.setattr(kind, "refresh", lambda _, parts: drawn.append(parts))
     run_all(opened)
     opened.workspace.select([1])
     with qtbot.waitSignal(opened.workspace.changed, timeout=WAIT_MS):
         opened.feature(FilterPanel).set_values({"smoothness": 3.0}, 1)
     settle(opened)
     assert drawn == []
-    opened.feature(kind).reveal()
-    qtbot.waitUntil(lambda: len(drawn) > 0, timeout=WAIT_MS)
-    assert drawn[0] & Part.RESULTS, "what has changed meanwhile"
+    for kind in kinds:
+        drawn.clear()
+        opened.feature(kind).reveal()
+        qtbot.waitUntil(lambda: len(drawn) > 0, timeout=WAIT_MS)
+        assert drawn[0] & Part.RESULTS, "what has changed meanwhile"
 
 
 def test_a_hold_out_test_ends_with_its_frame(opened, qtbot):

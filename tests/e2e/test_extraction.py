@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,9 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.extraction import ExtractionPanel
 from gui.features.views import ViewsFeature
 from gui.work.found_blocks import FoundBlocks, find
@@ -28,14 +25,14 @@ from .conftest import WAIT_MS, open_frame, write_frame
 
 
 @pytest.fixture
-def staged(opened: MainWindow, qtbot: QtBot) -> MainWindow:
+def staged(opened, qtbot):
     """The window with the small frame and the view of the extraction beside the others."""
     opened.views.set_layout("grid-extraction")
     _settle(opened, qtbot)
     return opened
 
 
-def _settle(window: MainWindow, qtbot: QtBot) -> None:
+def _settle(window, qtbot):
     def settled() -> bool:
         window.refresh.now()  # which may ask for a picture
         return not window.feature(ExtractionPanel).busy and not window.loader.busy
@@ -43,17 +40,17 @@ def _settle(window: MainWindow, qtbot: QtBot) -> None:
     qtbot.waitUntil(settled, timeout=WAIT_MS)
 
 
-def _picture(window: MainWindow) -> NDArray[np.uint8] | None:
+def _picture(window) -> NDArray[np.uint8] | None:
     return window.views.cells["extraction"].view.image.image
 
 
-def _pictures_given(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[tuple[tuple[int, ...], str]]:
+def _pictures_given(window, monkeypatch) -> list[tuple[tuple[int, ...], str]]:
     """Sizes and stages of all pictures that the view is given from now on."""
     given: list[tuple[tuple[int, ...], str]] = []
     cell = window.views.extraction
     show = cell.show_picture
 
-    def noted(stage: str, picture: NDArray[np.uint8], extraction: Extraction) -> None:
+    def noted(stage: str, picture: NDArray[np.uint8], extraction: Extraction):
         given.append((picture.shape[:2], stage))
         show(stage, picture, extraction)
 
@@ -61,28 +58,28 @@ def _pictures_given(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list
     return given
 
 
-def _slide(window: MainWindow, name: str, value: int) -> None:
+def _slide(window, name: str, value: int):
     window.feature(ExtractionPanel).form.findChild(QSlider, f"slider_{name}").setValue(value)
     window.refresh.now()
 
 
-def _click(window: MainWindow, text: str) -> None:
+def _click(window, text: str):
     box = next(box for box in window.feature(ExtractionPanel).widget.findChildren(QCheckBox) if box.text() == text)
     box.click()
 
 
-def _said(window: MainWindow) -> list[str]:
+def _said(window) -> list[str]:
     texts: list[str] = []
     window.loader.message.connect(texts.append)
     return texts
 
 
-def _summary(window: MainWindow) -> str:
+def _summary(window) -> str:
     window.refresh.now()
     return window.feature(ExtractionPanel).widget.findChild(QLabel, "summary").text()
 
 
-def _cut_off_by_hand(window: MainWindow) -> int:
+def _cut_off_by_hand(window) -> int:
     """Paint a new block, named Mine, with a stroke across the block at the right."""
     document, view = window.workspace.current, window.views.cells["colour"].view
     window.actions_["new_block"].trigger()
@@ -96,7 +93,7 @@ def _cut_off_by_hand(window: MainWindow) -> int:
     return label
 
 
-def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot: QtBot) -> None:
+def test_a_slider_moves_the_picture_and_not_the_blocks(staged, qtbot):
     document = staged.workspace.current
     before, steps = document.labels.copy(), document.undo_stack.count()
     staged.feature(ExtractionPanel).show_stage("dilated")
@@ -118,9 +115,7 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot
     assert document.undo_stack.count() == steps
 
 
-def test_extract_takes_what_the_preview_has_found_at_once(
-    staged: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_extract_takes_what_the_preview_has_found_at_once(staged, qtbot, monkeypatch):
     document = staged.workspace.current
     before = document.labels.copy()
     staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
@@ -139,7 +134,7 @@ def test_extract_takes_what_the_preview_has_found_at_once(
 
 
 @pytest.mark.parametrize("layout", ["grid", "grid-extraction"])
-def test_extract_keeps_a_block_made_by_hand_again_and_again(opened: MainWindow, qtbot: QtBot, layout: str) -> None:
+def test_extract_keeps_a_block_made_by_hand_again_and_again(opened, qtbot, layout):
     opened.views.set_layout(layout)
     document, said = opened.workspace.current, _said(opened)
     mine = _cut_off_by_hand(opened)
@@ -167,9 +162,7 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened: MainWindow, 
     assert "Kept" not in said[-1]
 
 
-def test_a_loaded_map_is_all_by_hand_and_the_message_says_what_to_do(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_a_loaded_map_is_all_by_hand_and_the_message_says_what_to_do(opened, qtbot, tmp_path):
     document, said = opened.workspace.current, _said(opened)
     cv2.imwrite(str(tmp_path / "labels.png"), np.full(document.frame.shape, 5, np.uint16))
     opened.documents.load_blocks(str(tmp_path / "labels.png"))
@@ -179,7 +172,7 @@ def test_a_loaded_map_is_all_by_hand_and_the_message_says_what_to_do(
     assert "switch off 'Keep blocks made by hand'" in said[-1]
 
 
-def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow, qtbot: QtBot) -> None:
+def test_with_the_preview_off_the_view_follows_extract_alone(staged, qtbot):
     document = staged.workspace.current
     before = _picture(staged)
     _click(staged, "Preview")
@@ -200,9 +193,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     np.testing.assert_array_equal(_picture(staged), before)
 
 
-def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(opened, qtbot, tmp_path):
     document = opened.workspace.current
     first = document.frame
     _click(opened, "Preview")
@@ -221,9 +212,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     np.testing.assert_array_equal(_picture(opened), expected)
 
 
-def test_the_first_frame_is_extracted_once_for_blocks_and_view(
-    window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_first_frame_is_extracted_once_for_blocks_and_view(window, qtbot, frame_folder, monkeypatch):
     may_go_on = threading.Event()
 
     def after_the_view_has_been_drawn(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
@@ -245,9 +234,7 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(
     assert "failed" not in window.log.text.toPlainText()
 
 
-def test_the_view_says_that_the_first_extraction_failed(
-    window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_view_says_that_the_first_extraction_failed(window, qtbot, frame_folder, monkeypatch):
     def fail(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
         raise IlfError("no edges")
 
@@ -260,7 +247,7 @@ def test_the_view_says_that_the_first_extraction_failed(
     assert "The extraction failed: no edges" in _summary(window)
 
 
-def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, qtbot: QtBot) -> None:
+def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened, qtbot):
     label = opened.feature(ExtractionPanel).widget.findChild(QLabel, "summary")
     assert _summary(opened) == ""
     _slide(opened, "dilation", 5)
@@ -280,7 +267,7 @@ def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, q
     assert _summary(opened) == ""
 
 
-def test_the_summary_says_around_which_blocks_the_new_ones_would_lie(staged: MainWindow, qtbot: QtBot) -> None:
+def test_the_summary_says_around_which_blocks_the_new_ones_would_lie(staged, qtbot):
     assert "around" not in _summary(staged)
     mine = _cut_off_by_hand(staged)
     assert "around 1 block made by hand" in _summary(staged)
@@ -291,7 +278,7 @@ def test_the_summary_says_around_which_blocks_the_new_ones_would_lie(staged: Mai
     assert "around" not in _summary(staged)
 
 
-def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindow, qtbot: QtBot) -> None:
+def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened, qtbot):
     document, said = opened.workspace.current, _said(opened)
     mine = _cut_off_by_hand(opened)
     (locked,) = set(document.counts()) - document.handmade() - {document.labels[0, -1]}
@@ -312,7 +299,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
     assert document.handmade() == {mine}
 
 
-def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWindow, qtbot: QtBot) -> None:
+def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged, qtbot):
     document, view = staged.workspace.current, staged.views.cells["colour"].view
     staged.workspace.parameters.set_extraction(BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
@@ -331,13 +318,7 @@ def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWind
     np.testing.assert_array_equal(document.labels, before)
 
 
-def test_stages_want_a_frame(window: MainWindow) -> None:
-    layout = window.feature(ViewsFeature).bar.layouts.currentData()
-    QTest.keyClick(window, Qt.Key.Key_1, Qt.KeyboardModifier.AltModifier)
-    assert window.feature(ViewsFeature).bar.layouts.currentData() == layout
-
-
-def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWindow, qtbot: QtBot) -> None:
+def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened, qtbot):
     _slide(opened, "dilation", 5)
     assert not opened.feature(ExtractionPanel).busy
     opened.actions_["stage_strength"].trigger()
@@ -345,10 +326,13 @@ def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWind
     _settle(opened, qtbot)
     assert _picture(opened).ndim == 2
     assert opened.feature(ViewsFeature).bar.layouts.currentData() == "grid-extraction"
+    qtbot.keyClick(opened, Qt.Key.Key_4, Qt.KeyboardModifier.AltModifier)
+    assert opened.actions_["stage_contracted"].isChecked()
+    _settle(opened, qtbot)
 
 
 @pytest.fixture
-def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+def gate(monkeypatch):
     """Previews wait until it is set."""
     opened = threading.Event()
 
@@ -360,9 +344,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     return opened
 
 
-def test_frames_change_and_close_while_a_preview_is_under_way(
-    staged: MainWindow, qtbot: QtBot, gate: threading.Event, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_frames_change_and_close_while_a_preview_is_under_way(staged, qtbot, gate, tmp_path, monkeypatch):
     first = staged.workspace.current.frame
     shown = _pictures_given(staged, monkeypatch)
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
@@ -394,23 +376,11 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     assert _summary(staged) == ""
 
 
-def test_closing_the_window_ends_the_preview(staged: MainWindow, qtbot: QtBot, gate: threading.Event) -> None:
-    _slide(staged, "dilation", 5)
-    assert staged.feature(ExtractionPanel).busy
-    gate.set()
-    staged.close()
-    qtbot.waitUntil(
-        lambda: not [thread for thread in threading.enumerate() if thread.name == "ilf-worker"], timeout=WAIT_MS
-    )
-
-
-def test_a_preview_that_fails_says_why_without_a_dialog(
-    staged: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(*_: object) -> None:
+def test_a_preview_that_fails_says_why_without_a_dialog(staged, qtbot, monkeypatch):
+    def broken(*_: object):
         raise MemoryError("no memory for the regions")
 
-    def no_dialog(*_: object) -> None:
+    def no_dialog(*_: object):
         raise AssertionError("a dialog at every move of a slider")
 
     monkeypatch.setattr("gui.features.extraction.find", broken)
@@ -427,7 +397,7 @@ def test_a_preview_that_fails_says_why_without_a_dialog(
     assert "no memory" not in _summary(staged)
 
 
-def test_an_edge_network_that_is_missing_is_said_and_does_not_stop_anything(staged: MainWindow, qtbot: QtBot) -> None:
+def test_an_edge_network_that_is_missing_is_said_and_does_not_stop_anything(staged, qtbot):
     said = _said(staged)
     staged.workspace.parameters.set_extraction(BlockParameters(model="elsewhere"))
     _settle(staged, qtbot)
@@ -442,19 +412,8 @@ def test_an_edge_network_that_is_missing_is_said_and_does_not_stop_anything(stag
     assert "elsewhere" in said[-1]
 
 
-def test_stages_by_keyboard(staged: MainWindow, qtbot: QtBot) -> None:
-    shown: list[str] = []
-    staged.views.extraction.stageChanged.connect(shown.append)
-    for key in (Qt.Key.Key_1, Qt.Key.Key_4):
-        qtbot.keyClick(staged, key, Qt.KeyboardModifier.AltModifier)
-    assert shown == ["strength", "contracted"]
-    assert staged.actions_["stage_contracted"].isChecked()
-
-
 @pytest.mark.parametrize("works_meanwhile", [False, True])
-def test_a_frame_is_shown_before_its_blocks_are_found(
-    window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch, works_meanwhile: bool
-) -> None:
+def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folder, monkeypatch, works_meanwhile):
     go_on = threading.Event()
 
     def slow(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:

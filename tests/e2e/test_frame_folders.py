@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import stat
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +12,12 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
 from gui.features.project.recent import RecentFeature, key_of
 from gui.state.entries import Entry
-from ilf.data.frame import RGBDFrame
 from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
 from ilf.segmentation.editing.patches import patch_between
@@ -31,7 +28,7 @@ COUNT = 6
 
 
 @pytest.fixture
-def folder(tmp_path: Path, small_frame: RGBDFrame) -> Path:
+def folder(tmp_path, small_frame):
     """Six frames, of which the third is broken, and what is none."""
     root = tmp_path / "walk"
     root.mkdir()
@@ -43,7 +40,7 @@ def folder(tmp_path: Path, small_frame: RGBDFrame) -> Path:
 
 
 @pytest.fixture
-def listed(window: MainWindow, qtbot: QtBot, folder: Path) -> MainWindow:
+def listed(window, qtbot, folder):
     """The window with the folder's list, and the first frame open."""
     window.recorder.start()
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
@@ -51,18 +48,18 @@ def listed(window: MainWindow, qtbot: QtBot, folder: Path) -> MainWindow:
     return window
 
 
-def _go(window: MainWindow, qtbot: QtBot, command: str = "next_frame") -> None:
+def _go(window, qtbot, command: str = "next_frame"):
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.actions_[command].trigger()
 
 
-def _present(window: MainWindow) -> Entry:
+def _present(window) -> Entry:
     entry = window.workspace.entries.of(window.workspace.current.id)
     assert entry is not None
     return entry
 
 
-def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
+def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folder):
     window, workspace = listed, listed.workspace
     part, entries = window.feature(FramesFeature), workspace.entries
     assert [entry.name for entry in entries] == [f"frame-{number}" for number in range(COUNT)]
@@ -101,7 +98,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
     assert not back.undo_stack.canUndo()
 
 
-def test_the_film_strip_goes_from_frame_to_frame(listed: MainWindow, qtbot: QtBot) -> None:
+def test_the_film_strip_goes_from_frame_to_frame(listed, qtbot):
     strip, entries = listed.feature(FramesFeature).panel.view, listed.workspace.entries
     assert strip.isVisible()
     assert strip.is_strip
@@ -134,7 +131,7 @@ def test_the_film_strip_goes_from_frame_to_frame(listed: MainWindow, qtbot: QtBo
     assert listed.feature(FramesFeature).panel.note.isVisible()
 
 
-def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot, monkeypatch) -> None:
+def test_what_is_not_stored_or_runs_stays_open(listed, qtbot, monkeypatch):
     window, entries = listed, listed.workspace.entries
     part = window.feature(FramesFeature)
     part.open_frames.max_open = 1
@@ -158,9 +155,7 @@ def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot,
     assert len(told) == 1, "what is at work is not even asked for"
 
 
-def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
-    listed: MainWindow, qtbot: QtBot, monkeypatch
-) -> None:
+def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(listed, qtbot, monkeypatch):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     panel, part = window.feature(FramesFeature).panel, window.feature(FramesFeature)
     workspace.set_note(entries[1], "shiny")
@@ -189,9 +184,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     assert _present(window) is entries[0]
 
 
-def test_a_folder_without_frames_says_what_one_holds(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch
-) -> None:
+def test_a_folder_without_frames_says_what_one_holds(window, qtbot, tmp_path, monkeypatch):
     told: list[str] = []
     monkeypatch.setattr(window.notes, "report", lambda what, error: told.append(str(error)))
     window.loader.failed.disconnect()
@@ -204,7 +197,7 @@ def test_a_folder_without_frames_says_what_one_holds(
 
 
 @pytest.fixture
-def remembering(qtbot: QtBot) -> Iterator[Callable[[], MainWindow]]:
+def remembering(qtbot):
     """Opens windows as a user does, one after the other."""
     windows: list[MainWindow] = []
 
@@ -221,14 +214,12 @@ def remembering(qtbot: QtBot) -> Iterator[Callable[[], MainWindow]]:
         window.close()
 
 
-def _open_folder(window: MainWindow, qtbot: QtBot, folder: Path) -> None:
+def _open_folder(window, qtbot, folder: Path):
     window.documents.open_paths([folder])
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy, timeout=WAIT_MS)
 
 
-def test_work_on_a_folder_is_there_again_the_next_time(
-    remembering: Callable[[], MainWindow], qtbot: QtBot, folder: Path, small_frame: RGBDFrame
-) -> None:
+def test_work_on_a_folder_is_there_again_the_next_time(remembering, qtbot, folder, small_frame):
     window = remembering()
     _open_folder(window, qtbot, folder)
     assert not window.project.present.unsaved, "looking is no work"
@@ -260,7 +251,6 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     _open_folder(other, qtbot, folder)
     assert other.project.present.path == again.project.present.path
     project = again.project.present.path
-    assert project is not None
     project.write_bytes(b"damaged")
     told: list[str] = []
     last = remembering()
@@ -272,16 +262,14 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     assert last.project.present.path is None, "what is damaged is not written over"
 
 
-def test_of_a_folder_the_folder_is_remembered(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
+def test_of_a_folder_the_folder_is_remembered(listed, qtbot, folder):
     _go(listed, qtbot)
     recent = listed.feature(RecentFeature)
     assert [key_of(origin) for origin in recent.frames.origins] == [str(folder)]
 
 
 @pytest.fixture
-def in_folder(
-    remembering: Callable[[], MainWindow], qtbot: QtBot, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> MainWindow:
+def in_folder(remembering, qtbot, folder, monkeypatch):
     """The window with the folder's project, which lies where it does without a setting."""
     monkeypatch.delenv("ILF_FOLDERS")
     window = remembering()
@@ -289,14 +277,12 @@ def in_folder(
     return window
 
 
-def _save(window: MainWindow, qtbot: QtBot) -> None:
+def _save(window, qtbot):
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
         window.actions_["save_project"].trigger()
 
 
-def test_a_folders_project_lies_beside_it_and_saving_says_where(
-    in_folder: MainWindow, remembering: Callable[[], MainWindow], qtbot: QtBot, folder: Path
-) -> None:
+def test_a_folders_project_lies_beside_it_and_saving_says_where(in_folder, remembering, qtbot, folder):
     in_folder.workspace.set_note(in_folder.workspace.entries[1], "mirror")
     _save(in_folder, qtbot)
     project = folder.with_name("walk.ilf")
@@ -311,8 +297,8 @@ def test_a_folders_project_lies_beside_it_and_saving_says_where(
 
 @pytest.mark.parametrize("answer", ["&Add to it", "&New project", "Cancel"])
 def test_a_frame_opened_later_joins_the_folders_project_only_if_the_user_wants_it(
-    in_folder: MainWindow, qtbot: QtBot, folder: Path, small_frame: RGBDFrame, answer: str
-) -> None:
+    in_folder, qtbot, folder, small_frame, answer
+):
     _save(in_folder, qtbot)
     project = in_folder.project.present.path
     other = write_frame(folder.with_name("elsewhere"), small_frame)
@@ -329,9 +315,9 @@ def test_a_frame_opened_later_joins_the_folders_project_only_if_the_user_wants_i
 
 
 def test_before_anything_is_done_in_it_a_folders_project_ends_when_another_frame_is_opened(
-    in_folder: MainWindow, qtbot: QtBot, folder: Path, small_frame: RGBDFrame
-) -> None:
+    in_folder, qtbot, folder, small_frame
+):
     assert in_folder.project.present.path == folder.with_name("walk.ilf")
     in_folder.documents.open_paths([write_frame(folder.with_name("elsewhere"), small_frame)])
     qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == COUNT + 1, timeout=WAIT_MS)
-    assert in_folder.project.present.path is None
+    qtbot.waitUntil(lambda: in_folder.project.present.path is None, timeout=WAIT_MS)

@@ -6,7 +6,6 @@ import os
 import stat
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -14,7 +13,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QSettings, QTimer
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
 from gui.app import start as app
 from gui.app.headless import HeadlessRun
@@ -27,16 +25,15 @@ from ilf.cli import main as command_line
 from .conftest import write_frame
 
 LIMIT_MS = 30_000
-Start = Callable[..., tuple[int, str]]
 
 
 @pytest.fixture
-def picture(tmp_path: Path) -> Path:
+def picture(tmp_path):
     return tmp_path / "picture.png"
 
 
 @pytest.fixture
-def start(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], picture: Path) -> Start:
+def start(qtbot, monkeypatch, capsys, picture):
     """Runs the program in this process; gives its exit status and what it said on stderr."""
     monkeypatch.setattr(sys, "excepthook", sys.excepthook)
     monkeypatch.setattr(theme, "apply_theme", lambda *_: None)
@@ -60,7 +57,7 @@ def start(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     return start
 
 
-def refused(outcome: tuple[int, str], picture: Path, *words: str) -> None:
+def refused(outcome: tuple[int, str], picture: Path, *words: str):
     """One line that says what is wrong, status 1, no picture."""
     status, said = outcome
     assert status == 1
@@ -70,25 +67,23 @@ def refused(outcome: tuple[int, str], picture: Path, *words: str) -> None:
         assert word in said
 
 
-def test_a_run_gives_a_picture_and_status_0(start: Start, frame_folder: Path, picture: Path) -> None:
+def test_a_run_gives_a_picture_and_status_0(start, frame_folder, picture):
     assert start(frame_folder, "--run", "--size", "900x700") == (0, "")
     assert cv2.imread(str(picture)).shape == (700, 900, 3)
 
 
-def test_a_frame_of_a_folder_is_named_by_its_key(start: Start, frame_folder: Path, picture: Path) -> None:
+def test_a_frame_of_a_folder_is_named_by_its_key(start, frame_folder, picture):
     assert start(frame_folder.parent, "--frame", frame_folder.name) == (0, "")
     assert picture.exists()
 
 
-def test_a_run_that_guesses_the_rest_has_its_picture_after_that(
-    start: Start, frame_folder: Path, tmp_path: Path, picture: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_guesses_the_rest_has_its_picture_after_that(start, frame_folder, tmp_path, picture, monkeypatch):
     extrapolate = ["--extrapolate", "--blocks-existence-rate", "0.95", "--out", str(tmp_path / "done"), "--quiet"]
     assert command_line(["complete", str(frame_folder), *extrapolate]) == 0
     extrapolated = []
     save = HeadlessRun._take_picture
 
-    def look(self: HeadlessRun) -> None:
+    def look(self: HeadlessRun):
         extrapolated.append(self._workspace.current.extrapolated)
         save(self)
 
@@ -99,13 +94,8 @@ def test_a_run_that_guesses_the_rest_has_its_picture_after_that(
     assert extrapolated == [True]
 
 
-def test_a_picture_without_a_run(start: Start, frame_folder: Path, picture: Path) -> None:
-    assert start(frame_folder) == (0, "")
-    assert picture.exists()
-
-
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere the system keeps the settings")
-def test_no_other_user_may_read_the_settings(start: Start, frame_folder: Path) -> None:
+def test_no_other_user_may_read_the_settings(start, frame_folder):
     settings = Path(QSettings().fileName())
     settings.parent.mkdir(parents=True, exist_ok=True)
     settings.touch(0o644)
@@ -115,27 +105,27 @@ def test_no_other_user_may_read_the_settings(start: Start, frame_folder: Path) -
     assert stat.S_IMODE(Path(QSettings().fileName()).stat().st_mode) == 0o600
 
 
-def test_a_frame_that_is_not_there(start: Start, tmp_path: Path, picture: Path) -> None:
+def test_a_frame_that_is_not_there(start, tmp_path, picture):
     missing = tmp_path / "rgb.png", tmp_path / "depth.png"
     refused(start(*missing, "--depth-units", 1000, "--run"), picture, "rgb.png")
 
 
-def test_a_damaged_depth_file(start: Start, frame_folder: Path, picture: Path) -> None:
+def test_a_damaged_depth_file(start, frame_folder, picture):
     depth = frame_folder / "depth.png"
     depth.write_bytes(depth.read_bytes()[:100])
     refused(start(frame_folder, "--run"), picture, "depth.png")
 
 
-def test_colour_and_depth_of_other_sizes(start: Start, frame_folder: Path, picture: Path) -> None:
+def test_colour_and_depth_of_other_sizes(start, frame_folder, picture):
     cv2.imwrite(str(frame_folder / "rgb.png"), np.zeros((20, 30, 3), np.uint8))
     refused(start(frame_folder, "--run"), picture, "30 x 20", "64 x 48")
 
 
-def test_intrinsics_that_are_none(start: Start, frame_folder: Path, picture: Path) -> None:
+def test_intrinsics_that_are_none(start, frame_folder, picture):
     refused(start(frame_folder, "--run", "--intrinsics", "a,b"), picture, "a,b")
 
 
-def test_a_truth_that_does_not_fit(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
+def test_a_truth_that_does_not_fit(start, frame_folder, tmp_path, picture):
     ground_truth = tmp_path / "truth.png"
     cv2.imwrite(str(ground_truth), np.full((48, 64), 30_000, np.uint16))
     refused(start(frame_folder, "--ground-truth", ground_truth), picture, "this ground truth would be", "truth.png")
@@ -143,42 +133,40 @@ def test_a_truth_that_does_not_fit(start: Start, frame_folder: Path, tmp_path: P
         app.main([str(frame_folder), str(tmp_path), "--ground-truth", str(ground_truth)])
 
 
-def test_a_run_whose_frame_is_gone(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
+def test_a_run_whose_frame_is_gone(start, frame_folder, tmp_path, picture):
     assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "done"), "--quiet"]) == 0
     (frame_folder / "depth.png").unlink()
     refused(start(tmp_path / "done" / "run.json", "--run"), picture, "depth.png", "recorded run")
 
 
-def test_a_colour_file_without_its_depth(start: Start, frame_folder: Path, picture: Path) -> None:
+def test_a_colour_file_without_its_depth(start, frame_folder, picture):
     refused(start(frame_folder / "rgb.png", "--run"), picture, "rgb.png", "depth file")
 
 
-def test_no_frame_at_all(start: Start, picture: Path) -> None:
+def test_no_frame_at_all(start, picture):
     refused(start("--run"), picture, "give a frame")
 
 
-def test_one_frame_of_two(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
+def test_one_frame_of_two(start, frame_folder, tmp_path, picture):
     empty = tmp_path / "empty"
     empty.mkdir()
     refused(start(empty, frame_folder, "--run"), picture, "meta.json")
 
 
-def test_a_frame_without_blocks(
-    start: Start, frame_folder: Path, picture: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_frame_without_blocks(start, frame_folder, picture, monkeypatch):
     monkeypatch.setattr("gui.state.frame_data.FrameData.counts", lambda _: {})
     refused(start(frame_folder, "--run"), picture, "two-planes has no blocks")
 
 
-def test_no_block_that_can_be_completed(start: Start, tmp_path: Path, picture: Path) -> None:
+def test_no_block_that_can_be_completed(start, tmp_path, picture):
     depth = np.full((48, 64), np.nan)
     depth[20, 20:22] = 1.5
     folder = write_frame(tmp_path / "hardly-any", RGBDFrame(np.full((48, 64, 3), 90, np.uint8), depth))
     refused(start(folder, "--run"), picture, "no block could be completed", "2 of")
 
 
-def test_a_run_that_breaks(start: Start, frame_folder: Path, picture: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(*_: object) -> None:
+def test_a_run_that_breaks(start, frame_folder, picture, monkeypatch):
+    def broken(*_: object):
         raise MemoryError("no room for the grid")
 
     monkeypatch.setattr(FrameRuns, "_due_previews", broken)
@@ -186,14 +174,14 @@ def test_a_run_that_breaks(start: Start, frame_folder: Path, picture: Path, monk
 
 
 @pytest.mark.parametrize("name", ["no-folder/picture.png", "."])
-def test_a_picture_that_cannot_be_written(start: Start, frame_folder: Path, tmp_path: Path, name: str) -> None:
+def test_a_picture_that_cannot_be_written(start, frame_folder, tmp_path, name):
     status, said = start(frame_folder, "--run", "--screenshot", tmp_path / name)
     assert status == 1
     assert said.startswith("ilf-gui: error: ")
     assert str(tmp_path) in said
 
 
-def test_the_program_itself(tmp_path: Path) -> None:
+def test_the_program_itself(tmp_path):
     """The same in a process of its own: the status arrives, and there is no traceback."""
     root = Path(__file__).resolve().parents[2]
     displays = ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")

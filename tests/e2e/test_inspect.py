@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget, QFileDialog
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.inspect.marks import Stroke, Text
 from gui.features.inspect.panel import STATISTICS, InspectPanel
-from ilf.data.frame import RGBDFrame
 from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
 from ilf.sources.frame_ref import FrameRef
@@ -24,17 +17,17 @@ from .conftest import WAIT_MS, open_frame, write_frame
 from .hand import click, drag, hover, key
 
 
-def shown(window: MainWindow, kind: type[Stroke] | type[Text] = Text) -> list[Stroke | Text]:
+def shown(window, kind: type[Stroke] | type[Text] = Text) -> list[Stroke | Text]:
     """The marks of a kind over the views."""
     window.refresh.now()
     return [one for one in part_of(window)._marks.marks if isinstance(one, kind)]
 
 
-def part_of(window: MainWindow) -> InspectPanel:
+def part_of(window) -> InspectPanel:
     return window.feature(InspectPanel)
 
 
-def numbers(window: MainWindow, qtbot: QtBot) -> str:
+def numbers(window, qtbot) -> str:
     """The statistics, as soon as they are there."""
     part = part_of(window)
     window.refresh.now()
@@ -42,14 +35,7 @@ def numbers(window: MainWindow, qtbot: QtBot) -> str:
     return part.statistics.text()
 
 
-def test_a_profile_from_drawing_to_file(
-    opened: MainWindow,
-    qtbot: QtBot,
-    run_all: Callable[[MainWindow], None],
-    tmp_path: Path,
-    small_frame: RGBDFrame,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_frame, monkeypatch):
     window, part = opened, part_of(opened)
     assert "Inspect" not in window.panels.open
     window.actions_["tool_profile"].trigger()
@@ -58,7 +44,6 @@ def test_a_profile_from_drawing_to_file(
     drag(window, [(5.5, 16.5), (30, 16.5), (50.5, 16.5)], release=False)
     window.refresh.now()
     data = part.profile.data
-    assert data is not None
     assert data.curves == ()
     assert len(data.profile) == 46
     drag(window, [(50.5, 16.5), (58.5, 16.5)])
@@ -67,10 +52,9 @@ def test_a_profile_from_drawing_to_file(
     # the result, and its expected error though no view shows it
     window.views.set_layout("colour")
     data = part.profile.data
-    assert data is not None
     assert [curve.name for curve in data.curves] == ["result"]
     assert np.isfinite(data.curves[0].depth).all()
-    qtbot.waitUntil(lambda: part.profile.data.error is not None, timeout=WAIT_MS)  # type: ignore[union-attr]
+    qtbot.waitUntil(lambda: part.profile.data.error is not None, timeout=WAIT_MS)
 
     # the mouse on the line marks the place in the plot, the mouse in the plot marks it in the views
     hover(window, (20.5, 16.5))
@@ -106,9 +90,7 @@ def test_a_profile_from_drawing_to_file(
     assert part.profile.data is None
 
 
-def test_statistics_of_block_and_rectangle_beside_each_other(
-    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
-) -> None:
+def test_statistics_of_block_and_rectangle_beside_each_other(opened, qtbot, run_all):
     window, part, document = opened, part_of(opened), opened.workspace.current
     run_all(window)
     part.reveal_page(STATISTICS)
@@ -139,9 +121,7 @@ def test_statistics_of_block_and_rectangle_beside_each_other(
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
 
 
-def test_measurements_are_listed_copied_deleted_and_taken_back(
-    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
-) -> None:
+def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, run_all):
     window, part = opened, part_of(opened)
     window.actions_["tool_measure"].trigger()
     qtbot.waitUntil(lambda: part.measurements.isVisible(), timeout=WAIT_MS)

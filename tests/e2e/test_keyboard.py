@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QDialog, QLineEdit, QPushButton, QWidget
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.base.commands import plain
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
-from gui.tools.kinds import KINDS, ToolKind
+from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
 
 from .conftest import WAIT_MS
@@ -25,7 +21,7 @@ _Key = Qt.Key
 
 
 @pytest.fixture
-def typing(opened: MainWindow, qtbot: QtBot) -> MainWindow:
+def typing(opened, qtbot):
     """The window on a frame of two blocks that meet at x = 30; the focus is in the colour view."""
     opened.editor.set_option("leash", 0)
     opened.activateWindow()
@@ -35,7 +31,7 @@ def typing(opened: MainWindow, qtbot: QtBot) -> MainWindow:
     return opened
 
 
-def _go(window: MainWindow, x: int, y: int) -> None:
+def _go(window, x: int, y: int):
     """Move the crosshair to a pixel with the arrow keys, in long steps first."""
     if window.views.pixel is None:
         key(window, _Key.Key_Right)
@@ -48,12 +44,12 @@ def _go(window: MainWindow, x: int, y: int) -> None:
     assert window.views.pixel == (x, y)
 
 
-def _at(window: MainWindow) -> tuple[int, int]:
+def _at(window) -> tuple[int, int]:
     assert window.views.pixel is not None
     return window.views.pixel
 
 
-def _drag(window: MainWindow, *points: tuple[int, int]) -> None:
+def _drag(window, *points: tuple[int, int]):
     """Hold Space from the first point to the last."""
     _go(window, *points[0])
     QTest.keyPress(_focus(), _Key.Key_Space)
@@ -68,7 +64,7 @@ def _focus() -> QWidget:
     return focus
 
 
-def test_a_border_is_drawn_anew_by_keys(typing: MainWindow) -> None:
+def test_a_border_is_drawn_anew_by_keys(typing):
     document = typing.workspace.current
     left, right = int(document.labels[5, 5]), int(document.labels[5, 50])
     key(typing, _Key.Key_D)
@@ -79,7 +75,7 @@ def test_a_border_is_drawn_anew_by_keys(typing: MainWindow) -> None:
     assert document.undo_stack.undoText() == "Redraw border"
 
 
-def test_an_outline_is_made_of_corners_by_keys(typing: MainWindow) -> None:
+def test_an_outline_is_made_of_corners_by_keys(typing):
     document = typing.workspace.current
     key(typing, _Key.Key_L)
     for corner in ((40, 6), (56, 6), (56, 20), (40, 20)):
@@ -91,7 +87,7 @@ def test_an_outline_is_made_of_corners_by_keys(typing: MainWindow) -> None:
     assert document.undo_stack.count() == 1
 
 
-def test_a_block_is_split_along_a_line_of_keys(typing: MainWindow) -> None:
+def test_a_block_is_split_along_a_line_of_keys(typing):
     document = typing.workspace.current
     key(typing, _Key.Key_S)
     _go(typing, 10, 24)
@@ -106,7 +102,7 @@ def test_a_block_is_split_along_a_line_of_keys(typing: MainWindow) -> None:
     assert document.labels[0, _at(typing)[0]] != document.labels[0, 40]
 
 
-def test_an_object_is_selected_by_a_click_of_keys(typing: MainWindow, qtbot: QtBot) -> None:
+def test_an_object_is_selected_by_a_click_of_keys(typing, qtbot):
     document = typing.workspace.current
     typing.workspace.select([])
     key(typing, _Key.Key_W)
@@ -119,7 +115,7 @@ def test_an_object_is_selected_by_a_click_of_keys(typing: MainWindow, qtbot: QtB
     assert document.undo_stack.undoText().startswith("Smart select")
 
 
-def test_a_stroke_is_painted_by_keys_and_given_up_by_escape(typing: MainWindow) -> None:
+def test_a_stroke_is_painted_by_keys_and_given_up_by_escape(typing):
     document = typing.workspace.current
     before = document.labels.copy()
     key(typing, _Key.Key_A)
@@ -138,7 +134,7 @@ def test_a_stroke_is_painted_by_keys_and_given_up_by_escape(typing: MainWindow) 
     assert (document.labels[5, 5:13] == document.selected[0]).all()
 
 
-def test_the_crosshair_stays_in_sight_and_gives_way_to_the_mouse(typing: MainWindow) -> None:
+def test_the_crosshair_stays_in_sight_and_gives_way_to_the_mouse(typing):
     view = typing.views.cells["colour"].view
     typing.views.set_place(10, 10, 8 / typing.views.pixel_size)
     _go(typing, 60, 40)
@@ -153,22 +149,21 @@ def test_the_crosshair_stays_in_sight_and_gives_way_to_the_mouse(typing: MainWin
     QTest.keyRelease(view, _Key.Key_Space)
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
-def test_a_letter_takes_a_tool_and_stands_in_its_tooltip(typing: MainWindow, kind: ToolKind) -> None:
-    typing.editor.set_tool("give" if kind.name == "select" else "select")
-    QTest.keyClick(_focus(), kind.key.lower())
-    assert typing.editor.tool_name == kind.name
-    tip = typing.actions_[f"tool_{kind.name}"].toolTip()
-    assert tip.startswith(f"<b>{plain(kind.text)} ({kind.key})</b>")
+def test_a_letter_takes_a_tool_and_stands_in_its_tooltip(typing):
+    for kind in KINDS:
+        typing.editor.set_tool("give" if kind.name == "select" else "select")
+        QTest.keyClick(_focus(), kind.key.lower())
+        assert typing.editor.tool_name == kind.name
+        tip = typing.actions_[f"tool_{kind.name}"].toolTip()
+        assert tip.startswith(f"<b>{plain(kind.text)} ({kind.key})</b>")
 
 
-def test_letters_do_nothing_while_a_name_is_typed(typing: MainWindow, qtbot: QtBot) -> None:
+def test_letters_do_nothing_while_a_name_is_typed(typing, qtbot):
     table = typing.feature(BlocksFeature).table
     table.view.selectRow(0)
     table.view.setFocus()
     key(typing, _Key.Key_F2)
     field = table.view.findChild(QLineEdit)
-    assert field is not None
     field.setFocus()
     field.selectAll()
     QTest.keyClicks(field, "table z")
@@ -179,7 +174,7 @@ def test_letters_do_nothing_while_a_name_is_typed(typing: MainWindow, qtbot: QtB
     assert not typing.actions_["show_before_edit"].isChecked()
 
 
-def test_the_view_with_the_focus_has_a_frame_and_tab_leaves_it(typing: MainWindow) -> None:
+def test_the_view_with_the_focus_has_a_frame_and_tab_leaves_it(typing):
     seen: list[QWidget] = []
     for name in ("colour", "depth-in", "depth-out"):
         cell = typing.views.cells[name]
@@ -194,34 +189,35 @@ def test_the_view_with_the_focus_has_a_frame_and_tab_leaves_it(typing: MainWindo
     assert _focus() is typing.feature(BlocksFeature).table.view
 
 
-@pytest.mark.parametrize("command", ["open", "export", "hold_out_test", "report", "save_preset", "load_ground_truth"])
-def test_enter_is_the_default_button_of_a_dialog_wherever_the_focus_is(
-    typing: MainWindow, frame_folder: Path, command: str
-) -> None:
-    typing.actions_[command].trigger()
-    (dialog,) = (found for found in typing.findChildren(QDialog) if found.isVisible())
-    focusable = [
-        widget
-        for widget in dialog.findChildren(QWidget)
-        if widget.isVisible()
-        and widget.isEnabled()
-        and widget.focusPolicy() & Qt.FocusPolicy.TabFocus
-        and not isinstance(widget, QAbstractButton)
-    ]
-    assert focusable
-    accepted: list[bool] = []
-    dialog.accept = lambda: accepted.append(True)  # type: ignore[method-assign]
-    for widget in focusable:
-        widget.setFocus()
-        if not widget.hasFocus():
-            continue
-        if isinstance(widget, QComboBox) and widget.isEditable():
-            QTest.keyClicks(widget, "mm")
-        (default,) = (button for button in dialog.findChildren(QPushButton) if button.isDefault())
-        default.setEnabled(True)
-        default.clicked.disconnect()
-        default.clicked.connect(lambda: accepted.append(True))
-        accepted.clear()
-        QTest.keyClick(widget, _Key.Key_Return)
-        assert accepted, (widget, widget.accessibleName())
-    dialog.close()
+def test_enter_is_the_default_button_of_a_dialog_wherever_the_focus_is(typing):
+    for command in ("open", "export", "hold_out_test", "report", "save_preset", "load_ground_truth"):
+        typing.actions_[command].trigger()
+        (dialog,) = (found for found in typing.findChildren(QDialog) if found.isVisible())
+        focusable = [
+            widget
+            for widget in dialog.findChildren(QWidget)
+            if widget.isVisible()
+            and widget.isEnabled()
+            and widget.focusPolicy() & Qt.FocusPolicy.TabFocus
+            and not isinstance(widget, QAbstractButton)
+        ]
+        assert focusable, command
+        for widget in focusable:
+            _assert_enter_is_default(dialog, widget)
+        dialog.close()
+
+
+def _assert_enter_is_default(dialog: QDialog, widget: QWidget):
+    widget.setFocus()
+    if not widget.hasFocus():
+        return
+    if isinstance(widget, QComboBox) and widget.isEditable():
+        QTest.keyClicks(widget, "mm")
+    accepted = []
+    dialog.accept = lambda: accepted.append(True)
+    (default,) = (button for button in dialog.findChildren(QPushButton) if button.isDefault())
+    default.setEnabled(True)
+    default.clicked.disconnect()
+    default.clicked.connect(lambda: accepted.append(True))
+    QTest.keyClick(widget, _Key.Key_Return)
+    assert accepted, (widget, widget.accessibleName())

@@ -1,7 +1,5 @@
 """Depth of neighbours in the window: found, used, compared, seen, undone, kept in a project and removed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gui.base.commands import why_not

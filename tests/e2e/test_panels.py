@@ -7,9 +7,7 @@ from collections.abc import Generator
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QLabel, QWidget
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.panel import Panel
 from gui.state.entries import Entry
@@ -32,21 +30,21 @@ class _Missing(Panel):
         self.label, self.drawn = QLabel(), list[Part]()
         return self.label
 
-    def refresh(self, parts: Part) -> None:
+    def refresh(self, parts: Part):
         self.drawn.append(parts)
         workspace = self.context.workspace
         if workspace.has_current:
             self.ask(workspace.current.frame.depth)
 
-    def compute(self, request: np.ndarray) -> Generator[float, None, int]:
+    def compute(self, request) -> Generator[float, None, int]:
         yield 0.5
         return int(np.count_nonzero(~np.isfinite(request)))
 
-    def take(self, request: np.ndarray, answer: int) -> None:
+    def take(self, request, answer: int):
         self.label.setText(f"{answer} px")
 
 
-def test_a_new_panel_is_one_class(opened: MainWindow, qtbot: QtBot) -> None:
+def test_a_new_panel_is_one_class(opened, qtbot):
     panel = _Missing(opened.context)
     opened.refresh.draw_all()
     assert not panel.visible
@@ -61,9 +59,7 @@ def test_a_new_panel_is_one_class(opened: MainWindow, qtbot: QtBot) -> None:
     assert panel.drawn == [Part.SELECTION], "two changes of one turn are drawn once"
 
 
-def test_frames_are_a_narrow_list_beside_the_images_and_thousands_of_them_are_found(
-    opened: MainWindow, qtbot: QtBot
-) -> None:
+def test_frames_are_a_narrow_list_beside_the_images_and_thousands_of_them_are_found(opened, qtbot):
     opened.resize(1100, 700)
     frames, entries = opened.feature(FramesFeature), opened.workspace.entries
     entries.add([Entry.of(FrameRef(f"/nowhere/frame-{number}")) for number in range(10_000)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from threading import Event
 
 import numpy as np
@@ -10,9 +9,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QSlider, QToolButton, QWidget
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.filter import FilterPanel
 from gui.features.parameter_effects import effect_of
 from gui.state.parameters import DRAG_S
@@ -22,11 +19,9 @@ from ilf.segmentation.editing.patches import patch_between
 
 from .conftest import WAIT_MS
 
-Run = Callable[[MainWindow], None]
-
 
 @pytest.fixture
-def panel(opened: MainWindow, run_all: Run) -> FilterPanel:
+def panel(opened, run_all):
     """The filter's panel; all blocks are completed, and the first is selected."""
     run_all(opened)
     opened.workspace.select([1])
@@ -34,26 +29,24 @@ def panel(opened: MainWindow, run_all: Run) -> FilterPanel:
     return opened.feature(FilterPanel)
 
 
-def _effect(panel: FilterPanel, name: str) -> str:
+def _effect(panel, name: str) -> str:
     label = panel.form.findChild(QLabel, f"effect_{name}")
     return label.text() if label.isVisible() else ""
 
 
-def _settle(window: MainWindow, panel: FilterPanel, qtbot: QtBot) -> None:
+def _settle(window, panel, qtbot):
     qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE, timeout=WAIT_MS)
     window.refresh.now()
     qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
 
 
-def _drag(panel: FilterPanel, name: str, *steps: int) -> None:
+def _drag(panel, name: str, *steps: int):
     slider = panel.form.findChild(QSlider, f"slider_{name}")
     for step in steps:
         slider.setValue(slider.value() + step)
 
 
-def test_after_a_drag_the_difference_to_the_depth_before_it_stands_beside_the_parameter(
-    opened: MainWindow, panel: FilterPanel, qtbot: QtBot
-) -> None:
+def test_after_a_drag_the_difference_to_the_depth_before_it_stands_beside_the_parameter(opened, panel, qtbot):
     before = opened.workspace.current.valid_results()[1].depth
     assert _effect(panel, "slope_weight") == ""
     _drag(panel, "slope_weight", 20, 20, 20)
@@ -70,9 +63,7 @@ def test_after_a_drag_the_difference_to_the_depth_before_it_stands_beside_the_pa
     assert _effect(panel, "slope_weight") == "no pixel changed by 0.1 mm", "the drag goes on, and is back"
 
 
-def test_a_drag_goes_on_while_the_depth_before_it_is_compared(
-    opened: MainWindow, panel: FilterPanel, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_drag_goes_on_while_the_depth_before_it_is_compared(opened, panel, qtbot, monkeypatch):
     begun, go_on = Event(), Event()
 
     def find(depths: object) -> object:
@@ -91,9 +82,7 @@ def test_a_drag_goes_on_while_the_depth_before_it_is_compared(
     assert " px changed: median " in _effect(panel, "slope_weight")
 
 
-def test_the_next_drag_is_compared_with_the_depth_before_it(
-    opened: MainWindow, panel: FilterPanel, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_next_drag_is_compared_with_the_depth_before_it(opened, panel, qtbot, monkeypatch):
     now = 100.0
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
     _drag(panel, "slope_weight", 60)
@@ -105,31 +94,26 @@ def test_the_next_drag_is_compared_with_the_depth_before_it(
     assert _effect(panel, "slope_weight") == first, "as much back"
 
 
-@pytest.mark.parametrize("what", ["undo", "edit", "frame"])
-def test_effects_of_another_state_are_not_shown(
-    opened: MainWindow, panel: FilterPanel, qtbot: QtBot, what: str
-) -> None:
-    _drag(panel, "slope_weight", 60)
-    _settle(opened, panel, qtbot)
-    assert _effect(panel, "slope_weight")
-    if what == "undo":
-        opened.actions_["undo"].trigger()
-    elif what == "edit":
-        labels = opened.workspace.current.labels.copy()
-        labels[:10, :10] = 0
-        opened.workspace.current.edit(patch_between(opened.workspace.current.labels, labels), "Erase")
-    else:
-        opened.actions_["close_frame"].trigger()
-    opened.refresh.now()
-    assert _effect(panel, "slope_weight") == ""
-    _settle(opened, panel, qtbot)
-    assert _effect(panel, "slope_weight") == ""
+def test_effects_of_another_state_are_not_shown(opened, panel, qtbot):
+    labels = opened.workspace.current.labels.copy()
+    labels[:10, :10] = 0
+    for leave, step in (
+        (opened.actions_["undo"].trigger, 60),
+        (lambda: opened.workspace.current.edit(patch_between(opened.workspace.current.labels, labels), "Erase"), 60),
+        (opened.actions_["close_frame"].trigger, -30),
+    ):
+        _drag(panel, "slope_weight", step)
+        _settle(opened, panel, qtbot)
+        assert _effect(panel, "slope_weight")
+        leave()
+        opened.refresh.now()
+        assert _effect(panel, "slope_weight") == ""
+        _settle(opened, panel, qtbot)
+        assert _effect(panel, "slope_weight") == ""
 
 
 @pytest.mark.parametrize("for_selected", [False, True])
-def test_what_acts_most_comes_first_once_it_is_tried(
-    opened: MainWindow, panel: FilterPanel, qtbot: QtBot, for_selected: bool
-) -> None:
+def test_what_acts_most_comes_first_once_it_is_tried(opened, panel, qtbot, for_selected):
     document = opened.workspace.current
     panel.scope.setCurrentIndex(int(for_selected))
     panel.redraw()
@@ -151,7 +135,7 @@ def test_what_acts_most_comes_first_once_it_is_tried(
     np.testing.assert_array_equal(document.completion().depth, depth)
 
 
-def test_a_trial_can_be_cancelled(opened: MainWindow, panel: FilterPanel, qtbot: QtBot) -> None:
+def test_a_trial_can_be_cancelled(opened, panel, qtbot):
     opened.actions_["try_parameters"].trigger()
     qtbot.waitUntil(panel.work.isVisible, timeout=WAIT_MS)
     panel.work.cancel_button.click()
@@ -160,7 +144,7 @@ def test_a_trial_can_be_cancelled(opened: MainWindow, panel: FilterPanel, qtbot:
     assert not any(_effect(panel, name) for name in panel.form.shown)
 
 
-def test_depth_that_comes_or_goes_counts_as_changed() -> None:
+def test_depth_that_comes_or_goes_counts_as_changed():
     before = np.array([1.0, 1.0, np.nan, np.nan, 2.0], np.float32)
     after = np.array([1.00005, 1.003, np.nan, 1.0, np.nan], np.float32)
     effect = effect_of([(before, after)])
@@ -169,7 +153,7 @@ def test_depth_that_comes_or_goes_counts_as_changed() -> None:
     assert effect_of([]).text == "no pixel changed by 0.1 mm"
 
 
-def test_the_form_stays_in_place_when_a_block_is_selected(opened: MainWindow, panel: FilterPanel, qtbot: QtBot) -> None:
+def test_the_form_stays_in_place_when_a_block_is_selected(opened, panel: FilterPanel, qtbot):
     qtbot.waitUntil(lambda: panel.scope.isVisible())
     before = panel.form.geometry()
     opened.workspace.select([])

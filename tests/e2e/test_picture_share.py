@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QRect, QRectF
 from PySide6.QtWidgets import QApplication, QWidget
 
 import ilf
-from gui.app.main_window import MainWindow
-from gui.base import theme
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.layouts.feature import LayoutsFeature
@@ -38,7 +34,7 @@ def made_frame(number: int = 0) -> ilf.RGBDFrame:
     return ilf.RGBDFrame(rgb, depth, name=f"made {number}")
 
 
-def on_screen(window: MainWindow, cell: Cell) -> QRect:
+def on_screen(window, cell: Cell) -> QRect:
     """Return the visible part of a cell's picture, in the window."""
     view = cell.view
     height, width = window.workspace.current.frame.shape
@@ -46,13 +42,13 @@ def on_screen(window: MainWindow, cell: Cell) -> QRect:
     return drawn.translated(view.viewport().mapTo(window, QPoint()))
 
 
-def share(window: MainWindow) -> float:
+def share(window) -> float:
     """Return pixels of pictures over pixels of the window, 0-1."""
     parts = [on_screen(window, cell) for cell in window.views.cells.values() if cell.isVisible()]
     return sum(part.width() * part.height() for part in parts) / (window.width() * window.height())
 
 
-def cut(window: MainWindow) -> list[str]:
+def cut(window) -> list[str]:
     """Return elements that are cut off but should be fully visible: pictures, captions, the Run button, the tools."""
     wrong = []
     height, width = window.workspace.current.frame.shape
@@ -72,21 +68,11 @@ def cut(window: MainWindow) -> list[str]:
     return wrong
 
 
-def _place(window: MainWindow, button: QWidget) -> QRect:
+def _place(window, button: QWidget) -> QRect:
     return QRect(button.mapTo(window, QPoint()), button.size())
 
 
-def show_frames(window: MainWindow, frames: Iterable[ilf.RGBDFrame], size: tuple[int, int]) -> None:
-    """Show a window in a size, add frames, and run the last one."""
-    window.resize(*size)
-    window.show()
-    for frame in frames:
-        window.workspace.open_document(Document.of(Run(frame, np.ones(frame.shape, np.int32)), None, frame.name))
-    window.actions_["run_all"].trigger()
-    wait(lambda: settled(window))
-
-
-def show_layout(window: MainWindow, layout: str) -> None:
+def show_layout(window, layout: str):
     """Switch to a layout of the window."""
     window.feature(LayoutsFeature).turn(layout)
     for _ in range(5):
@@ -94,25 +80,19 @@ def show_layout(window: MainWindow, layout: str) -> None:
     window.refresh.now()
 
 
-@pytest.fixture
-def themed(qapp: QApplication) -> Iterator[None]:
-    """The style of the program, which determines the sizes of its parts."""
-    palette, sheet = qapp.palette(), qapp.styleSheet()
-    theme.apply_theme(qapp, "light")
-    yield
-    qapp.setStyleSheet(sheet)
-    qapp.setPalette(palette)
-
-
-@pytest.mark.parametrize("size", sorted({size for _, size in BARS}))
 @pytest.mark.usefixtures("themed")
-def test_the_picture_is_the_work(window: MainWindow, size: tuple[int, int]) -> None:
-    show_frames(window, [made_frame(number) for number in range(2)], size)
+def test_the_picture_is_the_work(window):
+    for number in range(2):
+        frame = made_frame(number)
+        window.workspace.open_document(Document.of(Run(frame, np.ones(frame.shape, np.int32)), None, frame.name))
+    window.actions_["run_all"].trigger()
+    wait(lambda: settled(window))
     assert window.feature(FramesFeature).panel.view.isVisible()
-    for layout, of_size in BARS:
-        if of_size == size:
+    for size in sorted({size for _, size in BARS}):
+        window.resize(*size)
+        for layout in (layout for layout, of_size in BARS if of_size == size):
             show_layout(window, layout)
-            assert share(window) >= BARS[layout, size], layout
+            assert share(window) >= BARS[layout, size], (layout, size)
             assert cut(window) == []
     show_layout(window, CORRECT)
     window.actions_["toggle_panels"].trigger()

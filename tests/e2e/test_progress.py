@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from pytestqt.qtbot import QtBot
-
 import ilf
-from gui.app.main_window import MainWindow
 from gui.features.status import StatusFeature
 
 from .conftest import WAIT_MS
 
 
-def _messages(window: MainWindow) -> set[str]:
+def _messages(window) -> set[str]:
     return {cell.view._message for cell in window.views.cells.values() if cell.view.isVisible()}
 
 
-def test_stages_of_a_run_are_named(opened: MainWindow, qtbot: QtBot) -> None:
+def test_stages_of_a_run_are_named(opened, qtbot):
     progress, seen = opened.feature(StatusFeature).bar.progress, list[str]()
     assert any(message.startswith("No result yet") for message in _messages(opened))
     opened.actions_["run"].trigger()
@@ -33,7 +30,7 @@ def test_stages_of_a_run_are_named(opened: MainWindow, qtbot: QtBot) -> None:
     qtbot.waitUntil(lambda: not progress.isVisible())
 
 
-def test_a_pause_is_told_with_what_is_done(opened: MainWindow, qtbot: QtBot) -> None:
+def test_a_pause_is_told_with_what_is_done(opened, qtbot):
     progress = opened.feature(StatusFeature).bar.progress
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["step"].trigger()

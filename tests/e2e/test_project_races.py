@@ -9,12 +9,9 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QMessageBox
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.project.saving import SaveRequest
 from gui.state.entries import Entry
-from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project, save_project
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
@@ -22,14 +19,12 @@ from ilf.sources.reading_options import ReadingOptions
 from .conftest import WAIT_MS, write_frame
 
 
-def _saved(window: MainWindow, qtbot: QtBot, path: Path) -> None:
+def _saved(window, qtbot, path: Path):
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
         window.project.saving.save(SaveRequest(path))
 
 
-def test_the_present_project_is_opened_again_as_it_has_been_saved_before(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_the_present_project_is_opened_again_as_it_has_been_saved_before(opened, qtbot, tmp_path):
     path = tmp_path / "room.ilf"
     _saved(opened, qtbot, path)
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
@@ -37,7 +32,6 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(
     opened.documents.open_paths([path])
     qtbot.waitUntil(lambda: opened.project.closing.dialog is not None, timeout=WAIT_MS)
     dialog = opened.project.closing.dialog
-    assert dialog is not None
     with qtbot.waitSignal(opened.project.opening.opened, timeout=WAIT_MS):
         dialog.save_button.click()
     qtbot.waitUntil(lambda: opened.workspace.has_current, timeout=WAIT_MS)
@@ -46,9 +40,7 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(
 
 
 @pytest.mark.parametrize("leave", ["new_project", "quit"])
-def test_a_project_is_left_only_when_it_has_been_saved(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, leave: str
-) -> None:
+def test_a_project_is_left_only_when_it_has_been_saved(opened, qtbot, tmp_path, leave):
     path, other = tmp_path / "room.ilf", tmp_path / "other.ilf"
     _saved(opened, qtbot, path)
     opened.documents.discard_silently = False
@@ -61,9 +53,7 @@ def test_a_project_is_left_only_when_it_has_been_saved(
         assert opened.project.present.path is None, "the file is not that of the new project"
 
 
-def test_a_note_written_while_the_project_is_saved_stays_unsaved(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
-) -> None:
+def test_a_note_written_while_the_project_is_saved_stays_unsaved(opened, qtbot, tmp_path, small_frame):
     entry = Entry.of(FrameRef(str(write_frame(tmp_path / "second", small_frame))))
     opened.workspace.add_entries([entry])
     with qtbot.waitSignal(opened.project.saving.saved, timeout=WAIT_MS):
@@ -74,9 +64,7 @@ def test_a_note_written_while_the_project_is_saved_stays_unsaved(
     assert not entry.unsaved
 
 
-def test_the_status_line_shows_how_much_of_the_project_is_written(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_status_line_shows_how_much_of_the_project_is_written(opened, qtbot, tmp_path, monkeypatch):
     shares = []
 
     def told(*what: object, on_part: Callable[[int, int], None], **how: object) -> tuple[str, ...]:
@@ -92,7 +80,7 @@ def test_the_status_line_shows_how_much_of_the_project_is_written(
     assert opened.documents.saved_share() is None
 
 
-def test_two_frames_of_the_same_files_stay_apart(opened: MainWindow, qtbot: QtBot) -> None:
+def test_two_frames_of_the_same_files_stay_apart(opened, qtbot):
     """As where work is restored beside a frame that is in the list already."""
     workspace = opened.workspace
     (worked,) = workspace.entries
@@ -108,13 +96,10 @@ def test_two_frames_of_the_same_files_stay_apart(opened: MainWindow, qtbot: QtBo
     documents = [entry.document for entry in workspace.entries]
     assert None not in documents
     assert [document.id for document in documents if document is not None] == [worked.id, *(one.id for one in others)]
-    assert worked.document is not None
     assert worked.document.info(1).name == "Wall"
 
 
-def test_a_frame_that_is_removed_while_it_is_read_does_not_come_back(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
-) -> None:
+def test_a_frame_that_is_removed_while_it_is_read_does_not_come_back(opened, qtbot, tmp_path, small_frame):
     entry = Entry.of(FrameRef(str(write_frame(tmp_path / "second", small_frame))))
     opened.workspace.add_entries([entry])
     opened.loader.open_entry(entry)
@@ -124,8 +109,8 @@ def test_a_frame_that_is_removed_while_it_is_read_does_not_come_back(
 
 
 def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_otherwise(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, frame_folder: Path
-) -> None:
+    opened, qtbot, tmp_path, frame_folder
+):
     workspace, documents = opened.workspace, opened.documents
     (entry,) = workspace.entries
     workspace.current.edit_info(1, "Rename", name="Wall")

@@ -7,28 +7,24 @@ import json
 import os
 import shutil
 import zipfile
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
-from pytestqt.qtbot import QtBot
+from PySide6.QtWidgets import QApplication, QMessageBox
 
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.export.dialog import Export
 from gui.features.export.feature import ExportFeature
-from gui.features.project.closing import CloseDialog, Unsaved
+from gui.features.project.closing import CloseDialog
 from gui.features.project.missing import MissingFilesDialog
 from gui.features.project.save_as import SaveAsDialog
 from gui.features.project.saving import SaveRequest
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
-from gui.widgets.basics import Message
-from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project as read_project
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
@@ -38,11 +34,9 @@ from ilf.sources.frame_ref import FrameRef
 from ..ilf.project_states import assert_same
 from .conftest import WAIT_MS, open_frame, write_frame
 
-Open = Callable[[], MainWindow]
-
 
 @pytest.fixture
-def another(qtbot: QtBot) -> Iterator[Open]:
+def another(qtbot):
     """Opens further windows."""
     made: list[MainWindow] = []
 
@@ -61,21 +55,21 @@ def another(qtbot: QtBot) -> Iterator[Open]:
         window.close()
 
 
-def save(window: MainWindow, qtbot: QtBot, path: Path, embed: bool | None = None) -> None:
+def save(window, qtbot, path: Path, embed: bool | None = None):
     done: list[bool] = []
     window.project.saving.save(SaveRequest(path, embed, None, done.append))
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
     assert done == [True]
 
 
-def open_project(window: MainWindow, qtbot: QtBot, path: Path) -> None:
+def open_project(window, qtbot, path: Path):
     with qtbot.waitSignal(window.project.opening.opened, timeout=WAIT_MS):
         window.documents.open_paths([path])
     qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy, timeout=WAIT_MS)
     window.refresh.now()
 
 
-def show(window: MainWindow, qtbot: QtBot, row: int) -> Document:
+def show(window, qtbot, row: int) -> Document:
     """A frame of the list, as it is opened when it is looked at."""
     workspace, entry = window.workspace, window.workspace.entries[row]
     window.loader.open_entry(entry)
@@ -83,7 +77,7 @@ def show(window: MainWindow, qtbot: QtBot, row: int) -> Document:
     return workspace.current
 
 
-def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]) -> Document:
+def work_on(window, qtbot, run_all) -> Document:
     """Something of everything that a user can do to a frame."""
     workspace = window.workspace
     document = workspace.current
@@ -111,9 +105,7 @@ def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], No
     return document
 
 
-def test_all_work_comes_back_in_another_window(
-    opened: MainWindow, another: Open, qtbot: QtBot, run_all: Callable[[MainWindow], None], tmp_path: Path
-) -> None:
+def test_all_work_comes_back_in_another_window(opened, another, qtbot, run_all, tmp_path):
     document = work_on(opened, qtbot, run_all)
     opened.views.zoom_to(slice(10, 20), slice(10, 30))
     opened.views.set_layout("grid-difference")
@@ -143,12 +135,8 @@ def test_all_work_comes_back_in_another_window(
 
 
 def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_frame_is_left_aside(
-    opened: MainWindow,
-    another: Open,
-    qtbot: QtBot,
-    run_all: Callable[[MainWindow], None],
-    tmp_path: Path,
-) -> None:
+    opened, another, qtbot, run_all, tmp_path
+):
     document = work_on(opened, qtbot, run_all)
     before = document.snapshot()
     frame = Path(opened.workspace.entries[0].key)
@@ -193,9 +181,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     assert content[begin - 60 : begin + 60] in path.read_bytes(), "what cannot be read is not thrown away"
 
 
-def test_missing_files_are_asked_for_and_checked(
-    window: MainWindow, another: Open, qtbot: QtBot, small_frame: RGBDFrame, tmp_path: Path
-) -> None:
+def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_frame, tmp_path):
     folders = [write_frame(tmp_path / name, small_frame) for name in ("a", "b", "c")]
     for number, folder in enumerate(folders):  # files that differ
         for file in ("rgb.png", "depth.png"):
@@ -258,9 +244,7 @@ def test_missing_files_are_asked_for_and_checked(
     assert {lost.frame for lost in third.project.missing.lost} == {changed.frame}, "what was found stays found"
 
 
-def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, tmp_path, monkeypatch):
     path = tmp_path / "room.ilf"
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
@@ -271,7 +255,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
 
     write = zipfile.ZipFile.writestr
 
-    def full(archive: zipfile.ZipFile, *content: Any, **options: Any) -> None:
+    def full(archive: zipfile.ZipFile, *content: Any, **options: Any):
         if archive.filename is None:  # in memory
             return write(archive, *content, **options)
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -300,9 +284,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
     assert list(tmp_path.glob(".ilf-*")) == []
 
 
-def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qtbot, tmp_path, monkeypatch):
     workspace, done = opened.workspace, []
     workspace.current.edit_info(1, "Rename", name="Wall")
     opened.project.saving.save(SaveRequest(tmp_path / "p.ilf", then=done.append))
@@ -340,7 +322,6 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
     opened.actions_["save_project"].trigger()
     dialog = opened.findChild(SaveAsDialog)
-    assert dialog is not None
     dialog.path.setText(str(tmp_path / "other"))
     assert dialog.chosen() == tmp_path / "other.ilf"
     dialog.accept()
@@ -357,7 +338,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
     assert (path.read_bytes(), opened.project.present.path) == (before, tmp_path / "other.ilf")
 
 
-def _change_project(path: Path, **values: object) -> None:
+def _change_project(path: Path, **values: object):
     with zipfile.ZipFile(path) as archive:
         parts = {name: archive.read(name) for name in archive.namelist()}
     parts["project.json"] = json.dumps({**json.loads(parts["project.json"]), **values}).encode()
@@ -366,14 +347,7 @@ def _change_project(path: Path, **values: object) -> None:
             archive.writestr(name, content)
 
 
-def test_closing_saves_discards_or_stays_frame_by_frame(
-    opened: MainWindow,
-    another: Open,
-    qtbot: QtBot,
-    small_frame: RGBDFrame,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, small_frame, tmp_path, monkeypatch):
     path, workspace = tmp_path / "p.ilf", opened.workspace
     opened.documents.discard_silently = False
     assert opened.project.closing.dialog is None
@@ -389,7 +363,6 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     dialog = opened.project.closing.dialog
     assert isinstance(dialog, CloseDialog)
     item = dialog.frames.topLevelItem(0)
-    assert item is not None
     assert [item.text(column) for column in range(3)] == ["two-planes", "1 edit", "extracted"]
     dialog.reject()
     assert opened.isVisible()
@@ -397,13 +370,11 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
 
     opened.close()
     dialog = opened.project.closing.dialog
-    assert dialog is not None
     dialog.tick({first.id})
     assert dialog.save_button.text() == "&Save 1 of 2"
     dialog.save_button.click()
     qtbot.waitUntil(lambda: opened.findChild(SaveAsDialog) is not None, timeout=WAIT_MS)
     where = opened.findChild(SaveAsDialog)
-    assert where is not None
     where.path.setText(str(path))
     told: list[str] = []
     monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
@@ -425,36 +396,7 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     assert not window.isVisible(), "there is nothing to be asked"
 
 
-def test_the_project_itself_is_no_frame(qtbot: QtBot) -> None:
-    parent = QWidget()
-    qtbot.addWidget(parent)
-    frames = [Unsaved(name, name, "1 edit", "edited") for name in ("hall", "attic")]
-    itself = Unsaved("", "The project itself", "list of frames", "")
-
-    def asked(*rows: Unsaved) -> tuple[str, CloseDialog]:
-        dialog = CloseDialog("the window closes", rows, [], False, parent)
-        return dialog.findChildren(Message)[0].text(), dialog
-
-    text, dialog = asked(*frames, itself)
-    assert "the work on 2 frames and the project itself before" in text
-    assert dialog.save_button.text() == "&Save"
-    dialog.tick({"hall"})
-    assert dialog.save_button.text() == "&Save 1 of 2"
-    assert "the work on hall and the project itself before" in asked(frames[0], itself)[0]
-    text, dialog = asked(itself)
-    assert text == "Save the work on the project itself before the window closes?"
-    assert dialog.save_button.isEnabled()
-
-
-def test_a_root_folder_is_no_place_for_a_project(qtbot: QtBot, tmp_path: Path) -> None:
-    dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", None)
-    qtbot.addWidget(dialog)
-    dialog.path.setText(os.path.abspath(os.sep))
-    assert not dialog.save_button.isEnabled()
-    assert "is a folder" in dialog.message.text() or "cannot be written" in dialog.message.text()
-
-
-def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_path):
     workspace, path = opened.workspace, tmp_path / "p.ilf"
     workspace.current.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
@@ -479,7 +421,6 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, q
     assert len(workspace.entries) == 1
     opened.actions_["new_project"].trigger()
     dialog = opened.project.closing.dialog
-    assert dialog is not None
     dialog.discard_button.click()
     qtbot.waitUntil(lambda: len(workspace.entries) == 0, timeout=WAIT_MS)
     assert opened.project.present.path is None
@@ -488,9 +429,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, q
 
 
 @pytest.mark.parametrize("waits", [False, True])
-def test_a_run_is_not_lost_when_the_window_closes(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, waits: bool
-) -> None:
+def test_a_run_is_not_lost_when_the_window_closes(opened, qtbot, tmp_path, waits):
     workspace, path = opened.workspace, tmp_path / "p.ilf"
     save(opened, qtbot, path)
     first, second = list(workspace.current.counts())[:2]
@@ -504,9 +443,7 @@ def test_a_run_is_not_lost_when_the_window_closes(
     qtbot.waitUntil(lambda: second in workspace.current.results.live and first in workspace.current.valid_results())
     opened.close()
     dialog = opened.project.closing.dialog
-    assert dialog is not None
     item = dialog.frames.topLevelItem(0)
-    assert item is not None
     assert "a run is in progress" in item.text(1)
     (dialog.wait if waits else dialog.stop).setChecked(True)
     dialog.save_button.click()
@@ -518,9 +455,7 @@ def test_a_run_is_not_lost_when_the_window_closes(
     assert set(state.results) == ({first, second} if waits else {first})
 
 
-def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtbot, tmp_path):
     assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
     with qtbot.waitSignal(opened.feature(ExportFeature).ended, timeout=WAIT_MS):
@@ -538,7 +473,6 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
     opened.documents.discard_silently = False
     opened.close()
     dialog = opened.project.closing.dialog
-    assert dialog is not None
     assert "A sweep of two-planes is in progress: it is stopped" in dialog.also.text()
     assert dialog.discard_button.text() == "&Continue"
     dialog.reject()

@@ -9,9 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QToolButton
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.filter import FilterPanel
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.propagation.feature import PropagateDialog, PropagationFeature
@@ -21,7 +19,6 @@ from gui.state.document import Document
 from gui.state.entries import Entry
 from gui.state.parts import Part
 from ilf.data.blocks import Blocks
-from ilf.data.frame import RGBDFrame
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.segmentation.editing.patches import patch_between
@@ -34,7 +31,7 @@ SHIFTS = 0, 0, 3, 6, 9
 
 
 @pytest.fixture
-def sequence(tmp_path: Path, small_frame: RGBDFrame) -> list[FrameRef]:
+def sequence(tmp_path, small_frame):
     """`small_frame` as a camera sees it that stands still at first and then moves to the left."""
     sources = []
     for number, shift in enumerate(SHIFTS):
@@ -46,7 +43,7 @@ def sequence(tmp_path: Path, small_frame: RGBDFrame) -> list[FrameRef]:
 
 
 @pytest.fixture
-def listed(window: MainWindow, qtbot: QtBot, sequence: list[FrameRef]) -> MainWindow:
+def listed(window, qtbot, sequence):
     """The window with the sequence in its list, the first frame open, and two blocks there."""
     window.workspace.add_entries([Entry.of(source) for source in sequence])
     open_frame(window, qtbot, sequence[0])
@@ -58,11 +55,11 @@ def listed(window: MainWindow, qtbot: QtBot, sequence: list[FrameRef]) -> MainWi
 
 
 @pytest.fixture
-def part(listed: MainWindow) -> PropagationFeature:
+def part(listed):
     return listed.feature(PropagationFeature)
 
 
-def propagate_state(window: MainWindow, part: PropagationFeature, qtbot: QtBot, command: str) -> Document:
+def propagate_state(window, part, qtbot, command: str) -> Document:
     """Give a command and wait until blocks have been carried; the frame that is shown then."""
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
         window.actions_[command].trigger()
@@ -70,12 +67,12 @@ def propagate_state(window: MainWindow, part: PropagationFeature, qtbot: QtBot, 
     return window.workspace.current
 
 
-def border(document: Document) -> int:
+def border(document) -> int:
     """The column in which the right one of the two blocks begins, in the middle of the frame."""
     return int(np.argmax(document.labels[24] == 2))
 
 
-def test_next_frame_with_these_blocks(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
+def test_next_frame_with_these_blocks(listed, part, qtbot):
     window, workspace = listed, listed.workspace
     first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")
@@ -96,9 +93,7 @@ def test_next_frame_with_these_blocks(listed: MainWindow, part: PropagationFeatu
     assert abs(border(third) - (30 + SHIFTS[2])) <= 1
 
 
-def test_through_frames_that_keep_what_was_done_by_hand(
-    listed: MainWindow, part: PropagationFeature, qtbot: QtBot, sequence: list[FrameRef]
-) -> None:
+def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, sequence):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     first = workspace.current
     third = propagate_state(window, part, qtbot, "propagate_next") and propagate_state(
@@ -110,7 +105,7 @@ def test_through_frames_that_keep_what_was_done_by_hand(
     workspace.show(first)
     (Path(sequence[3].rgb) / "depth.png").write_bytes(b"nothing")
     said: list[str] = []
-    window.notes.warn = lambda what, notes, details="": said.extend(notes)  # type: ignore[method-assign]
+    window.notes.warn = lambda what, notes, details="": said.extend(notes)
 
     window.actions_["propagate_through"].trigger()
     dialog = window.findChild(PropagateDialog)
@@ -124,7 +119,6 @@ def test_through_frames_that_keep_what_was_done_by_hand(
     assert workspace.current is first
     assert np.array_equal(third.labels, labels)
     last = entries[4].document
-    assert last is not None
     assert last.labels[4, 62] == 3  # the frame that was edited is carried on from
     assert [entry.summary.stage for entry in entries][2:] == [Stage.EDITED, Stage.FAILED, Stage.PROPAGATED]
     assert len(said) == 1
@@ -133,9 +127,7 @@ def test_through_frames_that_keep_what_was_done_by_hand(
     assert not part.strip.isVisible()
 
 
-def test_frames_on_the_way_are_put_away_and_come_back(
-    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
-) -> None:
+def test_frames_on_the_way_are_put_away_and_come_back(listed, part, qtbot):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     window.feature(FramesFeature).open_frames.max_open = 1
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
@@ -157,9 +149,7 @@ def test_frames_on_the_way_are_put_away_and_come_back(
     assert last.counts()
 
 
-def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(
-    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
-) -> None:
+def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed, part, qtbot):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")
@@ -178,7 +168,7 @@ def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(
     assert entries[1].document is None  # nobody had to open it
 
 
-def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
+def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
     window = listed
     shown: list[str] = []
     part.propagator.changed.connect(lambda: shown.append(part.strip.label.text() if part.strip.isVisible() else ""))
@@ -193,13 +183,11 @@ def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: Prop
     assert window.actions_["propagate_next"].isEnabled()
 
 
-def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(
-    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
-) -> None:
+def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part, qtbot):
     workspace, entries = listed.workspace, listed.workspace.entries
     workspace.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
 
-    def remove() -> None:
+    def remove():
         if part.propagator.present is entries[2]:
             part.propagator.changed.disconnect(remove)
             workspace.remove_entries(list(entries)[2:])
@@ -213,9 +201,7 @@ def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(
     assert len(entries) == 2
 
 
-def test_a_frame_stays_open_while_blocks_are_carried_to_it(
-    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
-) -> None:
+def test_a_frame_stays_open_while_blocks_are_carried_to_it(listed, part, qtbot):
     window, workspace = listed, listed.workspace
     first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")
@@ -228,9 +214,7 @@ def test_a_frame_stays_open_while_blocks_are_carried_to_it(
     assert busy == [False, True, False]
 
 
-def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
-    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
-) -> None:
+def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):
     window, entry = listed, listed.workspace.entries[1]
     state = FrameState(
         entry.id, read_frame(entry.source), Blocks(np.zeros(window.workspace.current.labels.shape, np.int32))
@@ -244,7 +228,7 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
     assert told == [(document, damaged.problems)]
 
 
-def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
+def test_what_needs_a_look_is_gone_through(listed, part, qtbot):
     window = listed
     document = propagate_state(window, part, qtbot, "propagate_next")
     document.change(to_check=frozenset({1, 2}))
@@ -274,7 +258,7 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: Propagation
     assert not document.state.to_check
 
 
-def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
+def test_values_for_all_frames_or_for_one(listed, part, qtbot):
     window, workspace, row = listed, listed.workspace, listed.feature(FilterPanel).frames
     first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")

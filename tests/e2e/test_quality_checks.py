@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
-import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature, block_rows
 from gui.features.expected_error import ErrorFeature
 from gui.features.frame_list.feature import FramesFeature
@@ -42,7 +38,7 @@ def three_walls() -> RGBDFrame:
     return RGBDFrame(np.array([[200, 80, 40], [60, 180, 90], [50, 70, 190]], np.uint8)[part], depth)
 
 
-def opened_with(window: MainWindow, qtbot: QtBot, tmp_path: Path, labels: np.ndarray) -> None:
+def opened_with(window, qtbot, tmp_path, labels: np.ndarray):
     open_frame(window, qtbot, FrameRef(str(write_frame(tmp_path / "walls", three_walls()))))
     window.workspace.current.replace_blocks(labels.astype(np.int32), "Blocks of the test")
     window.refresh.now()
@@ -53,13 +49,13 @@ def walls(*limits: int) -> np.ndarray:
     return 1 + np.searchsorted(limits, np.indices((HEIGHT, WIDTH))[1], side="right")
 
 
-def press(window: MainWindow, qtbot: QtBot, name: str) -> str:
+def press(window, qtbot, name: str) -> str:
     """Give a command and wait for the position and the message of the strip then."""
     window.actions_[name].trigger()
     return settled(window, qtbot)
 
 
-def settled(window: MainWindow, qtbot: QtBot) -> str:
+def settled(window, qtbot) -> str:
     panel = window.feature(QualityPanel)
     window.refresh.now()
     qtbot.waitUntil(lambda: not panel.busy, timeout=WAIT_MS)
@@ -177,48 +173,6 @@ def test_a_remedy_leaves_no_sliver(window, qtbot, tmp_path, monkeypatch):
     assert (window.workspace.current.labels == 1).all(), "one step"
 
 
-@pytest.mark.parametrize("focus", ["film strip", "closed panel", "layout", "panels by keys"])
-def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path, frame_folder, focus):
-    open_frame(window, qtbot, FrameRef(str(frame_folder)))
-    opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow, timeout=WAIT_MS)
-    document, table = window.workspace.current, window.feature(BlocksFeature).table.view
-    strip = window.feature(FramesFeature).panel.view
-    (strip if focus == "film strip" else table).setFocus()
-    press(window, qtbot, "next_check")
-    assert window.views.isAncestorOf(QApplication.focusWidget())
-    if focus == "film strip":
-        strip.setFocus()
-    elif focus == "closed panel":
-        table.setFocus()
-        next(toggle for toggle in window.panels.toggles() if toggle.text() == "Blocks").trigger()
-    elif focus == "layout":
-        table.setFocus()
-        window.actions_["layout_correct"].trigger()
-        assert not window.feature(QualityPanel).visible
-        assert press(window, qtbot, "next_check").startswith("1 of 2"), "the place that was left"
-    else:
-        while window.views.isAncestorOf(QApplication.focusWidget()):
-            key(window, Qt.Key.Key_Tab)
-    key(window, Qt.Key.Key_Return)
-    settled(window, qtbot)
-    assert window.workspace.current is document, "no other frame is opened"
-    assert document.undo_stack.undoText() == "Split Block 1"
-    if focus in ("closed panel", "layout"):
-        assert window.views.isAncestorOf(QApplication.focusWidget())
-
-
-def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, tmp_path):
-    opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    window.workspace.current.edit_info(1, "Rename", name="Wall")
-    assert press(window, qtbot, "next_check").endswith("inside Wall.")
-    view = window.views.cells["colour"].view
-    place = window.feature(QualityPanel).review.present
-    shown = view.to_image(view.viewport().rect().center().toPointF())
-    assert abs(shown.x() - place.point[0]) < 60
-
-
 def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     view = window.views.cells["colour"].view
@@ -241,11 +195,6 @@ def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
     assert window.feature(StatusFeature).bar.readout.text().startswith(f"x {x}, y {y}")
     window.actions_["layout_correct"].trigger()
     assert seen[-1] == under() != (x, y), "nor does it stay behind when the views stand elsewhere"
-
-
-def test_right_blocks_are_not_suspicious(window, qtbot, tmp_path):
-    opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
-    assert press(window, qtbot, "next_check") == "No flagged places."
 
 
 def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path, run_all, monkeypatch):
@@ -303,16 +252,6 @@ def test_the_places_of_another_frame_are_its_own(window, qtbot, tmp_path, frame_
     assert settled(window, qtbot) == "Open a frame first."
 
 
-def test_a_closed_panel_searches_for_nothing(window, qtbot, tmp_path):
-    opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    panel = window.feature(QualityPanel)
-    window.workspace.current.replace_blocks(walls(80, WIDTH).astype(np.int32), "Split")
-    window.refresh.now()
-    assert not panel.busy
-    window.panels.reveal("Quality")
-    assert settled(window, qtbot) == "1 flagged place left to check.", "it is counted where it is seen"
-
-
 def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
     panel, document = window.feature(QualityPanel), window.workspace.current
@@ -343,3 +282,44 @@ def test_places_and_a_suggestion_are_both_found_when_asked_for_at_once(window, q
     panel = window.feature(QualityPanel)
     assert panel.remedy is not None
     assert panel.candidates is not None
+
+
+def test_enter_applies_the_remedy_wherever_the_focus_is(window, qtbot, tmp_path, frame_folder):
+    open_frame(window, qtbot, FrameRef(str(frame_folder)))
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow, timeout=WAIT_MS)
+    document, table = window.workspace.current, window.feature(BlocksFeature).table.view
+    strip = window.feature(FramesFeature).panel.view
+
+    def in_the_views() -> bool:
+        return window.views.isAncestorOf(QApplication.focusWidget())
+
+    for focus in ("film strip", "panels by keys", "closed panel", "layout"):
+        (strip if focus == "film strip" else table).setFocus()
+        assert press(window, qtbot, "next_check").startswith("1 of 2")
+        assert in_the_views()
+        if focus == "film strip":
+            strip.setFocus()
+        elif focus == "panels by keys":
+            while in_the_views():
+                key(window, Qt.Key.Key_Tab)
+        else:
+            table.setFocus()
+        if focus == "closed panel":
+            blocks = next(toggle for toggle in window.panels.toggles() if toggle.text() == "Blocks")
+            blocks.trigger()
+        elif focus == "layout":
+            window.actions_["layout_correct"].trigger()
+            assert not window.feature(QualityPanel).visible
+            assert press(window, qtbot, "next_check").startswith("1 of 2"), "the place that was left"
+        key(window, Qt.Key.Key_Return)
+        settled(window, qtbot)
+        assert window.workspace.current is document, "no other frame is opened"
+        assert document.undo_stack.undoText() == "Split Block 1"
+        if focus in ("closed panel", "layout"):
+            assert in_the_views()
+        if focus == "closed panel":
+            blocks.trigger()
+        window.actions_["undo"].trigger()
+        settled(window, qtbot)

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature
 from ilf import RGBDFrame
 from ilf.data.label_map import Box
@@ -24,7 +19,7 @@ from .conftest import open_frame, write_frame
 class _Count:
     """How often a widget's method has been called since the last look, the events that are due done first."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, owner: object, name: str) -> None:
+    def __init__(self, monkeypatch, owner: object, name: str):
         self._calls = 0
         method = getattr(owner, name)
 
@@ -41,13 +36,13 @@ class _Count:
         return calls
 
 
-def _click(window: MainWindow, x: float, y: float) -> None:
+def _click(window, x: float, y: float):
     view = window.views.cells["colour"].view
     place = view.viewportTransform().map(QPointF(x, y)).toPoint()
     QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
 
 
-def test_one_click_rebuilds_the_table_once(opened: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_click_rebuilds_the_table_once(opened, monkeypatch):
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     _click(opened, 50, 24)
     assert rows.taken() == 1
@@ -59,7 +54,7 @@ def test_one_click_rebuilds_the_table_once(opened: MainWindow, monkeypatch: pyte
     assert rows.taken() == 1
 
 
-def test_an_edit_and_its_undo_rebuild_the_table_once_each(opened: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_edit_and_its_undo_rebuild_the_table_once_each(opened, monkeypatch):
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     depth = _Count(monkeypatch, opened.views.ranges, "update_for_result")
     opened.actions_["select_all"].trigger()
@@ -72,9 +67,7 @@ def test_an_edit_and_its_undo_rebuild_the_table_once_each(opened: MainWindow, mo
     assert (rows.taken(), depth.taken()) == (1, 1)
 
 
-def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(opened, qtbot, tmp_path, monkeypatch):
     frame = opened.workspace.current.frame
     folder = write_frame(tmp_path / "other", RGBDFrame(frame.rgb[:40], frame.depth[:40]))
     rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
@@ -86,7 +79,7 @@ def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(
     assert (rows.taken(), pictures.taken()) == (1, 1)
 
 
-def test_a_stroke_repaints_its_box_alone_until_it_ends(opened: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stroke_repaints_its_box_alone_until_it_ends(opened, monkeypatch):
     view = opened.views.cells["colour"].view
     _click(opened, 50, 24)
     opened.actions_["tool_paint"].trigger()
@@ -96,7 +89,7 @@ def test_a_stroke_repaints_its_box_alone_until_it_ends(opened: MainWindow, monke
     boxes: list[Box] = []
     update = opened.views.blocks.overlay.update_region
 
-    def noted(box: Box, labels: NDArray[np.int32]) -> None:
+    def noted(box: Box, labels: NDArray[np.int32]):
         boxes.append(box)
         update(box, labels)
 

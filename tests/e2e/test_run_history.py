@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QSlider, QToolButton
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.filter import FilterPanel
@@ -26,18 +24,18 @@ Run = Callable[[MainWindow], None]
 
 
 @pytest.fixture
-def part(opened: MainWindow) -> RunsPanel:
+def part(opened):
     """What keeps the window's runs, with its panel open."""
     opened.actions_["show_runs"].trigger()
     return opened.feature(RunsPanel)
 
 
-def _cell(part: RunsPanel, row: int, column: Column, role: Qt.ItemDataRole = Qt.ItemDataRole.DisplayRole) -> object:
+def _cell(part, row: int, column: Column, role: Qt.ItemDataRole = Qt.ItemDataRole.DisplayRole) -> object:
     model = part.view.model()
     return model.index(row, column).data(role)
 
 
-def _type(part: RunsPanel, row: int, column: Column, text: str) -> None:
+def _type(part, row: int, column: Column, text: str):
     """Into a cell, after F2."""
     view = part.view
     index = view.model().index(row, column)
@@ -50,9 +48,7 @@ def _type(part: RunsPanel, row: int, column: Column, text: str) -> None:
     QApplication.processEvents()  # what was typed is taken at the next turn
 
 
-def test_runs_are_kept_compared_and_come_back_to(
-    opened: MainWindow, part: RunsPanel, qtbot: QtBot, run_all: Run
-) -> None:
+def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all):
     workspace, actions = opened.workspace, opened.actions_
     document = workspace.current
     workspace.parameters.set(preset("paper"))
@@ -113,8 +109,8 @@ def test_runs_are_kept_compared_and_come_back_to(
 
 @pytest.mark.parametrize("width", [1100, 1440])
 def test_the_columns_that_tell_runs_apart_come_first_and_are_seen_in_a_narrow_window(
-    opened: MainWindow, part: RunsPanel, qtbot: QtBot, run_all: Run, width: int
-) -> None:
+    opened, part, qtbot, run_all, width
+):
     opened.resize(width, 700)
     run_all(opened)
     run = opened.workspace.current.state.runs[0]
@@ -131,9 +127,7 @@ def test_the_columns_that_tell_runs_apart_come_first_and_are_seen_in_a_narrow_wi
         assert button.geometry().right() < part.widget.width()
 
 
-def test_the_list_is_written_with_its_errors_though_the_panel_is_closed(
-    opened: MainWindow, qtbot: QtBot, run_all: Run, tmp_path: Path
-) -> None:
+def test_the_list_is_written_with_its_errors_though_the_panel_is_closed(opened, qtbot, run_all, tmp_path):
     run_all(opened)
     panel = opened.feature(RunsPanel)
     assert not panel.visible
@@ -144,7 +138,7 @@ def test_the_list_is_written_with_its_errors_though_the_panel_is_closed(
     assert float(line["expected_error_rms [mm]"]) > 0
 
 
-def test_another_frame_has_runs_of_its_own(opened: MainWindow, part: RunsPanel, run_all: Run) -> None:
+def test_another_frame_has_runs_of_its_own(opened, part, run_all):
     run_all(opened)
     assert len(part.model.runs) == 1
     opened.actions_["close_frame"].trigger()

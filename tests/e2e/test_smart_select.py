@@ -6,9 +6,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QPainterPath
-from pytestqt.qtbot import QtBot
-
-from gui.app.main_window import MainWindow
 
 from .conftest import WAIT_MS
 from .hand import ALT, CTRL, SHIFT, click, drag, hover, key, turn_wheel
@@ -17,7 +14,7 @@ _Key = Qt.Key
 
 
 @pytest.fixture
-def selecting(opened: MainWindow, qtbot: QtBot) -> MainWindow:
+def selecting(opened, qtbot):
     """The window with the tool, no block selected."""
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow, timeout=WAIT_MS)
@@ -28,24 +25,23 @@ def selecting(opened: MainWindow, qtbot: QtBot) -> MainWindow:
     return opened
 
 
-def _wait(window: MainWindow, qtbot: QtBot) -> None:
+def _wait(window, qtbot):
     qtbot.waitUntil(lambda: not window.editor.working, timeout=WAIT_MS)
 
 
-def _shown(window: MainWindow) -> tuple[float, float, float, float]:
+def _shown(window) -> tuple[float, float, float, float]:
     """What the preview covers: left, top, right, bottom."""
     extent = window.views.cells["colour"].view.preview.boundingRect()
     return extent.left(), extent.top(), extent.right(), extent.bottom()
 
 
-def _hatched(window: MainWindow) -> QPainterPath:
+def _hatched(window) -> QPainterPath:
     """What the preview hatches."""
     preview = window.views.cells["colour"].view.preview.preview
-    assert preview is not None
     return preview.area or QPainterPath()
 
 
-def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting: MainWindow, qtbot: QtBot) -> None:
+def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting, qtbot):
     document = selecting.workspace.current
     before = document.labels.copy()
     click(selecting, (50, 20))
@@ -62,7 +58,7 @@ def test_a_click_and_enter_make_a_block_in_one_undo_step(selecting: MainWindow, 
 
 
 @pytest.mark.parametrize("how", ["click", "box"])
-def test_after_enter_a_click_outside_starts_a_new_object(selecting: MainWindow, qtbot: QtBot, how: str) -> None:
+def test_after_enter_a_click_outside_starts_a_new_object(selecting, qtbot, how):
     document = selecting.workspace.current
     height, width = document.labels.shape
     click(selecting, (5, 20))
@@ -80,9 +76,7 @@ def test_after_enter_a_click_outside_starts_a_new_object(selecting: MainWindow, 
     assert document.undo_stack.count() == 2
 
 
-def test_with_shift_the_selected_block_gets_the_selection_and_the_change_is_hatched(
-    selecting: MainWindow, qtbot: QtBot
-) -> None:
+def test_with_shift_the_selected_block_gets_the_selection_and_the_change_is_hatched(selecting, qtbot):
     document = selecting.workspace.current
     left = int(document.labels[20, 5])
     click(selecting, (50, 20))
@@ -100,7 +94,7 @@ def test_with_shift_the_selected_block_gets_the_selection_and_the_change_is_hatc
     assert document.undo_stack.count() == 1
 
 
-def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selecting: MainWindow, qtbot: QtBot) -> None:
+def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selecting, qtbot):
     hover(selecting, (48, 20))
     hover(selecting, (50, 20))
     _wait(selecting, qtbot)
@@ -117,7 +111,7 @@ def test_the_preview_follows_the_pointer_and_the_wheel_steps_to_the_object(selec
     assert right >= selecting.workspace.current.labels.shape[1]
 
 
-def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting: MainWindow, qtbot: QtBot) -> None:
+def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting, qtbot):
     document = selecting.workspace.current
     before = document.labels.copy()
     for point, modifier in (((50, 20), CTRL), ((5, 20), None), ((5, 5), ALT)):
@@ -137,20 +131,7 @@ def test_alt_click_takes_away_backspace_brings_back_and_escape_cancels(selecting
     assert document.labels[20, 50] == document.selected[0] != document.labels[20, 5]
 
 
-def test_a_box_selects_what_lies_in_it(selecting: MainWindow, qtbot: QtBot) -> None:
-    document = selecting.workspace.current
-    height, width = document.labels.shape
-    drag(selecting, [(28, 1), (40, 20), (width - 1, height - 1)])
-    _wait(selecting, qtbot)
-    key(selecting, _Key.Key_Return)
-    new = document.selected[0]
-    assert document.labels[20, 50] == new
-    assert not (document.labels[:, :24] == new).any()
-
-
-def test_with_a_block_selected_alt_click_takes_a_part_away_and_ctrl_makes_a_new_block(
-    selecting: MainWindow, qtbot: QtBot
-) -> None:
+def test_with_a_block_selected_alt_click_takes_a_part_away_and_ctrl_makes_a_new_block(selecting, qtbot):
     document = selecting.workspace.current
     before, left = document.labels.copy(), int(document.labels[20, 5])
     selecting.workspace.select([left])
@@ -165,7 +146,7 @@ def test_with_a_block_selected_alt_click_takes_a_part_away_and_ctrl_makes_a_new_
     assert document.undo_stack.count() == 3
 
 
-def test_a_stroke_with_shift_acts_like_a_click(selecting: MainWindow, qtbot: QtBot) -> None:
+def test_a_stroke_with_shift_acts_like_a_click(selecting, qtbot):
     document = selecting.workspace.current
     drag(selecting, [(36, 8), (50, 20), (54, 36)], SHIFT)
     _wait(selecting, qtbot)
@@ -177,7 +158,7 @@ def test_a_stroke_with_shift_acts_like_a_click(selecting: MainWindow, qtbot: QtB
     assert document.labels[8, 4] != new != document.labels[30, 8]
 
 
-def test_after_a_click_the_preview_shows_what_the_next_would_change(selecting: MainWindow, qtbot: QtBot) -> None:
+def test_after_a_click_the_preview_shows_what_the_next_would_change(selecting, qtbot):
     click(selecting, (50, 20))
     _wait(selecting, qtbot)
     left, *_ = _shown(selecting)
@@ -187,7 +168,7 @@ def test_after_a_click_the_preview_shows_what_the_next_would_change(selecting: M
     assert _shown(selecting)[0] < 5 < left
 
 
-def test_a_locked_block_gets_nothing(selecting: MainWindow, qtbot: QtBot) -> None:
+def test_a_locked_block_gets_nothing(selecting, qtbot):
     document = selecting.workspace.current
     left = int(document.labels[20, 5])
     selecting.workspace.select([left])
@@ -199,7 +180,7 @@ def test_a_locked_block_gets_nothing(selecting: MainWindow, qtbot: QtBot) -> Non
     assert np.array_equal(document.labels, before)
 
 
-def test_steps_of_a_click_stay_when_another_is_added(selecting: MainWindow, qtbot: QtBot) -> None:
+def test_steps_of_a_click_stay_when_another_is_added(selecting, qtbot):
     document = selecting.workspace.current
     click(selecting, (50, 20))
     turn_wheel(selecting, (50, 20), 20, CTRL)
@@ -209,11 +190,8 @@ def test_steps_of_a_click_stay_when_another_is_added(selecting: MainWindow, qtbo
     assert (document.labels == document.selected[0]).all()
 
 
-@pytest.mark.parametrize("how", ["wheel", "keys"])
-@pytest.mark.parametrize("start", ["click", "box"])
-def test_sizes_step_after_a_click_as_after_a_box_and_their_end_is_said(
-    selecting: MainWindow, qtbot: QtBot, start: str, how: str
-) -> None:
+@pytest.mark.parametrize(("start", "how"), [("click", "wheel"), ("box", "keys")])
+def test_sizes_step_after_a_click_as_after_a_box_and_their_end_is_said(selecting, qtbot, start, how):
     said = list[str]()
     selecting.editor.message.connect(said.append)
     height, width = selecting.workspace.current.labels.shape
@@ -248,7 +226,7 @@ def test_sizes_step_after_a_click_as_after_a_box_and_their_end_is_said(
     assert smaller[-1] < sizes[-1]
 
 
-def test_sizes_of_what_is_taken_away_are_told_to_be_none(selecting: MainWindow, qtbot: QtBot) -> None:
+def test_sizes_of_what_is_taken_away_are_told_to_be_none(selecting, qtbot):
     said = list[str]()
     selecting.editor.message.connect(said.append)
     selecting.workspace.select([int(selecting.workspace.current.labels[20, 5])])
@@ -256,9 +234,3 @@ def test_sizes_of_what_is_taken_away_are_told_to_be_none(selecting: MainWindow, 
     _wait(selecting, qtbot)
     turn_wheel(selecting, (5, 20), 1, CTRL)
     assert said == ["Sizes belong to what a click or a box adds: click what you want to add first."]
-
-
-def test_the_hint_offers_a_box_after_a_click(selecting: MainWindow, qtbot: QtBot) -> None:
-    click(selecting, (50, 20))
-    _wait(selecting, qtbot)
-    assert "or drag a box" in selecting.editor.tool.hint

@@ -1,28 +1,19 @@
 """The start page: there while no frame is open, with what was opened last, by mouse and keyboard."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QTextDocumentFragment
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.edit_summary import EditSummaryFeature
 from gui.features.project.start_page import StartPageFeature, _pictures
-from ilf.data.frame import RGBDFrame
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import WAIT_MS, open_frame, write_frame
 from .test_projects import save
 
 
-def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
-) -> None:
+def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot, tmp_path, small_frame):
     page, summary = window.feature(StartPageFeature).page, window.feature(EditSummaryFeature).line.label
     assert page.isVisible()
     assert not page.recent.isVisible(), "nothing was opened yet"
@@ -54,7 +45,7 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(
     assert page.recent.item(1).text() == "frame-0", "the latest frame first"
 
 
-def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path: Path, small_frame: RGBDFrame) -> None:
+def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path, small_frame):
     write_frame(tmp_path / "frame-0", small_frame)
     ((_, image),) = _pictures([FrameRef(str(tmp_path))])
     assert not image.isNull()

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QMessageBox
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.features.documents.open_dialog import OpenDialog
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
@@ -27,7 +24,7 @@ pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
 
 
 @pytest.fixture
-def web(tmp_path: Path) -> Iterator[tuple[str, list[str]]]:
+def web(tmp_path):
     """The address of a folder with a frame on a web server, and the paths that were asked for."""
     asked = list[str]()
     log: Callable[..., None] = lambda handler, *_: asked.append(handler.path)  # noqa: E731
@@ -39,7 +36,7 @@ def web(tmp_path: Path) -> Iterator[tuple[str, list[str]]]:
         serving.shutdown()
 
 
-def question(window: MainWindow, qtbot: QtBot) -> QMessageBox:
+def question(window, qtbot) -> QMessageBox:
     found: list[QMessageBox] = []
 
     def is_there() -> bool:
@@ -50,9 +47,7 @@ def question(window: MainWindow, qtbot: QtBot) -> QMessageBox:
     return found[0]
 
 
-def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, web: tuple[str, list[str]]
-):
+def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window, qtbot, tmp_path, web):
     address, asked = web
     source = FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
     (tmp_path / "mail").mkdir()
@@ -75,7 +70,7 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(
     assert asked
 
 
-def test_the_open_dialog_leads_to_the_question(window: MainWindow, qtbot: QtBot, tmp_path: Path):
+def test_the_open_dialog_leads_to_the_question(window, qtbot, tmp_path):
     desk = write_frames(tmp_path / "elsewhere", 1)
     folder = tmp_path / "stranger"
     folder.mkdir()

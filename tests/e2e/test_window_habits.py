@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TypeVar
 
 import pytest
-from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QSize, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QSlider, QToolBar, QToolButton, QWidget
-from pytestqt.qtbot import QtBot
 
-from gui.app.main_window import MainWindow
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.layouts.feature import LayoutsFeature
@@ -29,15 +26,15 @@ P = TypeVar("P")
 CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
 
-def _part(window: MainWindow, kind: type[P]) -> P:
+def _part(window, kind: type[P]) -> P:
     return window.feature(kind)
 
 
-def _dialogs(window: QWidget) -> Iterator[QDialog]:
+def _dialogs(window) -> Iterator[QDialog]:
     return (dialog for dialog in window.findChildren(QDialog) if dialog.isVisible())
 
 
-def test_every_control_has_a_name(opened: MainWindow, qtbot: QtBot) -> None:
+def test_every_control_has_a_name(opened, qtbot):
     for toggle in opened.panels.toggles():
         toggle.setChecked(True)
     assert unnamed(opened) == []
@@ -50,9 +47,7 @@ def test_every_control_has_a_name(opened: MainWindow, qtbot: QtBot) -> None:
         dialog.close()
 
 
-def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
-    opened: MainWindow, qtbot: QtBot, frame_folder: Path
-) -> None:
+def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, qtbot, frame_folder):
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow)
     view = opened.views.cells["colour"].view
@@ -68,9 +63,9 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     assert QApplication.focusWidget() is view
 
     keymap = _part(opened, ShortcutsFeature).keymap
-    assert keymap is not None
     given = [(entry.key, keys) for entry in keymap.entries for keys in entry.action.shortcuts()]
     assert [key for key, keys in given if keymap.clashes(key, keys) or keymap.fixed(keys)] == [], "one key, one command"
+    assert opened.actions_["delete_blocks"].shortcut().toString() == "Ctrl+Del", "no bare key deletes"
     opened.actions_["shortcuts"].trigger()
     (dialog,) = _dialogs(opened)
     assert isinstance(dialog, ShortcutsDialog)
@@ -90,28 +85,28 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     assert opened.workspace.current.key == str(frame_folder)
 
 
-def test_messages_neither_cover_nor_move_the_pictures_nor_hide_the_hint(opened: MainWindow, qtbot: QtBot) -> None:
+def test_messages_neither_cover_nor_move_the_pictures_nor_hide_the_hint(opened, qtbot):
     bar, views = opened.feature(StatusFeature).bar, opened.views
     for width, height in ((1100, 700), (800, 560)):
         opened.resize(width, height)
         opened.toasts.clear()
-        qtbot.wait(1)
+        qtbot.waitUntil(lambda: opened.size() == QSize(width, height))  # noqa: B023 - called here only
+        QApplication.processEvents()
         before = views.mapTo(opened, views.rect().topLeft()), views.size()
         opened.notes.show_message("Exported 9 files to a folder with quite a long name, " * 3)
-        qtbot.wait(1)
         (toast,) = opened.toasts.shown
-        assert bar.rect().contains(toast.geometry())
-        assert bar.hint.width() > 0.3 * bar.width()
+
+        def has_room() -> bool:
+            return bar.rect().contains(toast.geometry()) and bar.hint.width() > 0.3 * bar.width()  # noqa: B023
+
+        qtbot.waitUntil(has_room)
         assert (views.mapTo(opened, views.rect().topLeft()), views.size()) == before
     opened.toasts.clear()
 
 
-@pytest.mark.parametrize("size", [(800, 560)])
-def test_what_has_no_room_in_a_narrow_window_is_behind_a_button(
-    opened: MainWindow, qtbot: QtBot, size: tuple[int, int]
-) -> None:
-    opened.resize(*size)
-    qtbot.waitUntil(lambda: opened.width() == size[0])
+def test_what_has_no_room_in_a_narrow_window_is_behind_a_button(opened, qtbot):
+    opened.resize(800, 560)
+    qtbot.waitUntil(lambda: opened.width() == 800)
     header = opened.feature(LayoutsFeature).header
     header.fit()
     assert header.more.isVisible()
@@ -138,12 +133,12 @@ def test_what_has_no_room_in_a_narrow_window_is_behind_a_button(
         assert not cut or not bar.isVisible() or more.isVisible()
 
 
-def _right(widget: QWidget, window: MainWindow) -> int:
+def _right(widget: QWidget, window) -> int:
     return widget.mapTo(window, widget.rect().topRight()).x()
 
 
 @pytest.mark.parametrize("focus", ["view", "table"])
-def test_keys_of_a_command_that_cannot_be_used_say_why(opened: MainWindow, qtbot: QtBot, focus: str) -> None:
+def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot, focus):
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow)
     opened.workspace.select([])
@@ -162,7 +157,7 @@ def test_keys_of_a_command_that_cannot_be_used_say_why(opened: MainWindow, qtbot
         assert [toast.message.partition(": ")[2] for toast in opened.toasts.shown] == [why], command
 
 
-def test_the_palette_survives_menus_that_are_filled_anew(opened: MainWindow, qtbot: QtBot) -> None:
+def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
     palette = _part(opened, PaletteFeature).palette
     menu = next(menu for menu in opened.findChildren(SidesMenu))
 

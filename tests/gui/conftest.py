@@ -1,40 +1,33 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from PySide6.QtCore import QObject
-from pytestqt.qtbot import QtBot
 
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from ilf import RGBDFrame
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
-from ilf.data.results import BlockResult
 from ilf.run.run import Run, complete
 
-from .scripted_runs import WAIT_MS, Bench, Script, ScriptedSteps, Until
+from .scripted_runs import WAIT_MS, Bench, Script, ScriptedSteps
 from .states import QUICK, Told
 
 
 @pytest.fixture(autouse=True)
-def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
+def _patient(monkeypatch):
     """Threads have time to end, however busy the machine is: whether they do is what tests ask."""
     monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 20.0)
 
 
 @pytest.fixture
-def script(monkeypatch: pytest.MonkeyPatch) -> Script:
+def script(monkeypatch):
     script = Script()
     monkeypatch.setattr(Run, "steps", lambda run, threads=None, watch=None: ScriptedSteps(script, run, threads))
     return script
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, small_frame: RGBDFrame, small_labels: NDArray[np.int32], script: Script) -> Iterator[Bench]:
+def bench(qtbot, small_frame, small_labels, script):
     bench = Bench(small_frame, small_labels, script)
     yield bench
     script.allow()
@@ -42,7 +35,7 @@ def bench(qtbot: QtBot, small_frame: RGBDFrame, small_labels: NDArray[np.int32],
 
 
 @pytest.fixture
-def until(qtbot: QtBot) -> Until:
+def until(qtbot):
     return lambda condition: qtbot.waitUntil(condition, timeout=WAIT_MS)
 
 
@@ -51,19 +44,19 @@ def extracted(labels: np.ndarray) -> Blocks:
 
 
 @pytest.fixture
-def document(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Document:
+def document(small_frame, small_labels, qapp):
     """`small_frame` with its two blocks, as an extraction gave them."""
     return Document.of(Run(small_frame, extracted(small_labels)), "origin", "key")
 
 
 @pytest.fixture
-def other(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Document:
+def other(small_frame, small_labels, qapp):
     """Another frame, of the same pixels."""
     return Document.of(Run(small_frame, extracted(small_labels)), "other origin", "other key")
 
 
 @pytest.fixture
-def workspace(document: Document, other: Document) -> Workspace:
+def workspace(document, other):
     """Both frames, the first the present one."""
     workspace = Workspace()
     workspace.open_document(other)
@@ -72,12 +65,12 @@ def workspace(document: Document, other: Document) -> Workspace:
 
 
 @pytest.fixture
-def told(workspace: Workspace) -> Told:
+def told(workspace):
     """What the workspace tells from now on."""
     return Told(workspace)
 
 
 @pytest.fixture
-def results(document: Document) -> list[BlockResult]:
+def results(document):
     """What a short run of both blocks gives."""
     return list(complete(document.frame, document.labels, QUICK).results.values())

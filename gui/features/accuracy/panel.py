@@ -73,7 +73,7 @@ class AccuracyPanel(Panel):
         self._page = -1
         """The page that was drawn last."""
         self._testing: Document | None = None
-        self._evaluated: Document | None = None
+        self._evaluated = ""  # id of a frame: a closed panel would keep the frame itself in memory
         """The frame whose errors are shown or computed."""
         self._evaluations = LatestRequest[EvaluationRequest, dict[str, AreaErrors]](Evaluator(), self)
         self._evaluations.answered.connect(self._show_errors)
@@ -203,7 +203,7 @@ class AccuracyPanel(Panel):
 
     def _evaluate(self, document: Document | None) -> None:
         """Have the current result and the compared runs evaluated, if there is ground truth."""
-        if document is not self._evaluated:
+        if document is None or document.id != self._evaluated:
             self._forget_errors("")
         completion = None if document is None else document.completion()
         if document is None or document.frame.ground_truth is None or completion is None:
@@ -213,7 +213,7 @@ class AccuracyPanel(Panel):
         entries = [EvaluatedResult("Current", completion, document.frame)]
         for kept in document.compared:
             entries.append(EvaluatedResult(kept.name, kept.completion, kept.run.frame, kept.colour))
-        self._evaluated = document
+        self._evaluated = document.id
         if not self.ground_truth_table.rows:
             self.ground_truth_table.set_rows([], _EVALUATING)
         self._evaluations.ask(
@@ -232,7 +232,7 @@ class AccuracyPanel(Panel):
         self.pixels.setEnabled(True)
 
     def _forget_errors(self, empty: str) -> None:
-        self._evaluated = None
+        self._evaluated = ""
         self._evaluations.forget()
         self.ground_truth_table.set_rows([], empty)
         self.pixels.setEnabled(False)

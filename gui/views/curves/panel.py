@@ -62,20 +62,7 @@ class CurvesPanel(Themed, QWidget):
         self._viewed_iteration: int | None = None
         self._by_time = persistent and bool(QSettings().value(_BY_TIME, False, type=bool))
 
-        self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>", _MIN_DECADES)
-        self.error_plot = ConvergencePlot(LengthAxis(), "Error", _MIN_DECADES)
-        self.hold_out_plot = HoldOutPlot(LengthAxis())
-        self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
-        self._plots = (self.sigma_plot, self.error_plot, self.hold_out_plot, self.l1_plot)
-        names = "Deviation sigma_i", "Error against ground truth", "Hold-out error", "L1 norm"
-        for plot, name in zip(self._plots, names, strict=True):
-            plot.setAccessibleName(name)
-            plot.hovered.connect(self._hover)
-            plot.moved.connect(self._move_all)
-            plot.fit_requested.connect(self._follow)
-        self.error_plot.setToolTip(_ERROR_PLOT_HINT)
-        self._criteria = CriterionLines(self.sigma_plot)
-        self.l1_plot.label_span("colour-weighted")
+        self._plots: tuple[ConvergencePlot, ...] = ()
         self.readout = Readout()
         self.readout.setToolTip(_READOUT_HINT)
         self.scrub_bar = ScrubBar()
@@ -90,8 +77,6 @@ class CurvesPanel(Themed, QWidget):
         self._plots_layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, plots)
         self._plots_layout.setContentsMargins(0, 0, 6, 0)
         self._plots_layout.setSpacing(0)
-        for plot in self._plots:
-            self._plots_layout.addWidget(plot, 1)
         body = QWidget()
         self._body_layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, body)
         self._body_layout.setContentsMargins(0, 0, 0, 0)
@@ -115,6 +100,25 @@ class CurvesPanel(Themed, QWidget):
         layout.addWidget(self._pages, 1)
         layout.addLayout(below)
         self.setMinimumSize(260, 120)
+        self._show_axis()
+
+    def _make_plots(self) -> None:
+        """Make the plots, a fifth of what a window costs: only when there is something to draw."""
+        self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>", _MIN_DECADES)
+        self.error_plot = ConvergencePlot(LengthAxis(), "Error", _MIN_DECADES)
+        self.hold_out_plot = HoldOutPlot(LengthAxis())
+        self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
+        self._plots = (self.sigma_plot, self.error_plot, self.hold_out_plot, self.l1_plot)
+        names = "Deviation sigma_i", "Error against ground truth", "Hold-out error", "L1 norm"
+        for plot, name in zip(self._plots, names, strict=True):
+            plot.setAccessibleName(name)
+            plot.hovered.connect(self._hover)
+            plot.moved.connect(self._move_all)
+            plot.fit_requested.connect(self._follow)
+            self._plots_layout.addWidget(plot, 1)
+        self.error_plot.setToolTip(_ERROR_PLOT_HINT)
+        self._criteria = CriterionLines(self.sigma_plot)
+        self.l1_plot.label_span("colour-weighted")
         self._show_axis()
 
     # what is shown
@@ -187,6 +191,13 @@ class CurvesPanel(Themed, QWidget):
     def _draw(self) -> None:
         pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
         self._pages.setCurrentIndex(1 if pairs else 0)
+        if not self._plots:
+            if not pairs:
+                return
+            self._make_plots()
+            self._arrange()
+            for layout in (self._body_layout, self._plots_layout):  # ranges depend on the room that there is
+                layout.activate()
         stages = [[columns.between(place, self._by_time) for place in columns.stages] for _, columns in pairs]
         colours = [QColor(*self._line_colour(curve)) for curve, _ in pairs]
         span = pairs[0][1].weighted(self._by_time) if len(pairs) == 1 else None
@@ -242,6 +253,8 @@ class CurvesPanel(Themed, QWidget):
 
     def _arrange(self) -> None:
         """Lay out the readout and the plots that fit."""
+        if not self._plots:
+            return
         there = True, self._has("error"), self._has("held_out"), True
         asked = self.size(), len(self._curves), there
         if asked == self._arranged:
@@ -323,6 +336,10 @@ class CurvesPanel(Themed, QWidget):
 
     def _refresh_theme(self) -> None:
         colours = theme.colours(self.palette())
+        self._time_button.setIcon(theme.icon("ph.clock", self.palette()))
+        self._hint.setStyleSheet(f"color: {colours.muted.name()};")
+        if not self._plots:
+            return
         small = QFont(self.font())
         small.setPointSizeF(small.pointSizeF() * 0.85)
         _, _, residual, held_out = colours.series
@@ -330,5 +347,3 @@ class CurvesPanel(Themed, QWidget):
             plot.set_colours(colours, small)
         self.hold_out_plot.set_error_colours(colours, held_out, residual, small)
         self._criteria.set_colours(colours, small)
-        self._time_button.setIcon(theme.icon("ph.clock", self.palette()))
-        self._hint.setStyleSheet(f"color: {colours.muted.name()};")

@@ -27,7 +27,7 @@ RUN_TIMES = {
 
 
 @pytest.fixture
-def bare_linux(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+def bare_linux(monkeypatch):
     """A Linux machine without a display, all libraries there."""
     monkeypatch.setattr("sys.platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
@@ -45,11 +45,11 @@ def _lacking(*names: str, connection: int | None = 1):
     return load
 
 
-def test_no_display(bare_linux: pytest.MonkeyPatch) -> None:
+def test_no_display(bare_linux):
     assert display.display_problem().endswith("there is no display. Set DISPLAY or WAYLAND_DISPLAY.")
 
 
-def test_all_that_a_bare_machine_lacks_is_named_at_once(bare_linux: pytest.MonkeyPatch) -> None:
+def test_all_that_a_bare_machine_lacks_is_named_at_once(bare_linux):
     libraries = QT_LIBRARIES + PLATFORM_LIBRARIES["xcb"]
     bare_linux.setattr(extras.ctypes, "CDLL", _lacking(*libraries))
     told = [display.display_problem()]
@@ -64,22 +64,13 @@ def test_all_that_a_bare_machine_lacks_is_named_at_once(bare_linux: pytest.Monke
     ("name", "value"),
     [("DISPLAY", ":0"), ("WAYLAND_DISPLAY", "wayland-0"), ("QT_QPA_PLATFORM", "offscreen:size=800x600")],
 )
-def test_a_display_or_a_platform_that_was_asked_for(bare_linux: pytest.MonkeyPatch, name: str, value: str) -> None:
+def test_a_display_or_a_platform_that_was_asked_for(bare_linux, name, value):
     bare_linux.setenv(name, value)
     assert display.display_problem() == ""
 
 
-@pytest.mark.parametrize("library", QT_LIBRARIES)
-def test_what_qt_itself_lacks_is_named_with_its_package(bare_linux: pytest.MonkeyPatch, library: str) -> None:
-    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
-    bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
-    for problem in (display.qt_problem(), display.display_problem()):
-        assert library in problem
-        assert f"apt install {SYSTEM_PACKAGES[library]}" in problem
-
-
 @pytest.mark.parametrize("library", PLATFORM_LIBRARIES["xcb"])
-def test_x11_libraries_matter_under_x11_only(bare_linux: pytest.MonkeyPatch, library: str) -> None:
+def test_x11_libraries_matter_under_x11_only(bare_linux, library):
     bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
     bare_linux.setenv("DISPLAY", ":0")
     assert display.qt_problem() == ""
@@ -93,7 +84,7 @@ def test_x11_libraries_matter_under_x11_only(bare_linux: pytest.MonkeyPatch, lib
     assert display.display_problem() == "", "Qt takes the one that works"
 
 
-def test_an_x_server_that_does_not_answer(bare_linux: pytest.MonkeyPatch) -> None:
+def test_an_x_server_that_does_not_answer(bare_linux):
     bare_linux.setattr(extras.ctypes, "CDLL", _lacking(connection=None))
     bare_linux.setenv("DISPLAY", ":4711")
     assert "':4711' does not respond" in display.display_problem()
@@ -102,7 +93,7 @@ def test_an_x_server_that_does_not_answer(bare_linux: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="X11 is asked under Linux")
-def test_a_real_display_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_real_display_that_is_not_there(monkeypatch):
     monkeypatch.delenv("QT_QPA_PLATFORM")
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setenv("DISPLAY", ":4711")
@@ -110,13 +101,13 @@ def test_a_real_display_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> No
     assert "':4711' does not respond" in problem or "libxcb" in problem
 
 
-def test_packages_are_named_once(bare_linux: pytest.MonkeyPatch) -> None:
+def test_packages_are_named_once(bare_linux):
     bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libglib-2.0.so.0", "libgthread-2.0.so.0"))
     assert display.qt_problem().endswith("apt install libglib2.0-0")
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Qt needs these libraries under Linux")
-def test_every_library_that_the_installed_qt_is_linked_against_is_checked() -> None:
+def test_every_library_that_the_installed_qt_is_linked_against_is_checked():
     if shutil.which("readelf") is None:
         pytest.skip("readelf is not installed (binutils)")
     qt = Path(PySide6.__file__).parent / "Qt"
@@ -141,14 +132,12 @@ def test_every_library_that_the_installed_qt_is_linked_against_is_checked() -> N
         assert wayland <= {*QT_LIBRARIES, *PLATFORM_LIBRARIES["wayland"]}
 
 
-def test_every_library_has_a_package() -> None:
+def test_every_library_has_a_package():
     libraries = {*QT_LIBRARIES, *(library for libraries in PLATFORM_LIBRARIES.values() for library in libraries)}
     assert libraries <= set(SYSTEM_PACKAGES)
 
 
-def test_without_display_the_sample_is_completed_by_the_command_line(
-    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_display_the_sample_is_completed_by_the_command_line(bare_linux, capsys):
     called: list[list[str]] = []
 
     def command_line(arguments: list[str]) -> int:
@@ -164,9 +153,7 @@ def test_without_display_the_sample_is_completed_by_the_command_line(
     assert "ilf complete" in capsys.readouterr().err
 
 
-def test_without_display_a_frame_goes_on_by_its_key(
-    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_display_a_frame_goes_on_by_its_key(bare_linux, capsys):
     called: list[list[str]] = []
     bare_linux.setattr("ilf.cli.main", lambda arguments: called.append(arguments) or 0)
     samples = str(asset_path("samples"))
@@ -180,18 +167,14 @@ def test_without_display_a_frame_goes_on_by_its_key(
 
 
 @pytest.mark.parametrize("arguments", [["gone/rgb.png", "gone/depth.png"], ["gone"], ["--live", "gone"]])
-def test_a_missing_path_is_told_before_anything_else(
-    arguments: list[str], bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_path_is_told_before_anything_else(arguments, bare_linux, capsys):
     assert main(arguments) == 1
     error = capsys.readouterr().err
     assert error.startswith("ilf-gui: error: gone")
     assert error.count("\n") == 1
 
 
-def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(
-    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(bare_linux, capsys, tmp_path):
     bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libEGL.so.1", "libxkbcommon.so.0"))
     assert main(["--sample", "--run", "--screenshot", str(tmp_path / "x.png")]) == 1
     error = capsys.readouterr().err
@@ -199,9 +182,7 @@ def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(
     assert error.count("\n") == 1
 
 
-def test_a_picture_on_a_platform_that_does_not_work_is_refused(
-    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_picture_on_a_platform_that_does_not_work_is_refused(bare_linux, capsys, tmp_path):
     bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libxcb-sync.so.1"))
     bare_linux.setenv("QT_QPA_PLATFORM", "xcb")
     assert main(["--sample", "--run", "--screenshot", str(tmp_path / "x.png")]) == 1
@@ -217,8 +198,8 @@ def _child(program: str, **environment: str) -> subprocess.CompletedProcess[str]
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("package", ["PySide6", "pyqtgraph", "qtawesome"])
-def test_a_package_that_is_not_installed_is_named_with_its_extra(package: str) -> None:
+@pytest.mark.parametrize("package", ["PySide6", "pyqtgraph"])
+def test_a_package_that_is_not_installed_is_named_with_its_extra(package):
     run = _child(
         f"import sys\nsys.modules[{package!r}] = None\nfrom gui.app.start import main\nsys.exit(main(['--sample']))\n",
         QT_QPA_PLATFORM="offscreen",
@@ -230,7 +211,7 @@ def test_a_package_that_is_not_installed_is_named_with_its_extra(package: str) -
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_the_program_ends_quietly_while_it_is_still_importing() -> None:
+def test_the_program_ends_quietly_while_it_is_still_importing():
     run = _child(
         "import os, signal, sys\n"
         "class AskedMeanwhile:\n"
@@ -247,7 +228,7 @@ def test_the_program_ends_quietly_while_it_is_still_importing() -> None:
     assert (run.returncode, run.stderr) == (130, "ilf-gui: error: interrupted\n")
 
 
-def test_something_is_shown_before_the_window_is_imported() -> None:
+def test_something_is_shown_before_the_window_is_imported():
     run = _child(
         "import os, sys\n"
         "class Import:\n"
@@ -264,14 +245,14 @@ def test_something_is_shown_before_the_window_is_imported() -> None:
     assert run.stdout == "[True]\n"
 
 
-def test_the_version_is_printed_without_importing_qt() -> None:
+def test_the_version_is_printed_without_importing_qt():
     run = _child(
         "import sys\nsys.modules['PySide6'] = None\nfrom gui.app.start import main\nsys.exit(main(['--version']))\n"
     )
     assert (run.returncode, run.stdout, run.stderr) == (0, f"ilf-gui {ilf.__version__}\n", "")
 
 
-def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> None:
+def test_the_command_line_takes_over_without_importing_qt(tmp_path):
     """Where libraries that Qt needs are missing, importing it would fail before anything could be said."""
     run = _child(
         "import sys\n"

@@ -1,12 +1,9 @@
 """The documents of the window name commands and keys that there are, and show pictures that there are."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
 import pytest
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 
@@ -14,7 +11,7 @@ DOCS = Path(__file__).parents[3] / "assets" / "docs"
 
 
 @pytest.mark.parametrize("document", ["window.md", "tour.md"])
-def test_the_documents_name_what_there_is(document: str, qtbot: QtBot) -> None:
+def test_the_documents_name_what_there_is(document, qtbot):
     text = " ".join((DOCS / document).read_text(encoding="utf-8").split())
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)

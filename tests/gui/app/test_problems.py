@@ -7,7 +7,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QTextEdit, QWidget
-from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.features.about import AboutDialog
@@ -19,14 +18,14 @@ from ilf.errors import InputError
 
 
 @pytest.fixture
-def window(qtbot: QtBot) -> QWidget:
+def window(qtbot):
     window = QWidget()
     qtbot.addWidget(window)
     window.show()
     return window
 
 
-def _reported(window: QWidget, error: Exception) -> ProblemBox:
+def _reported(window, error: Exception) -> ProblemBox:
     try:
         raise error
     except Exception as raised:
@@ -40,7 +39,7 @@ def _copied(button: QWidget) -> str:
     return QGuiApplication.clipboard().text()
 
 
-def test_an_unexpected_error_has_its_traceback_folded_and_copied(window: QWidget) -> None:
+def test_an_unexpected_error_has_its_traceback_folded_and_copied(window):
     box = _reported(window, ZeroDivisionError("nothing to divide by"))
     assert "ZeroDivisionError: nothing to divide by" in box.text()
     assert str(error_log_path()) in box.text()
@@ -53,14 +52,14 @@ def test_an_unexpected_error_has_its_traceback_folded_and_copied(window: QWidget
     box.close()
 
 
-def test_an_expected_error_has_nothing_to_unfold_but_can_be_copied(window: QWidget) -> None:
+def test_an_expected_error_has_nothing_to_unfold_but_can_be_copied(window):
     box = _reported(window, InputError("a.png: no such file."))
     assert box.detailedText() == ""
     assert _copied(box.copy_button).startswith("Open frame\n\na.png: no such file.\n\nILF Studio")
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Ok), Qt.MouseButton.LeftButton)
 
 
-def test_the_log_is_copied_and_cleared(qtbot: QtBot) -> None:
+def test_the_log_is_copied_and_cleared(qtbot):
     log = LogPanel()
     qtbot.addWidget(log)
     log.add("one")
@@ -75,7 +74,7 @@ def test_the_log_is_copied_and_cleared(qtbot: QtBot) -> None:
     assert log.text.toPlainText() == ""
 
 
-def test_about_copies_all_versions(qtbot: QtBot) -> None:
+def test_about_copies_all_versions(qtbot):
     dialog = AboutDialog()
     qtbot.addWidget(dialog)
     dialog.show()

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QColor, QImage, QPalette
+from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import (
-    QApplication,
     QCheckBox,
     QComboBox,
     QDoubleSpinBox,
@@ -25,7 +24,6 @@ from PySide6.QtWidgets import (
     QTreeWidget,
     QWidget,
 )
-from pytestqt.qtbot import QtBot
 
 from gui.base import theme
 from gui.widgets.basics import Message, Themed
@@ -55,12 +53,12 @@ def lab(colour: QColor, eye: str) -> np.ndarray:
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
 
-def _apart(one: QColor, other: QColor, eye: str) -> float:
+def _apart(one: QColor, other, eye: str) -> float:
     return float(np.linalg.norm(lab(one, eye) - lab(other, eye)))
 
 
 @pytest.fixture(autouse=True)
-def _as_before(qapp: QApplication) -> Iterator[None]:
+def _as_before(qapp):
     before = qapp.palette(), qapp.styleSheet()
     yield
     qapp.setPalette(before[0])
@@ -68,12 +66,12 @@ def _as_before(qapp: QApplication) -> Iterator[None]:
 
 
 @pytest.fixture(params=["light", "dark"])
-def palette(request: pytest.FixtureRequest, qapp: QApplication) -> QPalette:
+def palette(request, qapp):
     theme.apply_theme(qapp, request.param)
     return qapp.palette()
 
 
-def test_texts_and_lines_stand_out_on_every_ground(palette: QPalette) -> None:
+def test_texts_and_lines_stand_out_on_every_ground(palette):
     colours = theme.colours(palette)
     grounds = [palette.color(role) for role in (palette.ColorRole.Window, palette.ColorRole.Base)]
     grounds.append(palette.color(palette.ColorRole.Button))
@@ -88,7 +86,7 @@ def test_texts_and_lines_stand_out_on_every_ground(palette: QPalette) -> None:
 
 
 @pytest.mark.parametrize("kind", [QLineEdit, QDoubleSpinBox, QComboBox])
-def test_input_fields_have_a_frame(palette: QPalette, kind: type[QWidget], qtbot: QtBot) -> None:
+def test_input_fields_have_a_frame(palette, kind: type[QWidget], qtbot):
     field = kind()
     qtbot.addWidget(field)
     field.resize(120, field.sizeHint().height())
@@ -97,7 +95,7 @@ def test_input_fields_have_a_frame(palette: QPalette, kind: type[QWidget], qtbot
 
 
 @pytest.mark.parametrize("eye", SEEN_BY)
-def test_good_and_worse_and_the_lines_of_a_plot_are_told_apart(palette: QPalette, eye: str) -> None:
+def test_good_and_worse_and_the_lines_of_a_plot_are_told_apart(palette, eye):
     colours = theme.colours(palette)
     for worse in (colours.warning, colours.error):
         assert _apart(colours.good, worse, eye) >= APART
@@ -176,7 +174,7 @@ WIDGETS: dict[str, Callable[[], QWidget]] = {
 }
 
 
-def _drawn(widget: QWidget, qtbot: QtBot) -> QImage:
+def _drawn(widget: QWidget, qtbot) -> QImage:
     qtbot.addWidget(widget)
     widget.adjustSize()
     widget.show()
@@ -184,7 +182,7 @@ def _drawn(widget: QWidget, qtbot: QtBot) -> QImage:
 
 
 @pytest.mark.parametrize("make", WIDGETS.values(), ids=WIDGETS.keys())
-def test_drawn_texts_stand_out(palette: QPalette, qtbot: QtBot, make: Callable[[], QWidget]) -> None:
+def test_drawn_texts_stand_out(palette, qtbot, make):
     image = _drawn(make(), qtbot)
     colours = [image.pixelColor(x, y) for x in range(2, image.width() - 2) for y in range(2, image.height() - 2)]
     names = [colour.name() for colour in colours]
@@ -192,7 +190,7 @@ def test_drawn_texts_stand_out(palette: QPalette, qtbot: QtBot, make: Callable[[
     assert max(theme.contrast(QColor(name), ground) for name in set(names)) >= TEXT
 
 
-def test_the_line_under_tabs_is_a_line_of_the_theme(palette: QPalette, qtbot: QtBot) -> None:
+def test_the_line_under_tabs_is_a_line_of_the_theme(palette, qtbot):
     tabs = QTabWidget()
     tabs.setDocumentMode(True)
     for title in ("Filter", "Extraction"):
@@ -203,11 +201,11 @@ def test_the_line_under_tabs_is_a_line_of_the_theme(palette: QPalette, qtbot: Qt
     assert max(theme.contrast(colour, window) for colour in right) < LINE, "no white line in the dark"
 
 
-def test_what_is_hidden_takes_the_theme_when_it_is_shown(qapp: QApplication, qtbot: QtBot) -> None:
+def test_what_is_hidden_takes_the_theme_when_it_is_shown(qapp, qtbot):
     class Probe(Themed, QWidget):
         taken = 0
 
-        def _take_theme(self) -> None:
+        def _take_theme(self):
             self.taken += 1
 
     theme.apply_theme(qapp, "light")

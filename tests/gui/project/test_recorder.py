@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 
 from gui.project.store import WorkStore
 from gui.state.document import Document
-from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
 from ilf.project.project import Stage
 from ilf.project.recovery import find_recoverable_work
@@ -23,13 +19,13 @@ from ..recording import WAIT_MS, Recording, assert_holds
 
 
 @pytest.fixture(autouse=True)
-def prompt_autosave(monkeypatch: pytest.MonkeyPatch) -> None:
+def prompt_autosave(monkeypatch):
     """Changes are stored at once instead of after two seconds."""
     monkeypatch.setattr("gui.project.recorder.AFTER_MS", 50)
 
 
 @pytest.fixture
-def context(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Iterator[Recording]:
+def context(qtbot, tmp_path, small_frame, small_labels):
     context = Recording(tmp_path / "autosave", tmp_path / "aside", small_frame, small_labels)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
@@ -37,7 +33,7 @@ def context(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: 
     context.end()
 
 
-def test_all_changes_are_kept_and_nothing_else(context: Recording, qtbot: QtBot) -> None:
+def test_all_changes_are_kept_and_nothing_else(context, qtbot):
     one, two = context.documents
     for row in range(4):
         context.erase(one, row)
@@ -60,7 +56,7 @@ def test_all_changes_are_kept_and_nothing_else(context: Recording, qtbot: QtBot)
     written.discard()
 
 
-def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: QtBot) -> None:
+def test_a_stroke_is_there_as_a_whole_or_not_at_all(context, qtbot):
     one, _ = context.documents
     context.workspace.show(one)
     before, labels = one.labels.copy(), one.labels.copy()
@@ -77,7 +73,7 @@ def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: Q
     assert (state.note, np.array_equal(state.blocks.labels, before)) == ("look", True)
 
 
-def test_what_is_put_away_is_read_as_it_was_left(context: Recording) -> None:
+def test_what_is_put_away_is_read_as_it_was_left(context):
     one, _ = context.documents
     context.erase(one, 5)
     left = one.labels.copy()
@@ -87,7 +83,7 @@ def test_what_is_put_away_is_read_as_it_was_left(context: Recording) -> None:
     assert np.array_equal(context.store.read(one.id).state.blocks.labels, left)
 
 
-def test_where_nothing_can_be_written_all_is_in_memory_until_it_can(context: Recording, qtbot: QtBot) -> None:
+def test_where_nothing_can_be_written_all_is_in_memory_until_it_can(context, qtbot):
     one, two = context.documents
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(two, 1)
@@ -113,7 +109,7 @@ def test_where_nothing_can_be_written_all_is_in_memory_until_it_can(context: Rec
 class _Project:
     """A project file that can be taken away."""
 
-    def __init__(self, parts: dict[str, bytes]) -> None:
+    def __init__(self, parts: dict[str, bytes]):
         self._parts = parts
 
     def names(self) -> list[str]:
@@ -126,9 +122,7 @@ class _Project:
 
 
 @pytest.mark.parametrize("goes", [False, True])
-def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes(
-    context: Recording, qtbot: QtBot, goes: bool
-) -> None:
+def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes(context, qtbot, goes):
     one, _ = context.documents
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(one, 1)
@@ -151,9 +145,7 @@ def test_what_is_in_the_project_file_is_in_the_autosave_too_once_a_frame_changes
     written.discard()
 
 
-def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_not(
-    context: Recording, qtbot: QtBot
-) -> None:
+def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_not(context, qtbot):
     one, two = context.documents
     workspace = context.workspace
     workspace.show(one)
@@ -171,7 +163,7 @@ def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_
     assert context.store.read(two.id).state.common == two.state.common == former
 
 
-def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context: Recording, qtbot: QtBot) -> None:
+def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context, qtbot):
     one, two = context.documents
     context.recorder.is_unsaved = lambda: True
     context.erase(two, 3)
@@ -187,7 +179,7 @@ def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context: Recor
     assert {frame.id: frame.summary.note for frame in left.frames}[entry.id] == "Look again."
 
 
-def test_what_is_left_says_how_far_the_work_on_a_frame_is(context: Recording, qtbot: QtBot) -> None:
+def test_what_is_left_says_how_far_the_work_on_a_frame_is(context, qtbot):
     one, two = context.documents
     context.recorder.is_unsaved = lambda: True
     _stored(context, qtbot)
@@ -201,14 +193,14 @@ def test_what_is_left_says_how_far_the_work_on_a_frame_is(context: Recording, qt
     assert stages == {one.id: Stage.EDITED, two.id: Stage.UNTOUCHED}
 
 
-def _stored(context: Recording, qtbot: QtBot) -> None:
+def _stored(context, qtbot):
     told: list[Exception | None] = []
     context.recorder.flush(told.append)
     qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
     assert told == [None]
 
 
-def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path: Path) -> None:
+def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path):
     class Replaced:
         """A project file that is closed as another one is saved, while it is read."""
 
@@ -228,7 +220,7 @@ def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path: 
     assert store.part("arrays/1.png") == b"content"
 
 
-def test_what_is_discarded_is_soon_out_of_the_autosave(context: Recording, qtbot: QtBot) -> None:
+def test_what_is_discarded_is_soon_out_of_the_autosave(context, qtbot):
     _, two = context.documents
     context.erase(two, 3)
     _stored(context, qtbot)

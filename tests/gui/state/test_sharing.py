@@ -19,30 +19,28 @@ def smoothness(*documents: Document) -> list[float]:
     return [document.state.common.smoothness for document in documents]
 
 
-def set_smoothness(workspace: Workspace, value: float) -> None:
+def set_smoothness(workspace, value: float):
     workspace.parameters.set(workspace.parameters.current.replace(smoothness=value))
 
 
-def texts(document: Document) -> list[str]:
+def texts(document) -> list[str]:
     return [document.undo_stack.text(number) for number in range(document.undo_stack.count())]
 
 
 @pytest.fixture
-def shared(workspace: Workspace) -> Workspace:
+def shared(workspace):
     """Both frames have the values of all."""
     workspace.parameters.share()
     return workspace
 
 
-def test_each_frame_has_its_own_at_first(workspace: Workspace, document: Document, other: Document) -> None:
+def test_each_frame_has_its_own_at_first(workspace, document, other):
     set_smoothness(workspace, 3.0)
     assert smoothness(document, other) == [3.0, 1.0]
     assert texts(document) == ["Set Smoothness"]
 
 
-def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(
-    workspace: Workspace, document: Document, other: Document
-) -> None:
+def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(workspace, document, other):
     set_smoothness(workspace, 3.0)
     assert workspace.parameters.share() == [other]
     assert workspace.parameters.shared == SharedParameters(True, document.state.common)
@@ -54,9 +52,7 @@ def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(
     assert smoothness(document, other) == [3.0, 3.0]
 
 
-def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(
-    shared: Workspace, document: Document, other: Document, small_frame, small_labels
-) -> None:
+def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(shared, document, other, small_frame, small_labels):
     set_smoothness(shared, 3.0)
     assert smoothness(document, other) == [3.0, 3.0]
     assert texts(document)[-1] == "Set Smoothness for all frames"
@@ -73,7 +69,7 @@ def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(
     assert shared.parameters.shared.values.smoothness == 1.0
 
 
-def test_a_frame_may_have_its_own_and_go_back(shared: Workspace, document: Document, other: Document) -> None:
+def test_a_frame_may_have_its_own_and_go_back(shared, document, other):
     shared.parameters.keep_own()
     set_smoothness(shared, 3.0)
     assert smoothness(document, other) == [3.0, 1.0]
@@ -90,9 +86,7 @@ def test_a_frame_may_have_its_own_and_go_back(shared: Workspace, document: Docum
     assert document.state.own_parameters
 
 
-def test_own_values_may_become_those_of_all_and_all_may_part(
-    shared: Workspace, document: Document, other: Document
-) -> None:
+def test_own_values_may_become_those_of_all_and_all_may_part(shared, document, other):
     shared.parameters.keep_own()
     set_smoothness(shared, 3.0)
     assert shared.parameters.share() == [other]
@@ -105,9 +99,7 @@ def test_own_values_may_become_those_of_all_and_all_may_part(
     assert smoothness(document, other) == [7.0, 3.0]
 
 
-def test_when_all_part_the_values_of_every_frame_are_stored(
-    shared: Workspace, document: Document, other: Document
-) -> None:
+def test_when_all_part_the_values_of_every_frame_are_stored(shared, document, other):
     set_smoothness(shared, 3.0)
     touched: set[Document] = set()
     shared.touched.connect(touched.add)
@@ -119,16 +111,14 @@ def test_when_all_part_the_values_of_every_frame_are_stored(
     assert touched == {document, other}
 
 
-def test_own_values_of_blocks_stay_with_their_frame(shared: Workspace, document: Document, other: Document) -> None:
+def test_own_values_of_blocks_stay_with_their_frame(shared, document, other):
     shared.parameters.set_own({"smoothness": 3.0}, [1])
     assert document.blocks.own == {1: {"smoothness": 3.0}}
     assert other.blocks.own == {}
     assert texts(document)[-1] == "Set Smoothness of Block 1"
 
 
-def test_results_of_other_values_are_out_of_date_in_all_frames(
-    shared: Workspace, document: Document, other: Document, results: list
-) -> None:
+def test_results_of_other_values_are_out_of_date_in_all_frames(shared, document, other, results):
     other.store_results(results)
     shared.parameters.set(results[0].parameters)
     assert other.is_up_to_date(1)
@@ -136,9 +126,7 @@ def test_results_of_other_values_are_out_of_date_in_all_frames(
     assert not other.is_up_to_date(1)
 
 
-def test_a_frame_that_is_opened_as_it_was_stored_has_the_values_of_all_or_its_own(
-    shared: Workspace, small_frame, small_labels
-) -> None:
+def test_a_frame_that_is_opened_as_it_was_stored_has_the_values_of_all_or_its_own(shared, small_frame, small_labels):
     set_smoothness(shared, 3.0)
     opened = [Document.of(Run(small_frame, small_labels), name, name) for name in ("one", "two")]
     opened[1].change(own_parameters=True)
@@ -148,7 +136,7 @@ def test_a_frame_that_is_opened_as_it_was_stored_has_the_values_of_all_or_its_ow
     assert smoothness(*opened) == [3.0, 9.0]
 
 
-def test_a_project_says_which_they_are_before_its_frames_are_opened(small_frame, small_labels, qapp: object) -> None:
+def test_a_project_says_which_they_are_before_its_frames_are_opened(small_frame, small_labels, qapp):
     workspace = Workspace()
     told = Told(workspace)
     workspace.parameters.set_shared(SharedParameters(True, Parameters(smoothness=4.0)))
@@ -160,7 +148,7 @@ def test_a_project_says_which_they_are_before_its_frames_are_opened(small_frame,
     assert workspace.parameters.current.smoothness == 4.0
 
 
-def test_a_project_keeps_them_and_gives_them_back(shared: Workspace, qapp: object) -> None:
+def test_a_project_keeps_them_and_gives_them_back(shared, qapp):
     set_smoothness(shared, 3.0)
     shared.parameters.keep_own()
     set_smoothness(shared, 7.0)

@@ -8,7 +8,6 @@ import numpy as np
 
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from ilf.data.frame import RGBDFrame
 from ilf.data.results import BlockResult
 from ilf.project.frame_state import FrameState
 from ilf.run.run import Run
@@ -17,7 +16,7 @@ from ilf.segmentation.editing.patches import patch_between
 from ..states import QUICK, edit, painted
 
 
-def test_a_session_comes_back_as_it_was(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+def test_a_session_comes_back_as_it_was(small_frame, small_labels):
     run = Run(small_frame, small_labels)
     results: list[BlockResult] = list(run.complete().results.values())
     workspace = Workspace()
@@ -53,7 +52,7 @@ def test_a_session_comes_back_as_it_was(small_frame: RGBDFrame, small_labels: np
     assert (again.id, again.unsaved, again.undo_stack.count()) == (document.id, False, 0)
 
 
-def test_only_what_has_changed_is_another_object_in_the_next_state(workspace: Workspace, document: Document) -> None:
+def test_only_what_has_changed_is_another_object_in_the_next_state(workspace, document):
     edit(workspace, 2)
     first, second = document.snapshot(), document.snapshot()
     assert second.blocks.labels is first.blocks.labels
@@ -70,7 +69,7 @@ def test_only_what_has_changed_is_another_object_in_the_next_state(workspace: Wo
     assert not third.blocks.labels.flags.writeable
 
 
-def test_a_stroke_in_progress_copies_nothing(workspace: Workspace, document: Document) -> None:
+def test_a_stroke_in_progress_copies_nothing(workspace, document):
     labels = document.labels
     for row in range(3):
         workspace.current.stroke(patch_between(document.labels, painted(document, 2, np.s_[row : row + 1])))
@@ -86,7 +85,7 @@ class WeatherState(FrameState):
     weather: str = "sunny"
 
 
-def test_a_new_field_of_the_state_needs_no_line_in_the_session(document: Document) -> None:
+def test_a_new_field_of_the_state_needs_no_line_in_the_session(document):
     opened = Document.of_state(
         WeatherState("a1", document.frame, document.snapshot().blocks, weather="snow"), None, "here"
     )

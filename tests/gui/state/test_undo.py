@@ -1,25 +1,22 @@
 """What undo takes back and brings back beside pixels: parameters, results, drawn borders, distrusted depth."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from gui.state.document import Document
 from gui.state.parameters import DRAG_S
 from gui.state.parts import Part
-from gui.state.workspace import Workspace
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
-from ilf.data.results import BlockResult, compose
+from ilf.data.results import compose
 from ilf.errors import InputError
 from ilf.run.run import complete
 from ilf.segmentation.extraction import extract
 
-from ..states import QUICK, QUICK_OWN, Told, edit, extraction
+from ..states import QUICK, QUICK_OWN, edit, extraction
 
 
-def test_parameters_of_all_blocks_and_of_some(workspace: Workspace, document: Document, told: Told) -> None:
+def test_parameters_of_all_blocks_and_of_some(workspace, document, told):
     workspace.parameters.set(QUICK, 2)
     assert document.blocks.own == {2: QUICK_OWN}
     assert workspace.parameters.current == preset()
@@ -35,7 +32,7 @@ def test_parameters_of_all_blocks_and_of_some(workspace: Workspace, document: Do
     assert told() == Part.EXTRACTION
 
 
-def test_own_values_stand_one_by_one_over_the_common_ones(workspace: Workspace, document: Document) -> None:
+def test_own_values_stand_one_by_one_over_the_common_ones(workspace, document):
     workspace.parameters.set_own({"smoothness": 2.0}, [1, 2])
     workspace.parameters.set_own({"noise": 0.01}, [2])
     assert document.blocks.own == {1: {"smoothness": 2.0}, 2: {"smoothness": 2.0, "noise": 0.01}}
@@ -55,9 +52,7 @@ def test_own_values_stand_one_by_one_over_the_common_ones(workspace: Workspace, 
     assert (document.blocks.own, workspace.parameters.current) == ({}, preset(slope_weight=0.5))
 
 
-def test_a_drag_of_a_value_is_one_step(
-    workspace: Workspace, document: Document, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_drag_of_a_value_is_one_step(workspace, document, monkeypatch):
     now = 100.0
     monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
     for value in (2.0, 3.0, 4.0):
@@ -77,7 +72,7 @@ def test_a_drag_of_a_value_is_one_step(
         assert (workspace.parameters.current.smoothness, workspace.parameters.current.noise) == wanted
 
 
-def test_a_drag_of_own_values_goes_back_to_where_it_began(workspace: Workspace, document: Document) -> None:
+def test_a_drag_of_own_values_goes_back_to_where_it_began(workspace, document):
     workspace.parameters.set_own({"smoothness": 2.0}, [1])
     document.undo_stack.setClean()
     for value in (3.0, 4.0, 5.0):
@@ -89,9 +84,7 @@ def test_a_drag_of_own_values_goes_back_to_where_it_began(workspace: Workspace, 
     assert document.blocks.own == {1: {"smoothness": 5.0}, 2: {"smoothness": 5.0}}
 
 
-def test_results_of_the_parameters_that_undo_brings_back_come_back(
-    workspace: Workspace, document: Document, told: Told
-) -> None:
+def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace, document, told):
     first = list(complete(document.frame, document.labels, QUICK).results.values())
     workspace.parameters.set(QUICK)
     document.store_results(first)
@@ -115,7 +108,7 @@ def test_results_of_the_parameters_that_undo_brings_back_come_back(
     np.testing.assert_array_equal(document.current_depth(), after)
 
 
-def test_clearing_results_can_be_undone(workspace: Workspace, document: Document, results: list[BlockResult]) -> None:
+def test_clearing_results_can_be_undone(workspace, document, results):
     workspace.current.clear_results()
     assert document.undo_stack.count() == 0, "there are none"
     document.store_results(results)
@@ -127,9 +120,7 @@ def test_clearing_results_can_be_undone(workspace: Workspace, document: Document
     assert list(document.completion().results.values()) == results
 
 
-def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(
-    workspace: Workspace, document: Document, results: list[BlockResult]
-) -> None:
+def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(workspace, document, results):
     document.store_results(results)
     workspace.current.clear_results()
     newer = complete(document.frame, document.labels, QUICK.replace(max_iterations=3)).results[1]
@@ -142,9 +133,7 @@ def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(
     assert document.valid_results() == {1: newer, 2: results[1]}
 
 
-def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(
-    workspace: Workspace, document: Document, results: list[BlockResult]
-) -> None:
+def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(workspace, document, results):
     workspace.parameters.set(QUICK)
     document.store_results(results)
     before = document.current_depth().copy()
@@ -167,9 +156,7 @@ def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(
     assert list(document.valid_results()) == [2, 3], "what has been solved since is not lost either"
 
 
-def test_the_present_depth_is_that_of_the_completion_whatever_happens(
-    workspace: Workspace, document: Document, results: list[BlockResult]
-) -> None:
+def test_the_present_depth_is_that_of_the_completion_whatever_happens(workspace, document, results):
     """What is kept up to date box by box is what would be made anew."""
     random = np.random.default_rng(0)
     document.change(common=QUICK)
@@ -194,7 +181,7 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
         assert document.counts() == counts
 
 
-def test_borders_that_come_by_an_edit_are_drawn_ones(workspace: Workspace, document: Document) -> None:
+def test_borders_that_come_by_an_edit_are_drawn_ones(workspace, document):
     assert document.run(QUICK).blocks.drawn is None
     edit(workspace, 3)
     drawn = document.run(QUICK).blocks.drawn
@@ -220,9 +207,7 @@ def test_borders_that_come_by_an_edit_are_drawn_ones(workspace: Workspace, docum
     assert document.run(QUICK).blocks.drawn is None
 
 
-def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(
-    workspace: Workspace, document: Document, results: list[BlockResult], told: Told
-) -> None:
+def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(workspace, document, results, told):
     document.store_results(results)
     mask = np.zeros(document.frame.shape, bool)
     mask[30:40, 5:20] = True
@@ -241,7 +226,7 @@ def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(
     assert document.frame.invalid_mask is None
 
 
-def test_a_truth_outlasts_what_is_undone_of_the_depth(workspace: Workspace, document: Document) -> None:
+def test_a_truth_outlasts_what_is_undone_of_the_depth(workspace, document):
     mask = np.zeros(document.frame.shape, bool)
     mask[30:40, 5:20] = True
     workspace.current.set_invalid_mask(mask, "Distrust depth")
@@ -256,7 +241,7 @@ def test_a_truth_outlasts_what_is_undone_of_the_depth(workspace: Workspace, docu
     assert document.frame.invalid_mask is not None
 
 
-def test_results_go_with_the_extraction_whose_edges_the_filter_saw(workspace: Workspace, document: Document) -> None:
+def test_results_go_with_the_extraction_whose_edges_the_filter_saw(workspace, document):
     """Blocks that stay have the same pixels, but other edges: a run of them would not give the same result."""
     for label in (1, 2):
         workspace.current.set_lock(label, True)

@@ -15,7 +15,6 @@ from gui.state.entries import Entry
 from gui.state.workspace import Workspace
 from ilf.data.blocks import Blocks
 from ilf.data.parameters import BlockParameters
-from ilf.data.results import BlockResult
 from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 from ilf.sources.frame_ref import FrameRef
@@ -25,19 +24,18 @@ from ..states import QUICK, QUICK_OWN, edit, extraction
 Do = Callable[[Workspace, Document], object]
 
 
-def _kept(document: Document) -> StoredRun:
+def _kept(document) -> StoredRun:
     return StoredRun(document.state.next_number, "Run", document.run(QUICK), {}, 0.1, (1, 2, 3))
 
 
-def _mark_invalid(workspace: Workspace, document: Document) -> None:
+def _mark_invalid(workspace, document):
     mask = np.zeros(document.labels.shape, bool)
     mask[:3, :3] = True
     workspace.current.set_invalid_mask(mask, "MarkInvalid")
 
 
-def _extrapolation(workspace: Workspace, document: Document) -> None:
+def _extrapolation(workspace, document):
     base = document.completion()
-    assert base is not None
     document.store_extrapolation(base, replace(base, extrapolated=base.filled))
 
 
@@ -89,12 +87,12 @@ LOOKS: dict[str, Do] = {
 }
 
 
-def _note_closed(workspace: Workspace) -> None:
+def _note_closed(workspace):
     workspace.unload(workspace.open[0])
     workspace.set_note(workspace.entries[0], "Later.")
 
 
-def _first_extraction(workspace: Workspace, document: Document) -> None:
+def _first_extraction(workspace, document):
     blocks = Blocks(np.zeros_like(document.labels))
     fresh = Document(FrameState("fresh", document.frame, blocks), "fresh", "fresh")
     workspace.open_document(fresh)
@@ -104,7 +102,7 @@ def _first_extraction(workspace: Workspace, document: Document) -> None:
 
 
 @pytest.fixture
-def saved(workspace: Workspace, document: Document, results: list[BlockResult]) -> CurrentProject:
+def saved(workspace, document, results):
     """A project with results and a kept run, of which the file holds all."""
     document.store_results(results)
     document.change(to_check=frozenset({1}))
@@ -114,7 +112,7 @@ def saved(workspace: Workspace, document: Document, results: list[BlockResult]) 
     return present
 
 
-def _save(present: CurrentProject, workspace: Workspace) -> None:
+def _save(present: CurrentProject, workspace):
     for document in workspace.open:
         document.note_saved(document.stamp)
     for entry in workspace.entries:
@@ -125,9 +123,7 @@ def _save(present: CurrentProject, workspace: Workspace) -> None:
 
 
 @pytest.mark.parametrize("do", WORK.values(), ids=WORK)
-def test_work_is_unsaved_and_saved_work_is_not(
-    saved: CurrentProject, workspace: Workspace, document: Document, do: Do
-) -> None:
+def test_work_is_unsaved_and_saved_work_is_not(saved, workspace, document, do):
     told: list[object] = []
     workspace.touched.connect(told.append)
     workspace.project_touched.connect(lambda: told.append(None))
@@ -139,14 +135,12 @@ def test_work_is_unsaved_and_saved_work_is_not(
 
 
 @pytest.mark.parametrize("do", LOOKS.values(), ids=LOOKS)
-def test_what_is_only_looked_at_is_no_work(
-    saved: CurrentProject, workspace: Workspace, document: Document, do: Do
-) -> None:
+def test_what_is_only_looked_at_is_no_work(saved, workspace, document, do):
     do(workspace, document)
     assert not saved.unsaved
 
 
-def test_the_work_is_told_in_words(saved: CurrentProject, workspace: Workspace, document: Document) -> None:
+def test_the_work_is_told_in_words(saved, workspace, document):
     assert document.unsaved_summary() == ""
     workspace.current.set_lock(1, True)
     workspace.current.edit_info(1, "Rename", name="Wall")
@@ -158,7 +152,7 @@ def test_the_work_is_told_in_words(saved: CurrentProject, workspace: Workspace, 
     assert workspace.current.unsaved_summary() == "changes"
 
 
-def test_without_a_file_a_list_of_frames_is_no_work(workspace: Workspace, document: Document) -> None:
+def test_without_a_file_a_list_of_frames_is_no_work(workspace, document):
     present = CurrentProject(workspace, workspace)
     workspace.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))])
     assert not present.unsaved

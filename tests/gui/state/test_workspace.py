@@ -1,10 +1,7 @@
 """The window's state without widgets: documents, edits, and who is told of what."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 
 from gui.state.block_counts import BlockCounts
 from gui.state.document import Document, KeptBlocks
@@ -13,19 +10,17 @@ from gui.state.parts import NO_PART, Part
 from gui.state.results import ErrorEstimate, FrameResults
 from gui.state.workspace import Workspace
 from ilf.data.blocks import Blocks
-from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
-from ilf.data.results import BlockResult
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 
-from ..states import QUICK, QUICK_OWN, Told, edit, extraction, painted
+from ..states import QUICK, QUICK_OWN, edit, extraction, painted
 
 # sessions
 
 
-def test_counts_are_of_the_blocks_there_are(document: Document) -> None:
+def test_counts_are_of_the_blocks_there_are(document):
     known = document.frame.known
     left, right = document.labels == 1, document.labels == 2
     assert document.counts() == {
@@ -38,14 +33,14 @@ def test_counts_are_of_the_blocks_there_are(document: Document) -> None:
     assert list(document.counts()) == [1], "0 is no block"
 
 
-def test_a_block_under_a_point_of_the_image(document: Document) -> None:
+def test_a_block_under_a_point_of_the_image(document):
     assert document.label_at(29.99, 47.99) == 1
     assert document.label_at(30.0, 0.0) == 2
     for x, y in ((-0.01, 5), (5, -0.01), (64.0, 5), (5, 48.0)):
         assert document.label_at(x, y) == 0
 
 
-def test_infos_have_names_by_number_and_can_be_changed(document: Document) -> None:
+def test_infos_have_names_by_number_and_can_be_changed(document):
     assert document.info(2).name == "Block 2"
     assert document.info(2).visible
     assert not document.info(2).locked
@@ -54,7 +49,7 @@ def test_infos_have_names_by_number_and_can_be_changed(document: Document) -> No
     assert document.info(1).colour != document.info(2).colour
 
 
-def test_the_next_label_is_one_that_no_block_has_or_had(document: Document) -> None:
+def test_the_next_label_is_one_that_no_block_has_or_had(document):
     assert document.next_label() == 3
     document.info(7)
     assert document.next_label() == 8
@@ -67,9 +62,7 @@ def test_the_next_label_is_one_that_no_block_has_or_had(document: Document) -> N
     assert document.next_label() == LARGEST_LABEL - 1
 
 
-def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(
-    document: Document, small_labels: np.ndarray
-) -> None:
+def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(document, small_labels):
     assert not document.blocks.edited
     document.set_labels(painted(document, 2))
     assert document.blocks.edited
@@ -84,7 +77,7 @@ def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(
         assert Document.of(run, "origin", "key").blocks.edited
 
 
-def test_blocks_made_by_hand_are_those_that_were_and_those_that_have_gained_pixels(document: Document) -> None:
+def test_blocks_made_by_hand_are_those_that_were_and_those_that_have_gained_pixels(document):
     assert document.handmade() == set()
     document.set_labels(painted(document, 2))
     assert document.handmade() == {2}
@@ -92,13 +85,13 @@ def test_blocks_made_by_hand_are_those_that_were_and_those_that_have_gained_pixe
     assert document.handmade() == {1, 2}, "9 is gone"
 
 
-def test_parameters_of_a_block_are_its_own_or_those_of_all(document: Document) -> None:
+def test_parameters_of_a_block_are_its_own_or_those_of_all(document):
     document.change_blocks(own={2: QUICK_OWN})
     assert document.parameters_of(2) == QUICK
     assert document.parameters_of(1) == preset()
 
 
-def test_results_count_as_long_as_the_block_has_the_very_pixels(document: Document, results: list[BlockResult]) -> None:
+def test_results_count_as_long_as_the_block_has_the_very_pixels(document, results):
     assert document.completion() is None
     document.add_results(results[::-1])
     assert list(document.valid_results()) == [1, 2]
@@ -123,7 +116,7 @@ def test_results_count_as_long_as_the_block_has_the_very_pixels(document: Docume
     assert list(document.valid_results()) == [1, 2]
 
 
-def test_what_is_unsaved(workspace: Workspace, document: Document, results: list[BlockResult]) -> None:
+def test_what_is_unsaved(workspace, document, results):
     assert not document.unsaved
     document.store_results(results)
     assert document.unsaved
@@ -152,9 +145,7 @@ def test_what_is_unsaved(workspace: Workspace, document: Document, results: list
 # results while a run goes on
 
 
-def test_records_and_previews_of_a_run(
-    workspace: Workspace, document: Document, results: list[BlockResult], told: Told
-) -> None:
+def test_records_and_previews_of_a_run(workspace, document, results, told):
     first, second = results
     assert document.records_of(1) == ()
     document.add_records(1, first.history[:1])
@@ -188,9 +179,7 @@ def test_records_and_previews_of_a_run(
     np.testing.assert_array_equal(document.current_depth(), document.completion().depth)
 
 
-def test_of_other_frames_only_the_list_is_told(
-    workspace: Workspace, other: Document, results: list[BlockResult], told: Told
-) -> None:
+def test_of_other_frames_only_the_list_is_told(workspace, other, results, told):
     other.add_records(1, results[0].history)
     other.add_previews([(results[0].block, results[0].depth)])
     assert told() == Part.LIST
@@ -205,9 +194,7 @@ def test_of_other_frames_only_the_list_is_told(
     assert other.expected_error() is not None
 
 
-def test_an_expected_error_is_that_of_the_present_completion(
-    workspace: Workspace, document: Document, results: list[BlockResult], told: Told
-) -> None:
+def test_an_expected_error_is_that_of_the_present_completion(workspace, document, results, told):
     doubt = ErrorEstimate(np.ones(document.frame.shape, np.float32), np.zeros(document.frame.shape, bool))
     document.add_results(results[:1])
     early = document.completion()
@@ -228,9 +215,7 @@ def test_an_expected_error_is_that_of_the_present_completion(
 # frames
 
 
-def test_opening_showing_and_closing_frames(
-    workspace: Workspace, document: Document, other: Document, told: Told
-) -> None:
+def test_opening_showing_and_closing_frames(workspace, document, other, told):
     assert workspace.current is document
     assert workspace.is_shown(document)
     assert not workspace.is_shown(other)
@@ -251,9 +236,7 @@ def test_opening_showing_and_closing_frames(
         _ = workspace.current
 
 
-def test_the_frame_before_a_closed_one_is_shown(
-    workspace: Workspace, document: Document, other: Document, small_frame: RGBDFrame
-) -> None:
+def test_the_frame_before_a_closed_one_is_shown(workspace, document, other, small_frame):
     third = Document.of(Run(small_frame, other.labels), "third", "third")
     workspace.open_document(third)
     workspace.show(document)
@@ -263,7 +246,7 @@ def test_the_frame_before_a_closed_one_is_shown(
     assert workspace.current is third, "of the first one, the one that is then first"
 
 
-def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.ndarray, document: Document) -> None:
+def test_parameters_of_a_recorded_run(small_frame, small_labels, document):
     """They are its frame's, whatever other frames have."""
     labels = small_labels.copy()
     labels[:5] = 3
@@ -287,7 +270,7 @@ def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.n
     assert beside.parameters.extraction == BlockParameters()
 
 
-def test_what_a_run_is_made_of(document: Document, results: list[BlockResult]) -> None:
+def test_what_a_run_is_made_of(document, results):
     document.change_blocks(own={2: {"smoothness": 2.0}, 9: {"smoothness": 3.0}})
     run = document.run(preset(), [1])
     assert (run.parameters, dict(run.blocks.own), run.only) == (preset(), {2: {"smoothness": 2.0}}, [1])
@@ -302,7 +285,7 @@ def test_what_a_run_is_made_of(document: Document, results: list[BlockResult]) -
 # edits
 
 
-def test_edits_can_be_undone_and_each_is_said_once(workspace: Workspace, document: Document, told: Told) -> None:
+def test_edits_can_be_undone_and_each_is_said_once(workspace, document, told):
     before = document.labels.copy()
     assert edit(workspace, 2)
     assert told() == Part.LABELS | Part.RESULTS
@@ -319,13 +302,13 @@ def test_edits_can_be_undone_and_each_is_said_once(workspace: Workspace, documen
     assert told() == NO_PART
 
 
-def test_the_changed_box_is_told(workspace: Workspace, qtbot: QtBot) -> None:
+def test_the_changed_box_is_told(workspace, qtbot):
     with qtbot.waitSignal(workspace.labels_changed) as signal:
         edit(workspace, 2, rows=np.s_[3:9], columns=np.s_[4:6])
     assert signal.args == [(slice(3, 9), slice(4, 6))]
 
 
-def test_of_edits_of_other_frames_only_the_list_is_told(workspace: Workspace, other: Document, told: Told) -> None:
+def test_of_edits_of_other_frames_only_the_list_is_told(workspace, other, told):
     workspace.show(other)
     edit(workspace, 2)
     workspace.current.edit_info(1, "Rename", name="Floor")
@@ -338,7 +321,7 @@ def test_of_edits_of_other_frames_only_the_list_is_told(workspace: Workspace, ot
     assert other.info(1).name == "Block 1"
 
 
-def test_a_stroke_is_one_step(workspace: Workspace, document: Document, told: Told) -> None:
+def test_a_stroke_is_one_step(workspace, document, told):
     before = document.labels.copy()
     workspace.current.stroke(None)
     assert not workspace.current.end_stroke("Paint")
@@ -357,9 +340,7 @@ def test_a_stroke_is_one_step(workspace: Workspace, document: Document, told: To
     assert (document.labels[0:4, 0:8] == 2).all()
 
 
-def test_a_stroke_that_is_given_up_leaves_nothing(
-    workspace: Workspace, document: Document, other: Document, told: Told
-) -> None:
+def test_a_stroke_that_is_given_up_leaves_nothing(workspace, document, other, told):
     before = document.labels.copy()
     assert not workspace.current.drop_stroke()
     workspace.current.stroke(patch_between(before, painted(document, 2)))
@@ -373,9 +354,7 @@ def test_a_stroke_that_is_given_up_leaves_nothing(
     assert document.undo_stack.count() == 0
 
 
-def test_names_and_locks_are_undoable_and_visibility_is_not(
-    workspace: Workspace, document: Document, told: Told
-) -> None:
+def test_names_and_locks_are_undoable_and_visibility_is_not(workspace, document, told):
     workspace.current.edit_info(1, "Rename block", name="Floor")
     workspace.current.set_lock(1, True)
     assert document.undo_stack.undoText() == "Lock Floor"
@@ -391,7 +370,7 @@ def test_names_and_locks_are_undoable_and_visibility_is_not(
     assert not document.info(2).visible
 
 
-def test_chosen_blocks(workspace: Workspace, document: Document, told: Told) -> None:
+def test_chosen_blocks(workspace, document, told):
     assert workspace.chosen == 0
     workspace.select([2, 1])
     assert workspace.chosen == 2
@@ -400,7 +379,7 @@ def test_chosen_blocks(workspace: Workspace, document: Document, told: Told) -> 
     Workspace().select([1])
 
 
-def test_a_chosen_block_that_is_gone_is_chosen_no_more(workspace: Workspace, document: Document) -> None:
+def test_a_chosen_block_that_is_gone_is_chosen_no_more(workspace, document):
     document.info(2)
     workspace.select([2, 1])
     edit(workspace, 1, rows=np.s_[:], columns=np.s_[:])
@@ -414,7 +393,7 @@ def test_a_chosen_block_that_is_gone_is_chosen_no_more(workspace: Workspace, doc
 # extraction
 
 
-def test_a_new_extraction_flows_around_what_stays(workspace: Workspace, document: Document, told: Told) -> None:
+def test_a_new_extraction_flows_around_what_stays(workspace, document, told):
     document.change_info(1, name="Floor", locked=True)
     document.change_blocks(own={1: QUICK_OWN, 2: QUICK_OWN})
     used = BlockParameters(granularity=0.2)
@@ -437,7 +416,7 @@ def test_a_new_extraction_flows_around_what_stays(workspace: Workspace, document
     assert document.blocks.extraction == BlockParameters()
 
 
-def test_blocks_made_by_hand_stay_unless_they_shall_not(workspace: Workspace, document: Document, told: Told) -> None:
+def test_blocks_made_by_hand_stay_unless_they_shall_not(workspace, document, told):
     edit(workspace, 3)
     assert document.staying(workspace.parameters.keeps_handmade) == (frozenset(), {3})
     document.change_info(3, locked=True)
@@ -462,7 +441,7 @@ def test_blocks_made_by_hand_stay_unless_they_shall_not(workspace: Workspace, do
     ).all_of_them
 
 
-def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace: Workspace, document: Document) -> None:
+def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace, document):
     document.change_info(1, name="Floor")
     document.change_blocks(own={2: QUICK_OWN})
     used = BlockParameters(granularity=0.1)
@@ -472,7 +451,7 @@ def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace: Worksp
     assert (document.info(1).name, document.blocks.own) == ("Floor", {2: QUICK_OWN})
 
 
-def test_loaded_blocks_leave_locked_ones_alone(workspace: Workspace, document: Document) -> None:
+def test_loaded_blocks_leave_locked_ones_alone(workspace, document):
     document.change_info(2, locked=True)
     before = document.labels.copy()
     workspace.current.replace_blocks(np.full(document.frame.shape, 9, np.int32), "Load blocks")
@@ -483,9 +462,7 @@ def test_loaded_blocks_leave_locked_ones_alone(workspace: Workspace, document: D
     assert document.undo_stack.undoText() == "Load blocks"
 
 
-def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbers(
-    workspace: Workspace, document: Document
-) -> None:
+def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbers(workspace, document):
     document.change_info(2, name="Mine", locked=True)
     before = document.labels.copy()
     loaded = np.where(before == 2, 7, 2).astype(np.int32)
@@ -500,7 +477,7 @@ def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbe
     assert document.info(1).name == "Block 1"
 
 
-def test_the_same_blocks_with_other_names_are_one_step(workspace: Workspace, document: Document) -> None:
+def test_the_same_blocks_with_other_names_are_one_step(workspace, document):
     workspace.current.replace_blocks(document.labels.copy(), "Load blocks", {1: "Wall", 2: "Block 2"})
     assert document.info(1).name == "Wall"
     assert document.undo_stack.count() == 1

@@ -12,7 +12,6 @@ from PySide6.QtCore import QRect, QSettings, QSize, Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QToolButton, QWidget
-from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.status import StatusFeature
@@ -32,11 +31,11 @@ from ilf._runtime.installation import asset_path
     ],
     ids=["fits", "title bar", "too large", "sticks out", "second screen"],
 )
-def test_a_window_is_moved_into_the_room_and_made_no_larger(window: QRect, room: QRect, expected: QRect) -> None:
+def test_a_window_is_moved_into_the_room_and_made_no_larger(window, room, expected):
     assert docks.fit(window, room) == expected
 
 
-def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot: QtBot) -> None:
+def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot):
     screen = QGuiApplication.primaryScreen().availableGeometry()
     place = f"window/geometry-{screen.width()}x{screen.height()}"
     for key in (place, "frames/most_open", "layouts/own", "theme"):
@@ -47,7 +46,7 @@ def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot: QtBot) -> N
 
 
 @pytest.mark.parametrize("room", [QSize(1066, 666), QSize(1100, 700), QSize(1920, 1080)])
-def test_the_first_window_fits_the_screen(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, room: QSize) -> None:
+def test_the_first_window_fits_the_screen(qtbot, monkeypatch, room):
     monkeypatch.setattr(docks, "available_geometry", lambda _: QRect(0, 0, room.width(), room.height()))
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
@@ -57,7 +56,7 @@ def test_the_first_window_fits_the_screen(qtbot: QtBot, monkeypatch: pytest.Monk
     assert window.geometry().bottom() < room.height()
 
 
-def test_each_screen_keeps_its_own_size_of_the_window(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_screen_keeps_its_own_size_of_the_window(qtbot, monkeypatch):
     large, small = QRect(0, 0, 800, 800), QRect(0, 0, 800, 610)
     room = [large]
     monkeypatch.setattr(docks, "available_geometry", lambda _: room[0])
@@ -83,7 +82,7 @@ def test_each_screen_keeps_its_own_size_of_the_window(qtbot: QtBot, monkeypatch:
         again.close()
 
 
-def test_the_panels_let_the_window_become_small(qtbot: QtBot) -> None:
+def test_the_panels_let_the_window_become_small(qtbot):
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     window.show()
@@ -96,7 +95,7 @@ def test_the_panels_let_the_window_become_small(qtbot: QtBot) -> None:
 
 
 @pytest.fixture
-def shown(qtbot: QtBot) -> MainWindow:
+def shown(qtbot):
     window = MainWindow()
     qtbot.addWidget(window)
     window.resize(1280, 800)
@@ -105,21 +104,23 @@ def shown(qtbot: QtBot) -> MainWindow:
     return window
 
 
-def test_panels_stand_by_group_in_whatever_order_they_were_added(shown: MainWindow, qtbot: QtBot) -> None:
+def test_panels_stand_by_group_in_whatever_order_they_were_added(shown, qtbot):
     for title in ("Convergence", "Blocks", "Parameters"):
         shown.panels.reveal(title)
-    qtbot.wait(20)
     docks_ = {dock.windowTitle(): dock for dock in shown.findChildren(QDockWidget) if dock.isVisible()}
-    tops = [docks_[title].geometry().top() for title in ("Blocks", "Parameters", "Convergence")]
-    assert tops == sorted(tops)
-    assert len(set(tops)) == 3
+
+    def is_in_order() -> bool:
+        tops = [docks_[title].geometry().top() for title in ("Blocks", "Parameters", "Convergence")]
+        return tops == sorted(set(tops))
+
+    qtbot.waitUntil(is_in_order)
 
 
-def _click(window: MainWindow, title: str) -> None:
+def _click(window, title: str):
     next(action for action in window.panels.toggles() if action.text() == title).trigger()
 
 
-def test_panels_open_and_close_and_one_key_folds_all_of_them(shown: MainWindow, qtbot: QtBot) -> None:
+def test_panels_open_and_close_and_one_key_folds_all_of_them(shown, qtbot):
     assert shown.panels.open == ["Blocks", "Parameters"]
     before = shown.views.width()
     _click(shown, "Parameters")
@@ -134,7 +135,7 @@ def test_panels_open_and_close_and_one_key_folds_all_of_them(shown: MainWindow, 
     assert shown.panels.open == ["Blocks", "Log"]
 
 
-def test_panels_of_one_purpose_share_a_place(shown: MainWindow, qtbot: QtBot) -> None:
+def test_panels_of_one_purpose_share_a_place(shown, qtbot):
     _click(shown, "Accuracy")
     docks = {title: shown.findChild(QDockWidget, title) for title in ("Accuracy", "Parameters", "Blocks")}
     neighbours = [tab.objectName() for tab in shown.tabifiedDockWidgets(docks["Accuracy"]) if not tab.isHidden()]
@@ -143,8 +144,7 @@ def test_panels_of_one_purpose_share_a_place(shown: MainWindow, qtbot: QtBot) ->
     qtbot.waitUntil(lambda: not docks["Accuracy"].visibleRegion().isEmpty())
     assert docks["Parameters"].visibleRegion().isEmpty()
     qtbot.waitUntil(lambda: type(docks["Accuracy"].titleBarWidget()) is QWidget)  # its tab has the title
-    titled = {title: dock.findChildren(PanelTitle) for title, dock in docks.items()}
-    assert [title for title, found in titled.items() if found] == ["Blocks"]
+    qtbot.waitUntil(lambda: [title for title, dock in docks.items() if dock.findChildren(PanelTitle)] == ["Blocks"])
     _click(shown, "Accuracy")
     qtbot.waitUntil(lambda: isinstance(docks["Parameters"].titleBarWidget(), PanelTitle))
     QTest.mouseClick(docks["Parameters"].findChild(QToolButton, "close"), Qt.MouseButton.LeftButton)
@@ -153,7 +153,7 @@ def test_panels_of_one_purpose_share_a_place(shown: MainWindow, qtbot: QtBot) ->
     qtbot.waitUntil(lambda: docks["Blocks"].titleBarWidget() is None)  # its window has one
 
 
-def test_no_panel_makes_the_window_larger(shown: MainWindow) -> None:
+def test_no_panel_makes_the_window_larger(shown):
     shown.resize(1280, 720)
     for title in ("Frames", "Convergence", "History", "Accuracy", "Range"):
         _click(shown, title)
@@ -162,7 +162,7 @@ def test_no_panel_makes_the_window_larger(shown: MainWindow) -> None:
     assert shown.size() == QSize(1280, 720)
 
 
-def test_full_screen_by_f11_and_back_and_escape_does_not_quit(qtbot: QtBot) -> None:
+def test_full_screen_by_f11_and_back_and_escape_does_not_quit(qtbot):
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     window.show()
@@ -181,7 +181,7 @@ def test_full_screen_by_f11_and_back_and_escape_does_not_quit(qtbot: QtBot) -> N
     qtbot.waitUntil(window.actions_["full_screen"].isChecked)
 
 
-def test_the_icon_is_what_its_script_draws() -> None:
+def test_the_icon_is_what_its_script_draws():
     path, script = asset_path("icons/ilf-studio.png"), runpy.run_path(str(Path("assets/icons/make_icon.py").resolve()))
     drawn = script["draw_icon"]()
     stored = cv2.cvtColor(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), cv2.COLOR_BGRA2RGBA)

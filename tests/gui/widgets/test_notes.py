@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QAction, QEnterEvent, QHelpEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
-from pytestqt.qtbot import QtBot
 
 from gui.widgets.log_panel import LogPanel
 from gui.widgets.notices import Notes
@@ -17,7 +14,7 @@ from gui.widgets.toasts import MAX_TOASTS, Toast, Toasts
 
 
 @pytest.fixture
-def window(qtbot: QtBot) -> QMainWindow:
+def window(qtbot):
     window = QMainWindow()
     window.setCentralWidget(QLineEdit())
     window.statusBar()
@@ -29,16 +26,14 @@ def window(qtbot: QtBot) -> QMainWindow:
 
 
 @pytest.fixture
-def toasts(window: QMainWindow) -> Iterator[Toasts]:
+def toasts(window):
     toasts = Toasts(window)
     window.statusBar().setFixedHeight(28)
     yield toasts
     toasts.clear()
 
 
-def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(
-    window: QMainWindow, toasts: Toasts, qtbot: QtBot
-) -> None:
+def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(window, toasts, qtbot):
     log = LogPanel()
     qtbot.addWidget(log)
     notes = Notes(window, toasts, log)
@@ -53,7 +48,7 @@ def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(
     assert toasts.message == "3 blocks in 22 ms"
 
 
-def test_the_newest_is_in_the_status_bar_beside_the_work(window: QMainWindow, toasts: Toasts) -> None:
+def test_the_newest_is_in_the_status_bar_beside_the_work(window, toasts):
     field, bar = window.centralWidget(), window.statusBar()
     field.setFocus()
     before = field.geometry()
@@ -74,9 +69,7 @@ def test_the_newest_is_in_the_status_bar_beside_the_work(window: QMainWindow, to
 
 
 @pytest.mark.parametrize(("text", "shown"), [("Saved", False), ("Exported 9 files to /home/me/room " * 9, True)])
-def test_what_is_cut_is_a_tool_tip(
-    window: QMainWindow, toasts: Toasts, monkeypatch: pytest.MonkeyPatch, text: str, shown: bool
-) -> None:
+def test_what_is_cut_is_a_tool_tip(window, toasts, monkeypatch, text, shown):
     said: list[str] = []
     monkeypatch.setattr("gui.widgets.basics.QToolTip.showText", lambda at, text, widget: said.append(text))
     toasts.show_message(text, 10_000)
@@ -91,7 +84,7 @@ def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
     return QEnterEvent(at, at, at) if kind is QEnterEvent else QEvent(QEvent.Type.Leave)
 
 
-def test_one_stays_while_the_pointer_is_on_it(toasts: Toasts, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_stays_while_the_pointer_is_on_it(toasts, qtbot, monkeypatch):
     monkeypatch.setattr("gui.widgets.toasts._MIN_STAY_MS", 50)
     toasts.show_message("read me", 30)
     (toast,) = toasts.shown
@@ -103,7 +96,7 @@ def test_one_stays_while_the_pointer_is_on_it(toasts: Toasts, qtbot: QtBot, monk
         pass
 
 
-def test_a_command_is_offered_once(window: QMainWindow, toasts: Toasts) -> None:
+def test_a_command_is_offered_once(window, toasts):
     action = QAction("&Clean up…", window)
     given: list[bool] = []
     action.triggered.connect(lambda: given.append(True))

@@ -30,7 +30,7 @@ def form(qtbot):
     return form
 
 
-def _wheel(form: ParameterForm, target: QWidget) -> None:
+def _wheel(form, target: QWidget):
     """One notch towards the user, as the window system reports it."""
     QTest.wheelEvent(form.windowHandle(), target.mapTo(form, target.rect().center()), QPoint(0, -120))
 
@@ -113,12 +113,12 @@ def test_nothing_is_cut_off_at_280_pixels(form, name):
     assert form.widget().minimumSizeHint().width() <= form.viewport().width()
 
 
-def _shown(form: ParameterForm) -> list[str]:
+def _shown(form) -> list[str]:
     """Names of the parameters whose editors can be seen, or scrolled to."""
     return [name for name in form.parameters().declarations() if form.findChild(QWidget, name).isVisibleTo(form)]
 
 
-def _groups(form: ParameterForm) -> set[str]:
+def _groups(form) -> set[str]:
     """Headings that can be seen, or scrolled to."""
     return {item.text() for item in form.findChildren(QToolButton) if item.text() and item.isVisibleTo(form)}
 
@@ -226,7 +226,7 @@ def network_form(qtbot, monkeypatch):
     return form
 
 
-def _items(form: ParameterForm) -> list[str]:
+def _items(form) -> list[str]:
     combo = form.findChild(QComboBox, "model")
     return [combo.itemText(row) for row in range(combo.count())]
 

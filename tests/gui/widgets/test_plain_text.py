@@ -1,7 +1,5 @@
 """Text from files is shown letter by letter, whatever it looks like."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -22,7 +20,7 @@ RICH = {
 """Files that show text of their own as rich text, and escape what comes from elsewhere."""
 
 
-def test_labels_are_plain_but_where_rich_text_is_meant() -> None:
+def test_labels_are_plain_but_where_rich_text_is_meant():
     folder = Path(gui.__file__).parent
     found = {
         path.relative_to(folder).as_posix()
@@ -33,7 +31,7 @@ def test_labels_are_plain_but_where_rich_text_is_meant() -> None:
 
 
 @pytest.mark.parametrize("text", ["<b>bold</b>", "a &lt;b", "plain", "a < b", "<img src='/etc/x'>\n  two  &amp; lines"])
-def test_boxes_and_tips_show_text_as_it_is(text: str) -> None:
+def test_boxes_and_tips_show_text_as_it_is(text):
     document = QTextDocument()
     shown = literal_text(text)
     if shown == text:
@@ -44,7 +42,7 @@ def test_boxes_and_tips_show_text_as_it_is(text: str) -> None:
         assert document.toPlainText() == text
 
 
-def test_a_label_shows_tags(qtbot) -> None:
+def test_a_label_shows_tags(qtbot):
     label = PlainLabel("<b>bold</b>")
     qtbot.addWidget(label)
     assert label.sizeHint().width() > label.fontMetrics().horizontalAdvance("bold</b>")

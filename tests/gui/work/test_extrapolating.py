@@ -15,11 +15,11 @@ from ilf.data.parameters import BlockParameters
 from ilf.data.results import Completion, IterationRecord
 from ilf.segmentation.editing.cleaning import merge
 
-from ..scripted_runs import Bench, Until, record
+from ..scripted_runs import record
 
 
 @pytest.fixture
-def endless_extrapolation(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+def endless_extrapolation(monkeypatch):
     """Guesses go on for ever; not before this is set."""
     gate = threading.Event()
 
@@ -32,7 +32,7 @@ def endless_extrapolation(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     return gate
 
 
-def _run_with_a_gap(bench: Bench, until: Until) -> None:
+def _run_with_a_gap(bench, until):
     """Block 1 is run, so that the hole in block 2 stays missing."""
     bench.script.allow()
     bench.runs.start({1})
@@ -41,7 +41,7 @@ def _run_with_a_gap(bench: Bench, until: Until) -> None:
     bench.finished.clear()
 
 
-def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Bench, until: Until) -> None:
+def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench, until):
     bench.runs.extrapolate()
     assert bench.states == [], "nothing has been run"
     _run_with_a_gap(bench, until)
@@ -66,7 +66,7 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     assert not bench.document.completion().extrapolated.any()
 
 
-def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_guess_sees_the_edges_of_the_extraction(bench, until, monkeypatch):
     asked: list[object] = []
 
     def nothing(completion: Completion) -> Iterator[IterationRecord]:
@@ -81,9 +81,7 @@ def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, mo
     assert asked == [BlockParameters(depth_jump=0.3)]
 
 
-def test_clearing_during_a_guess_leaves_nothing(
-    bench: Bench, until: Until, endless_extrapolation: threading.Event
-) -> None:
+def test_clearing_during_a_guess_leaves_nothing(bench, until, endless_extrapolation):
     _run_with_a_gap(bench, until)
     bench.runs.extrapolate()
     bench.runs.clear_results()
@@ -93,7 +91,7 @@ def test_clearing_during_a_guess_leaves_nothing(
     assert bench.said == ["first: extrapolation cancelled."]
 
 
-def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: Until) -> None:
+def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench, until):
     _run_with_a_gap(bench, until)
     bench.runs.extrapolate()
     until(lambda: bench.document.extrapolated)
@@ -103,7 +101,7 @@ def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: U
     assert bench.document.extrapolated
 
 
-def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_extrapolation: threading.Event) -> None:
+def test_a_guess_can_be_cancelled(bench, until, endless_extrapolation):
     _run_with_a_gap(bench, until)
     before = bench.document.completion()
     bench.runs.extrapolate()
@@ -120,7 +118,7 @@ def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_extrapolat
     until(lambda: len(bench.said) == 2)
 
 
-def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench, until: Until) -> None:
+def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench, until):
     _run_with_a_gap(bench, until)
     bench.runs.extrapolate()
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2], frozenset()), "Merge")
@@ -130,7 +128,7 @@ def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench,
     assert bench.finished == []
 
 
-def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench: Bench, until: Until) -> None:
+def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench, until):
     bench.document.change(extrapolate=True)
     bench.script.allow()
     bench.runs.start({1})
@@ -144,7 +142,7 @@ def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench: Bench, unt
     assert bench.runs.state is RunState.IDLE, "a run that was cancelled does not end with a guess"
 
 
-def test_a_guess_waits_for_the_re_solve_under_way(bench: Bench, until: Until) -> None:
+def test_a_guess_waits_for_the_re_solve_under_way(bench, until):
     _run_with_a_gap(bench, until)
     bench.runs.resolve([1])
     bench.runs.extrapolate()
@@ -152,7 +150,7 @@ def test_a_guess_waits_for_the_re_solve_under_way(bench: Bench, until: Until) ->
     assert bench.document.extrapolated
 
 
-def test_how_long_it_took_is_said(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_how_long_it_took_is_said(bench, until, monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     for begin, word in (
@@ -170,7 +168,7 @@ def test_how_long_it_took_is_said(bench: Bench, until: Until, monkeypatch: pytes
     assert bench.resolved[0].endswith("in 250 ms")
 
 
-def test_what_a_guess_did_without_is_said_once(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_guess_did_without_is_said_once(bench, until, monkeypatch):
     bench.script.notes = ("The network is gone.",)
     _run_with_a_gap(bench, until)
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 
 from ilf.data.blocks import Blocks
-from ilf.data.frame import RGBDFrame
 from ilf.errors import ExportError
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState
@@ -22,10 +19,8 @@ from ilf.project.state_codec import load_state
 
 from ..recording import WAIT_MS, Recording, assert_holds
 
-Record = Callable[[Path], Recording]
 
-
-def _mount(*arguments: str) -> None:
+def _mount(*arguments: str):
     try:
         subprocess.run(["mount", *arguments], check=True, capture_output=True, text=True)
     except (OSError, subprocess.CalledProcessError) as error:
@@ -35,20 +30,20 @@ def _mount(*arguments: str) -> None:
 class _Drive:
     """A drive of 2 MB."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path):
         self.folder = folder
         folder.mkdir()
         self.plug_in()
 
-    def plug_in(self) -> None:
+    def plug_in(self):
         """Mount it, empty."""
         _mount("-t", "tmpfs", "-o", "size=2m", "tmpfs", str(self.folder))
 
-    def pull_out(self) -> None:
+    def pull_out(self):
         """Take it away, whoever uses it."""
         subprocess.run(["umount", "--lazy", str(self.folder)], check=True)
 
-    def fill(self) -> None:
+    def fill(self):
         """Use all of its space."""
         with open(self.folder / "ballast", "wb", buffering=0) as ballast:
             try:
@@ -57,17 +52,17 @@ class _Drive:
             except OSError:
                 pass
 
-    def empty(self) -> None:
+    def empty(self):
         """Give the space back."""
         (self.folder / "ballast").unlink()
 
-    def lock(self, on: bool) -> None:
+    def lock(self, on: bool):
         """Let it be read-only, or no longer."""
         _mount("-o", f"remount,{'ro' if on else 'rw'}", str(self.folder))
 
 
 @pytest.fixture
-def drive(tmp_path: Path) -> Iterator[_Drive]:
+def drive(tmp_path):
     drive = _Drive(tmp_path / "drive")
     yield drive
     while os.path.ismount(drive.folder):
@@ -75,7 +70,7 @@ def drive(tmp_path: Path) -> Iterator[_Drive]:
 
 
 @pytest.fixture
-def record(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Iterator[Record]:
+def record(qtbot, tmp_path, small_frame, small_labels):
     """Records two frames in a folder."""
     desks = []
 
@@ -88,9 +83,7 @@ def record(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: n
         context.end()
 
 
-def test_a_full_drive_leaves_the_autosave_whole_and_all_is_kept_when_there_is_room_again(
-    drive: _Drive, record: Record, qtbot: QtBot
-) -> None:
+def test_a_full_drive_leaves_the_autosave_whole_and_all_is_kept_when_there_is_room_again(drive, record, qtbot):
     context = record(drive.folder / "autosave")
     one, two = context.documents
     ended: list[Exception | None] = []
@@ -122,7 +115,7 @@ def test_a_full_drive_leaves_the_autosave_whole_and_all_is_kept_when_there_is_ro
     written.discard()
 
 
-def test_a_drive_that_is_read_only_or_taken_away_costs_nothing(drive: _Drive, record: Record, qtbot: QtBot) -> None:
+def test_a_drive_that_is_read_only_or_taken_away_costs_nothing(drive, record, qtbot):
     drive.lock(True)
     context = record(drive.folder / "autosave")
     one, two = context.documents
@@ -145,9 +138,7 @@ def test_a_drive_that_is_read_only_or_taken_away_costs_nothing(drive: _Drive, re
 
 
 @pytest.mark.parametrize("full", [True, False])
-def test_a_project_file_that_cannot_be_replaced_stays_as_it_was(
-    drive: _Drive, small_frame: RGBDFrame, small_labels: np.ndarray, full: bool
-) -> None:
+def test_a_project_file_that_cannot_be_replaced_stays_as_it_was(drive, small_frame, small_labels, full):
     path, project = drive.folder / "house.ilf", Project((ProjectFrame("a1", "house", None, has_state=True),))
     save_project(path, project, [FrameState("a1", small_frame, Blocks(small_labels))])
     before = path.read_bytes()

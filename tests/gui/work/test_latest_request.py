@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 
 import pytest
-from pytestqt.qtbot import QtBot
 
 from gui.work.latest_request import LatestRequest
 
@@ -16,7 +14,7 @@ WAIT_MS = 60_000
 class _Oracle:
     """Answers 10 times the question, when it is let; 13 is bad luck."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.gate = threading.Event()
         self.asked: list[int] = []
         self.told: list[tuple[int, object]] = []
@@ -33,19 +31,19 @@ class _Oracle:
 
 
 @pytest.fixture
-def oracle(qtbot: QtBot) -> Iterator[_Oracle]:
+def oracle(qtbot):
     oracle = _Oracle()
     yield oracle
     oracle.gate.set()
     assert oracle.questions.shutdown()
 
 
-def _settle(oracle: _Oracle, qtbot: QtBot) -> None:
+def _settle(oracle: _Oracle, qtbot):
     oracle.gate.set()
     qtbot.waitUntil(lambda: not oracle.questions.busy, timeout=WAIT_MS)
 
 
-def test_the_one_under_way_and_the_latest_are_answered_and_none_between(oracle: _Oracle, qtbot: QtBot) -> None:
+def test_the_one_under_way_and_the_latest_are_answered_and_none_between(oracle, qtbot):
     for question in (1, 2, 3, 4):
         oracle.questions.ask(question)
         assert oracle.questions.busy
@@ -54,7 +52,7 @@ def test_the_one_under_way_and_the_latest_are_answered_and_none_between(oracle: 
     assert oracle.told == [(1, 10), (4, 40)]
 
 
-def test_asking_the_same_again_while_it_is_answered_asks_once(oracle: _Oracle, qtbot: QtBot) -> None:
+def test_asking_the_same_again_while_it_is_answered_asks_once(oracle, qtbot):
     oracle.questions.ask(1)
     oracle.questions.ask(2)
     oracle.questions.ask(1)
@@ -65,7 +63,7 @@ def test_asking_the_same_again_while_it_is_answered_asks_once(oracle: _Oracle, q
     assert oracle.asked == [1, 1], "an answer is not kept"
 
 
-def test_a_failure_is_told_with_its_question_and_the_next_is_answered(oracle: _Oracle, qtbot: QtBot) -> None:
+def test_a_failure_is_told_with_its_question_and_the_next_is_answered(oracle, qtbot):
     oracle.questions.ask(13)
     oracle.questions.ask(2)
     _settle(oracle, qtbot)
@@ -73,7 +71,7 @@ def test_a_failure_is_told_with_its_question_and_the_next_is_answered(oracle: _O
 
 
 @pytest.mark.parametrize("question", [1, 13])
-def test_after_forget_nothing_is_heard_of_older_questions(oracle: _Oracle, qtbot: QtBot, question: int) -> None:
+def test_after_forget_nothing_is_heard_of_older_questions(oracle, qtbot, question):
     oracle.questions.ask(question)
     oracle.questions.ask(2)
     oracle.questions.forget()
@@ -85,7 +83,7 @@ def test_after_forget_nothing_is_heard_of_older_questions(oracle: _Oracle, qtbot
     assert oracle.told == [(3, 30)]
 
 
-def test_what_was_forgotten_can_be_asked_again_at_once(oracle: _Oracle, qtbot: QtBot) -> None:
+def test_what_was_forgotten_can_be_asked_again_at_once(oracle, qtbot):
     oracle.questions.ask(1)
     oracle.questions.forget()
     oracle.questions.ask(1)
@@ -94,7 +92,7 @@ def test_what_was_forgotten_can_be_asked_again_at_once(oracle: _Oracle, qtbot: Q
     assert oracle.asked == [1, 1]
 
 
-def test_who_hears_an_answer_may_ask_at_once(oracle: _Oracle, qtbot: QtBot) -> None:
+def test_who_hears_an_answer_may_ask_at_once(oracle, qtbot):
     oracle.questions.answered.connect(lambda question, _: oracle.questions.ask(5) if question == 1 else None)
     oracle.questions.ask(1)
     oracle.questions.ask(2)
@@ -102,7 +100,7 @@ def test_who_hears_an_answer_may_ask_at_once(oracle: _Oracle, qtbot: QtBot) -> N
     assert oracle.told == [(1, 10), (5, 50)], "it takes the place of the one that waited"
 
 
-def test_shutdown_waits_for_the_thread_and_tells_nothing(oracle: _Oracle, qtbot: QtBot) -> None:
+def test_shutdown_waits_for_the_thread_and_tells_nothing(oracle, qtbot):
     oracle.questions.ask(1)
     oracle.questions.ask(2)
     oracle.gate.set()

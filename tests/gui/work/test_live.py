@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from PySide6.QtGui import QAction
-from pytestqt.qtbot import QtBot
 
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from gui.views.linked_views import LinkedViews
@@ -19,14 +16,13 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.cleaning import merge
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
-from ..scripted_runs import Bench, Until
 from ..states import QUICK
 
 Completed = tuple[Completion | None, Completion | None]
 
 
 @pytest.fixture
-def live(qtbot: QtBot) -> QAction:
+def live(qtbot):
     action = QAction()
     action.setCheckable(True)
     action.setChecked(True)
@@ -34,23 +30,23 @@ def live(qtbot: QtBot) -> QAction:
 
 
 @pytest.fixture
-def solver(bench: Bench, live: QAction) -> LiveSolver:
+def solver(bench, live):
     return LiveSolver(bench.workspace, bench.runs, live)
 
 
 @pytest.fixture
-def line(bench: Bench, live: QAction, qtbot: QtBot) -> Iterator[EditSummaryLine]:
+def line(bench, live, qtbot):
     views, line = LinkedViews(bench.workspace), EditSummaryLine()
     line.resize(1200, 24)
     for widget in (views, line):
         qtbot.addWidget(widget)
     presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
-    line.presenter = presenter  # type: ignore[attr-defined]
+    line.presenter = presenter
     yield line
     assert presenter.shutdown()
 
 
-def _patch(bench: Bench, label: int, column: int = 26) -> LabelPatch:
+def _patch(bench, label: int, column: int = 26) -> LabelPatch:
     labels = bench.document.labels.copy()
     labels[5:20, column:34] = label
     patch = patch_between(bench.document.labels, labels)
@@ -58,20 +54,18 @@ def _patch(bench: Bench, label: int, column: int = 26) -> LabelPatch:
     return patch
 
 
-def _run(bench: Bench, until: Until) -> None:
+def _run(bench, until):
     bench.script.allow()
     bench.runs.start()
     until(lambda: bench.runs.state is RunState.IDLE)
 
 
-def _asked(bench: Bench) -> list[list[int]]:
+def _asked(bench) -> list[list[int]]:
     """Blocks of every run, in the order that was asked for."""
     return [list(steps.run.only or steps.blocks) for steps in bench.script.runs]
 
 
-def test_an_edit_that_was_undone_has_nothing_solved_for_values_that_are_set_later(
-    bench: Bench, solver: LiveSolver, until: Until
-) -> None:
+def test_an_edit_that_was_undone_has_nothing_solved_for_values_that_are_set_later(bench, solver, until):
     _run(bench, until)
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     until(lambda: bench.document.changed_blocks() == [] and bench.runs.state is RunState.IDLE)
@@ -82,7 +76,7 @@ def test_an_edit_that_was_undone_has_nothing_solved_for_values_that_are_set_late
     assert (_asked(bench), bench.runs.state) == (asked, RunState.IDLE)
 
 
-def test_touched_blocks_are_solved_again_the_chosen_one_first(bench: Bench, solver: LiveSolver, until: Until) -> None:
+def test_touched_blocks_are_solved_again_the_chosen_one_first(bench, solver, until):
     _run(bench, until)
     bench.workspace.select([2])
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
@@ -93,7 +87,7 @@ def test_touched_blocks_are_solved_again_the_chosen_one_first(bench: Bench, solv
     assert bench.document.changed_blocks() == []
 
 
-def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench: Bench, solver: LiveSolver, until: Until) -> None:
+def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench, solver, until):
     _run(bench, until)
     labels = bench.document.labels.copy()
     labels[40:, 50:] = 3
@@ -102,9 +96,7 @@ def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench: Bench, solver:
     assert _asked(bench)[1:] == [[2, 3]]
 
 
-def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(
-    bench: Bench, solver: LiveSolver, live: QAction, until: Until
-) -> None:
+def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(bench, solver, live, until):
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert bench.runs.state is RunState.IDLE
     _run(bench, until)
@@ -114,7 +106,7 @@ def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(
     assert bench.document.changed_blocks() == [1, 2]
 
 
-def test_what_is_touched_during_a_run_is_solved_after_it(bench: Bench, solver: LiveSolver, until: Until) -> None:
+def test_what_is_touched_during_a_run_is_solved_after_it(bench, solver, until):
     _run(bench, until)
     bench.runs.pause()
     bench.runs.start()
@@ -124,14 +116,12 @@ def test_what_is_touched_during_a_run_is_solved_after_it(bench: Bench, solver: L
     assert bench.said[-1].endswith("2 blocks edited meanwhile: run again (F5).")
 
 
-def test_what_a_turn_to_another_frame_drops_is_solved_when_the_first_is_shown_again(
-    bench: Bench, solver: LiveSolver, until: Until
-) -> None:
+def test_what_a_turn_to_another_frame_drops_is_solved_when_the_first_is_shown_again(bench, solver, until):
     _run(bench, until)
     first = bench.document
     other = bench.open("second")
     bench.workspace.show(first)
-    bench.script.__init__()  # type: ignore[misc]
+    bench.script.__init__()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     bench.workspace.current.edit(_patch(bench, 2, 24), "Paint")
     bench.workspace.show(other)
@@ -142,9 +132,9 @@ def test_what_a_turn_to_another_frame_drops_is_solved_when_the_first_is_shown_ag
     until(lambda: first.changed_blocks() == [])
 
 
-def test_what_is_cancelled_is_not_asked_for_again(bench: Bench, solver: LiveSolver, until: Until) -> None:
+def test_what_is_cancelled_is_not_asked_for_again(bench, solver, until):
     _run(bench, until)
-    bench.script.__init__()  # type: ignore[misc]
+    bench.script.__init__()
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     bench.runs.cancel()
     bench.script.allow(1)
@@ -155,7 +145,7 @@ def test_what_is_cancelled_is_not_asked_for_again(bench: Bench, solver: LiveSolv
     until(lambda: bench.document.changed_blocks() == [])
 
 
-def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench: Bench, solver: LiveSolver, until: Until) -> None:
+def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench, solver, until):
     _run(bench, until)
     mask = np.zeros(bench.document.frame.shape, bool)
     mask[:4, :4] = True
@@ -164,7 +154,7 @@ def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench: Bench, solv
     assert _asked(bench)[1:] == [[1, 2]]
 
 
-def test_the_normal_run_is_of_what_has_changed(bench: Bench, until: Until) -> None:
+def test_the_normal_run_is_of_what_has_changed(bench, until):
     bench.script.allow()
     bench.runs.start_changed()
     until(lambda: len(bench.said) == 1)
@@ -178,9 +168,7 @@ def test_the_normal_run_is_of_what_has_changed(bench: Bench, until: Until) -> No
     assert bench.said[-1] == "first: all blocks are up to date. Use Run all blocks to run them again."
 
 
-def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
-    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver, line, until, monkeypatch):
     asked: list[tuple[Run, Run, Completed]] = []
 
     def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> EditSummary:
@@ -200,7 +188,6 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
     np.testing.assert_array_equal(before.blocks, former)
     np.testing.assert_array_equal(after.blocks, bench.document.labels)
     assert later is bench.document.completion()
-    assert earlier is not None
     assert earlier.results[1].depth.size == (former == 1).sum()
     bench.document.undo_stack.undo()
     assert "Undone: Paint" in line.label.text()
@@ -209,36 +196,27 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
     assert "appears here" in line.label.text()
 
 
-def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until) -> None:
+def test_of_two_edits_the_last_is_said(bench, solver, line, until):
     _run(bench, until)
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
-    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
+    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)
     assert "<b>Merge</b>" in line.label.text()
 
 
-def test_without_live_what_an_edit_did_is_said_after_the_next_run(
-    bench: Bench,
-    live: QAction,
-    solver: LiveSolver,
-    line: EditSummaryLine,
-    until: Until,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_without_live_what_an_edit_did_is_said_after_the_next_run(bench, live, solver, line, until, monkeypatch):
     monkeypatch.setattr(
         "gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60, None, None, (0.04, 0.03), 99)
     )
     _run(bench, until)
     live.setChecked(False)
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    assert not line.presenter.busy  # type: ignore[attr-defined]
+    assert not line.presenter.busy
     bench.runs.start_changed()
     until(lambda: bench.runs.state is RunState.IDLE and "hold-out" in line.label.text())
 
 
-def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
-    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until
-) -> None:
+def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solver, line, until):
     _run(bench, until)
     bench.workspace.current.edit(_patch(bench, 2), "Paint")
     assert "Paint" in line.label.text()
@@ -251,10 +229,10 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
     assert bench.workspace.current.set_invalid_mask(wrong, "Distrust depth")
     assert "Paint" not in line.label.text()
     assert f"{np.count_nonzero(wrong)} px" in line.label.text()
-    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
+    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)
 
 
-def test_in_a_narrow_window_the_line_has_shorter_words_and_all_values(line: EditSummaryLine) -> None:
+def test_in_a_narrow_window_the_line_has_shorter_words_and_all_values(line):
     line.show()
     line.show_message("Outline Block 17", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50))
     long = line.label.text()
@@ -264,7 +242,7 @@ def test_in_a_narrow_window_the_line_has_shorter_words_and_all_values(line: Edit
     assert all(value in short for value in ("50.0 → ", "200 → "))
 
 
-def test_better_is_green_and_worse_is_red(line: EditSummaryLine) -> None:
+def test_better_is_green_and_worse_is_red(line):
     def tones() -> list[str]:
         return [part[:7] for part in line.label.text().split("color:")[1:]]
 
@@ -282,9 +260,7 @@ def test_better_is_green_and_worse_is_red(line: EditSummaryLine) -> None:
     assert "equal" not in line.label.text()
 
 
-def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
-    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(bench, solver, line, until, monkeypatch):
     def find(before: Run, after: Run, *_: object) -> EditSummary:
         return EditSummary(60, by_ground_truth=None if after.frame.ground_truth is None else (0.1, 0.06))
 
@@ -301,24 +277,7 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
     assert words.index("ground truth") < words.index("hold-out") < words.index("expected error")
 
 
-def test_looking_at_the_state_before_is_said(line: EditSummaryLine) -> None:
-    line.show_message("Edit", EditSummary(3))
-    line.mark_before(True)
-    assert "Before the edit: Edit" in line.label.text()
-    line.mark_before(False)
-    assert "3 px moved" in line.label.text()
-
-
-def test_where_too_little_is_known_to_judge_an_edit_that_is_said(
-    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60))
-    _run(bench, until)
-    bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    until(lambda: "too little known depth nearby" in line.label.text())
-
-
-def test_pixels_that_are_filled_no_longer_are_said(line: EditSummaryLine) -> None:
+def test_pixels_that_are_filled_no_longer_are_said(line):
     line.show_message("Edit", EditSummary(3, (2500, 1200)))
     fewer = line.label.text()
     assert "filled 2,500 → " in fewer

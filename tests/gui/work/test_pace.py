@@ -37,11 +37,11 @@ def _after(*notes: tuple[float, float]) -> Pace:
         (61, 0.5, "2 min left"),
     ],
 )
-def test_it_is_said_when_there_is_something_to_say(seconds: float, share: float, said: str) -> None:
+def test_it_is_said_when_there_is_something_to_say(seconds, share, said):
     assert _after((0, 0.0), (seconds, share)).text() == said
 
 
-def test_what_it_was_held_for_does_not_count_and_other_work_begins_anew() -> None:
+def test_what_it_was_held_for_does_not_count_and_other_work_begins_anew():
     clock = Clock()
     pace = Pace(clock)
     pace.note(0.0)

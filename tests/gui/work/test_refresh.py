@@ -7,7 +7,6 @@ from collections.abc import Callable
 import pytest
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
 from gui.state.parts import NO_PART, Part
 from gui.state.workspace import Workspace
@@ -23,7 +22,7 @@ class _Source(QObject):
 class _Bench:
     """A refresh of three parts that note when they are drawn."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.source = _Source()
         self.workspace = Workspace()
         self.refresh = Refresh(self.workspace)
@@ -39,15 +38,15 @@ class _Bench:
 
 
 @pytest.fixture
-def bench(qtbot: QtBot) -> _Bench:
+def bench(qtbot):
     return _Bench()
 
 
-def _turn() -> None:
+def _turn():
     QApplication.processEvents()
 
 
-def test_what_changes_often_is_drawn_once_and_in_order(bench: _Bench) -> None:
+def test_what_changes_often_is_drawn_once_and_in_order(bench):
     for _ in range(5):
         bench.source.urgent.emit()
         bench.source.urgent_with_data.emit((1, 2))
@@ -61,7 +60,7 @@ def test_what_changes_often_is_drawn_once_and_in_order(bench: _Bench) -> None:
     assert bench.drawn == ["first", "second", "first"], "and the next change is drawn like the first"
 
 
-def test_parts_of_the_state_are_drawn_in_the_turn_that_tells_them(bench: _Bench) -> None:
+def test_parts_of_the_state_are_drawn_in_the_turn_that_tells_them(bench):
     bench.workspace.note(Part.LABELS)
     bench.workspace.note(Part.RESULTS)
     assert bench.drawn == []
@@ -71,7 +70,7 @@ def test_parts_of_the_state_are_drawn_in_the_turn_that_tells_them(bench: _Bench)
     assert bench.refresh.changed("third") == NO_PART
 
 
-def test_a_turn_for_something_else_draws_what_has_changed_meanwhile_too(bench: _Bench) -> None:
+def test_a_turn_for_something_else_draws_what_has_changed_meanwhile_too(bench):
     """Else a result would be drawn over the picture of the frame that was shown before."""
     bench.refresh.mark_deferred("third")
     bench.workspace.note(Part.LABELS)
@@ -81,15 +80,7 @@ def test_a_turn_for_something_else_draws_what_has_changed_meanwhile_too(bench: _
     assert len(bench.drawn) == 3
 
 
-def test_many_changes_order_one_turn(bench: _Bench) -> None:
-    turns: list[bool] = []
-    bench.refresh._wanted.connect(lambda: turns.append(True))
-    for _ in range(5):
-        bench.source.urgent.emit()
-    assert turns == [True]
-
-
-def test_now_draws_at_once_and_leaves_nothing_for_the_next_turn(bench: _Bench) -> None:
+def test_now_draws_at_once_and_leaves_nothing_for_the_next_turn(bench):
     bench.refresh.mark("third", "first")
     bench.refresh.now()
     assert bench.drawn == ["first", "third"]
@@ -98,7 +89,7 @@ def test_now_draws_at_once_and_leaves_nothing_for_the_next_turn(bench: _Bench) -
     assert bench.drawn == ["first", "third"]
 
 
-def test_a_part_that_makes_a_later_one_stale_has_it_drawn_in_the_same_turn(bench: _Bench) -> None:
+def test_a_part_that_makes_a_later_one_stale_has_it_drawn_in_the_same_turn(bench):
     bench.refresh.add("before", lambda: bench.refresh.mark("after"), NO_PART)
     bench.refresh.add("after", lambda: bench.drawn.append("after"), NO_PART)
     bench.refresh.mark("before")
@@ -106,7 +97,7 @@ def test_a_part_that_makes_a_later_one_stale_has_it_drawn_in_the_same_turn(bench
     assert bench.drawn == ["after"]
 
 
-def test_a_part_that_makes_an_earlier_one_stale_has_it_drawn_in_the_next_turn(bench: _Bench, qtbot: QtBot) -> None:
+def test_a_part_that_makes_an_earlier_one_stale_has_it_drawn_in_the_next_turn(bench, qtbot):
     bench.refresh.add("late", lambda: bench.refresh.mark("first"), NO_PART)
     bench.refresh.mark("late")
     bench.refresh.now()
@@ -114,7 +105,7 @@ def test_a_part_that_makes_an_earlier_one_stale_has_it_drawn_in_the_next_turn(be
     qtbot.waitUntil(lambda: bench.drawn == ["first"])
 
 
-def test_what_can_wait_is_drawn_after_a_while_and_not_with_every_other_part(bench: _Bench, qtbot: QtBot) -> None:
+def test_what_can_wait_is_drawn_after_a_while_and_not_with_every_other_part(bench, qtbot):
     bench.workspace.note(Part.PREVIEWS)
     qtbot.waitUntil(lambda: bench.drawn == ["second"])
     bench.drawn.clear()
@@ -126,18 +117,18 @@ def test_what_can_wait_is_drawn_after_a_while_and_not_with_every_other_part(benc
     qtbot.waitUntil(lambda: bench.drawn == ["first"] * 3 + ["second"])
 
 
-def test_what_can_wait_is_drawn_with_the_rest_where_that_makes_it_stale_too(bench: _Bench) -> None:
+def test_what_can_wait_is_drawn_with_the_rest_where_that_makes_it_stale_too(bench):
     bench.refresh.mark_deferred("second")
     bench.source.urgent.emit()
     bench.refresh.now()
     assert bench.drawn == ["first", "second"]
 
 
-def test_expensive_drawing_leaves_the_window_its_time(bench: _Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_expensive_drawing_leaves_the_window_its_time(bench, monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(refresh_module.time, "perf_counter", lambda: clock[0])
 
-    def draw() -> None:
+    def draw():
         bench.drawn.append("slow")
         clock[0] += 0.1
 
@@ -156,8 +147,8 @@ def test_expensive_drawing_leaves_the_window_its_time(bench: _Bench, monkeypatch
     bench.refresh.stop()
 
 
-def test_an_error_in_one_part_keeps_no_other_from_being_drawn(bench: _Bench, qtbot: QtBot) -> None:
-    def broken() -> None:
+def test_an_error_in_one_part_keeps_no_other_from_being_drawn(bench, qtbot):
+    def broken():
         raise RuntimeError("broken part")
 
     refresh = Refresh(Workspace())
@@ -169,7 +160,7 @@ def test_an_error_in_one_part_keeps_no_other_from_being_drawn(bench: _Bench, qtb
     qtbot.waitUntil(lambda: bench.drawn == ["whole"])
 
 
-def test_after_stop_nothing_is_drawn(bench: _Bench) -> None:
+def test_after_stop_nothing_is_drawn(bench):
     bench.source.urgent.emit()
     bench.refresh.mark_deferred("third")
     bench.refresh.stop()
@@ -182,6 +173,6 @@ def test_after_stop_nothing_is_drawn(bench: _Bench) -> None:
     assert not bench.refresh._later.isActive()
 
 
-def test_draw_all_draws_every_part(bench: _Bench) -> None:
+def test_draw_all_draws_every_part(bench):
     bench.refresh.draw_all()
     assert bench.drawn == ["first", "second", "third"]

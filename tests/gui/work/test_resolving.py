@@ -1,7 +1,5 @@
 """The run control solving a block anew: of many values the last, and a run comes first."""
 
-from __future__ import annotations
-
 import threading
 
 import pytest
@@ -10,10 +8,8 @@ from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
 from ilf import preset
 
-from ..scripted_runs import Bench, Until
 
-
-def test_a_re_solve_runs_one_block_and_says_how_fast(bench: Bench, until: Until) -> None:
+def test_a_re_solve_runs_one_block_and_says_how_fast(bench, until):
     bench.runs.resolve([2])
     assert bench.runs.state is RunState.RESOLVING
     assert bench.runs.free, "a run may take its place"
@@ -29,7 +25,7 @@ def test_a_re_solve_runs_one_block_and_says_how_fast(bench: Bench, until: Until)
     assert (bench.runs.resolving, bench.runs.state) == ((), RunState.IDLE)
 
 
-def test_nothing_is_solved_anew_during_a_run(bench: Bench, until: Until) -> None:
+def test_nothing_is_solved_anew_during_a_run(bench, until):
     bench.runs.start()
     bench.runs.resolve([1])
     assert bench.runs.state is RunState.RUNNING
@@ -39,7 +35,7 @@ def test_nothing_is_solved_anew_during_a_run(bench: Bench, until: Until) -> None
     assert bench.resolved == []
 
 
-def test_of_many_values_the_last_is_solved_after_the_one_under_way(bench: Bench, until: Until) -> None:
+def test_of_many_values_the_last_is_solved_after_the_one_under_way(bench, until):
     for limit in (3, 4, 5, 6):
         bench.workspace.parameters.set(preset("paper", max_iterations=limit))
         bench.runs.resolve([1])
@@ -48,9 +44,7 @@ def test_of_many_values_the_last_is_solved_after_the_one_under_way(bench: Bench,
     assert [steps.run.parameters.max_iterations for steps in bench.script.runs] == [3, 6]
 
 
-def test_a_re_solve_that_takes_too_long_gives_way_after_a_while(
-    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_re_solve_that_takes_too_long_gives_way_after_a_while(bench, until, monkeypatch):
     clock = [0.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
@@ -75,9 +69,7 @@ def test_a_re_solve_that_takes_too_long_gives_way_after_a_while(
     until(lambda: len(bench.script.runs) == 3)
 
 
-def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_something(
-    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_something(bench, until, monkeypatch):
     clock = [0.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
@@ -98,7 +90,7 @@ def test_what_a_re_solve_shows_stays_until_the_next_one_of_the_frame_shows_somet
 
 
 @pytest.mark.parametrize("stepwise", [False, True])
-def test_a_run_takes_the_place_of_a_re_solve_and_keeps_it(bench: Bench, until: Until, stepwise: bool) -> None:
+def test_a_run_takes_the_place_of_a_re_solve_and_keeps_it(bench, until, stepwise):
     bench.script.records = 1000
     bench.runs.resolve([1])
     bench.script.allow(1)
@@ -118,7 +110,7 @@ def test_a_run_takes_the_place_of_a_re_solve_and_keeps_it(bench: Bench, until: U
     assert bench.resolved == []
 
 
-def test_what_is_to_follow_follows_also_when_the_user_turns_to_another_frame(bench: Bench, until: Until) -> None:
+def test_what_is_to_follow_follows_also_when_the_user_turns_to_another_frame(bench, until):
     bench.runs.resolve([1])
     bench.runs.resolve([2])
     second = bench.open("second")
@@ -129,7 +121,7 @@ def test_what_is_to_follow_follows_also_when_the_user_turns_to_another_frame(ben
     assert bench.resolved == [], "of a frame that is not shown nobody wants to know"
 
 
-def test_cancelling_a_re_solve_drops_what_was_to_follow(bench: Bench, until: Until) -> None:
+def test_cancelling_a_re_solve_drops_what_was_to_follow(bench, until):
     bench.script.records = 1000
     bench.runs.resolve([1])
     bench.runs.resolve([1])
@@ -140,7 +132,7 @@ def test_cancelling_a_re_solve_drops_what_was_to_follow(bench: Bench, until: Unt
     assert (bench.resolved, bench.said) == ([], [])
 
 
-def test_what_was_to_follow_a_re_solve_that_breaks_is_dropped(bench: Bench, until: Until) -> None:
+def test_what_was_to_follow_a_re_solve_that_breaks_is_dropped(bench, until):
     bench.script.error = MemoryError("no room")
     bench.runs.resolve([1])
     bench.runs.resolve([1])
@@ -150,7 +142,7 @@ def test_what_was_to_follow_a_re_solve_that_breaks_is_dropped(bench: Bench, unti
     assert bench.said == []
 
 
-def test_clearing_drops_the_result_that_a_re_solve_is_about_to_give(bench: Bench, until: Until) -> None:
+def test_clearing_drops_the_result_that_a_re_solve_is_about_to_give(bench, until):
     bench.script.allow()
     bench.runs.start()
     until(lambda: bool(bench.said))
@@ -166,7 +158,7 @@ def test_clearing_drops_the_result_that_a_re_solve_is_about_to_give(bench: Bench
     assert set(bench.document.valid_results()) == {1}, "only that one was given up"
 
 
-def test_clearing_one_frame_leaves_the_re_solve_of_another(bench: Bench, until: Until) -> None:
+def test_clearing_one_frame_leaves_the_re_solve_of_another(bench, until):
     bench.runs.resolve([1])
     bench.open("second")
     bench.runs.clear_results()
@@ -174,7 +166,7 @@ def test_clearing_one_frame_leaves_the_re_solve_of_another(bench: Bench, until: 
     until(lambda: set(bench.document.valid_results()) == {1})
 
 
-def test_clearing_during_a_run_forgets_what_is_done_and_the_run_goes_on(bench: Bench, until: Until) -> None:
+def test_clearing_during_a_run_forgets_what_is_done_and_the_run_goes_on(bench, until):
     bench.runs.start()
     bench.script.allow(3)
     until(lambda: 1 in bench.document.valid_results())
@@ -185,9 +177,7 @@ def test_clearing_during_a_run_forgets_what_is_done_and_the_run_goes_on(bench: B
     assert set(bench.document.valid_results()) == {2}
 
 
-def test_a_re_solve_shows_its_first_preview_after_a_moment(
-    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_re_solve_shows_its_first_preview_after_a_moment(bench, until, monkeypatch):
     clock = [50.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
@@ -203,7 +193,7 @@ def test_a_re_solve_shows_its_first_preview_after_a_moment(
     assert bench.run.previews == 1
 
 
-def test_shutdown_stops_the_patience(bench: Bench, until: Until) -> None:
+def test_shutdown_stops_the_patience(bench, until):
     bench.script.records = 1000
     bench.runs.resolve([1])
     bench.script.allow(1)
@@ -215,7 +205,7 @@ def test_shutdown_stops_the_patience(bench: Bench, until: Until) -> None:
     assert not bench.patience.isActive()
 
 
-def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(bench: Bench, until: Until) -> None:
+def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(bench, until):
     bench.script.records = 1000
     bench.runs.resolve([2, 1])
     bench.script.allow(1)
@@ -230,7 +220,7 @@ def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(be
     assert bench.resolved[-1].startswith("2 blocks: 2 iterations in ")
 
 
-def test_blocks_that_are_gone_are_not_solved(bench: Bench, until: Until) -> None:
+def test_blocks_that_are_gone_are_not_solved(bench, until):
     bench.runs.resolve([9])
     assert bench.runs.state is RunState.IDLE
     assert bench.script.runs == []

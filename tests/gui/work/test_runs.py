@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from pytestqt.qtbot import QtBot
 
 from gui.features.blocks.feature import block_rows
 from gui.state.parts import Part
@@ -18,15 +16,13 @@ from ilf.data.label_map import Block, find_blocks
 from ilf.data.results import BlockResult
 from ilf.segmentation.editing.cleaning import merge
 
-from ..scripted_runs import Bench, ScriptedSteps, Until
+from ..scripted_runs import ScriptedSteps
 from ..states import Told
 
 # starting and ending
 
 
-def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
-    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(bench, until, monkeypatch):
     monkeypatch.setattr(runs_module, "spare_cores", lambda: 5)
     own = preset("paper", max_iterations=7)
     bench.workspace.parameters.set(preset("released-code"))
@@ -54,7 +50,7 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
     assert (bench.runs.running, bench.document.results.running, bench.runs.share_done) == ([], [], 0.0)
 
 
-def test_what_a_run_did_without_is_said_once(bench: Bench, until: Until) -> None:
+def test_what_a_run_did_without_is_said_once(bench, until):
     bench.script.notes = ("The network is gone.",)
     bench.script.allow()
     bench.runs.start()
@@ -62,15 +58,7 @@ def test_what_a_run_did_without_is_said_once(bench: Bench, until: Until) -> None
     assert bench.said[0].endswith(" s. The network is gone.")
 
 
-def test_with_one_core_a_run_has_that_one(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runs_module, "spare_cores", lambda: 1)
-    bench.script.allow()
-    bench.runs.start()
-    until(lambda: bool(bench.said))
-    assert bench.run.threads == 1
-
-
-def test_chosen_blocks_alone_are_run(bench: Bench, until: Until) -> None:
+def test_chosen_blocks_alone_are_run(bench, until):
     bench.workspace.select([2, 9])
     bench.script.allow()
     bench.runs.start_selected()
@@ -80,7 +68,7 @@ def test_chosen_blocks_alone_are_run(bench: Bench, until: Until) -> None:
     assert ", 1 block in " in bench.said[0]
 
 
-def test_records_results_and_progress_come_as_they_are_made(bench: Bench, until: Until) -> None:
+def test_records_results_and_progress_come_as_they_are_made(bench, until):
     results = bench.document.results
     bench.runs.start()
     assert bench.runs.queued == {1, 2}
@@ -99,7 +87,7 @@ def test_records_results_and_progress_come_as_they_are_made(bench: Bench, until:
     assert numbers == {1: [1, 2], 2: [1, 2]}
 
 
-def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench: Bench, until: Until) -> None:
+def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench, until):
     bench.runs.start()
     bench.script.allow(3)
     until(lambda: 1 in bench.document.valid_results())
@@ -117,7 +105,7 @@ def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench: Bench, until:
 # holding
 
 
-def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench: Bench, until: Until) -> None:
+def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench, until):
     bench.script.records = 50
     results = bench.document.results
     bench.script.allow()
@@ -136,7 +124,7 @@ def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench:
     assert len(bench.document.valid_results()[2].history) == 50
 
 
-def test_steps_that_tell_of_no_block_are_part_of_the_one_that_does(bench: Bench, until: Until) -> None:
+def test_steps_that_tell_of_no_block_are_part_of_the_one_that_does(bench, until):
     bench.script.records, bench.script.silent = 1, 5
     bench.script.allow()
     bench.workspace.select([2])
@@ -149,7 +137,7 @@ def test_steps_that_tell_of_no_block_are_part_of_the_one_that_does(bench: Bench,
     until(lambda: bool(bench.said))
 
 
-def test_without_a_choice_stepping_goes_over_all_blocks(bench: Bench, until: Until) -> None:
+def test_without_a_choice_stepping_goes_over_all_blocks(bench, until):
     bench.script.allow()
     bench.runs.step()
     until(lambda: bench.runs.state is RunState.PAUSED)
@@ -158,7 +146,7 @@ def test_without_a_choice_stepping_goes_over_all_blocks(bench: Bench, until: Unt
     until(lambda: bool(bench.said))
 
 
-def test_a_pause_is_told_at_once_and_holds(bench: Bench, until: Until, qtbot: QtBot) -> None:
+def test_a_pause_is_told_at_once_and_holds(bench, until, qtbot):
     bench.script.records = 1000
     bench.runs.start()
     bench.script.allow(3)
@@ -178,7 +166,7 @@ def test_a_pause_is_told_at_once_and_holds(bench: Bench, until: Until, qtbot: Qt
     until(lambda: bool(bench.said))
 
 
-def test_cancelling_keeps_the_blocks_that_are_done(bench: Bench, until: Until) -> None:
+def test_cancelling_keeps_the_blocks_that_are_done(bench, until):
     bench.runs.cancel()
     assert bench.states == [], "there is nothing to cancel"
     bench.runs.start()
@@ -202,9 +190,7 @@ def test_cancelling_keeps_the_blocks_that_are_done(bench: Bench, until: Until) -
 # previews
 
 
-def test_previews_come_now_and_then_and_go_with_the_run(
-    bench: Bench, until: Until, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_previews_come_now_and_then_and_go_with_the_run(bench, until, qtbot, monkeypatch):
     clock = [0.0]
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     bench.script.records = 1000
@@ -234,7 +220,7 @@ def test_previews_come_now_and_then_and_go_with_the_run(
 # edits and frames during a run
 
 
-def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench: Bench, until: Until) -> None:
+def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench, until):
     bench.runs.start()
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [1])
@@ -248,7 +234,7 @@ def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench: Be
     assert set(bench.document.valid_results()) == {1, 2}, "undo brings them back"
 
 
-def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench: Bench, until: Until) -> None:
+def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench, until):
     bench.runs.start()
     second = bench.open("second")
     told = Told(bench.workspace)
@@ -263,7 +249,7 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench: B
     assert listed[-1] == 2
 
 
-def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench: Bench, until: Until) -> None:
+def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench, until):
     bench.runs.start()
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [1])
@@ -277,7 +263,7 @@ def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench: Benc
     assert bench.runs.state is RunState.IDLE
 
 
-def test_frames_run_side_by_side(bench: Bench, until: Until) -> None:
+def test_frames_run_side_by_side(bench, until):
     bench.runs.start()
     bench.script.allow(1)
     until(lambda: bench.document.results.running == [1])
@@ -296,7 +282,7 @@ def test_frames_run_side_by_side(bench: Bench, until: Until) -> None:
     assert bench.runs.running == []
 
 
-def test_a_run_goes_on_while_other_frames_are_opened_and_closed(bench: Bench, until: Until) -> None:
+def test_a_run_goes_on_while_other_frames_are_opened_and_closed(bench, until):
     bench.runs.start()
     other = bench.open("second")
     bench.workspace.close(other)
@@ -309,7 +295,7 @@ def test_a_run_goes_on_while_other_frames_are_opened_and_closed(bench: Bench, un
 # the end
 
 
-def test_shutdown_ends_the_thread_and_says_nothing(bench: Bench, qtbot: QtBot) -> None:
+def test_shutdown_ends_the_thread_and_says_nothing(bench, qtbot):
     bench.script.records = 100_000
     bench.script.allow(200_000)
     bench.runs.start()
@@ -320,7 +306,7 @@ def test_shutdown_ends_the_thread_and_says_nothing(bench: Bench, qtbot: QtBot) -
     assert bench.said == []
 
 
-def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench: Bench, until: Until) -> None:
+def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench, until):
     """As they are without it, so that they count as changed."""
     bench.runs.start()
     bench.script.allow(3)
@@ -340,9 +326,7 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench:
     assert row.detail.startswith("The result, completed, waits for the learned correction.")
 
 
-def test_a_block_that_is_done_as_the_run_is_cancelled_stays(
-    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_block_that_is_done_as_the_run_is_cancelled_stays(bench, until, monkeypatch):
     make = ScriptedSteps._result
 
     def result_then_cancelled(self: ScriptedSteps, label: int, block: Block) -> BlockResult:
@@ -360,5 +344,5 @@ def test_a_block_that_is_done_as_the_run_is_cancelled_stays(
     assert set(bench.document.valid_results()) == {1}
 
 
-def second_depth(bench: Bench) -> np.ndarray:
+def second_depth(bench) -> np.ndarray:
     return np.full(np.count_nonzero(bench.document.labels == 2), 2, np.float32)

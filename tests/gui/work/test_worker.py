@@ -5,21 +5,19 @@ from __future__ import annotations
 import gc
 import threading
 import weakref
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator
 from typing import Any
 
 import pytest
-from pytestqt.qtbot import QtBot
 
 from gui.work.jobs import Worker
 from ilf._runtime.cancellation import check_cancelled
 
 WAIT_MS = 60_000
-Until = Callable[[Callable[[], bool]], None]
 
 
 @pytest.fixture
-def until(qtbot: QtBot) -> Until:
+def until(qtbot):
     """Waits until something holds."""
     return lambda holds: qtbot.waitUntil(holds, timeout=WAIT_MS)
 
@@ -27,7 +25,7 @@ def until(qtbot: QtBot) -> Until:
 class Job:
     """A generator of numbers that waits for the test before each."""
 
-    def __init__(self, steps: int = 3, error: Exception | None = None) -> None:
+    def __init__(self, steps: int = 3, error: Exception | None = None):
         self.gate = threading.Semaphore(0)
         self.closed = False
         self._steps, self._error = steps, error
@@ -45,14 +43,14 @@ class Job:
 
 
 @pytest.fixture
-def worker(qapp: object) -> Iterator[Worker]:
+def worker(qapp):
     worker = Worker()
     yield worker
     worker.shutdown()
 
 
 @pytest.fixture
-def said(worker: Worker) -> list[Any]:
+def said(worker):
     """What the worker sends: every item that was yielded, and how it ended."""
     heard: list[Any] = []
     worker.progressed.connect(heard.extend)
@@ -63,7 +61,7 @@ def said(worker: Worker) -> list[Any]:
     return heard
 
 
-def test_a_job_from_start_to_end(worker: Worker, said: list[Any], until: Until) -> None:
+def test_a_job_from_start_to_end(worker, said, until):
     assert not worker.busy
     assert not worker.is_paused
     job = Job()
@@ -81,7 +79,7 @@ def test_a_job_from_start_to_end(worker: Worker, said: list[Any], until: Until) 
     assert said[4:] == [0, ("finished", "done")]
 
 
-def test_an_exception_is_brought_to_the_gui(worker: Worker, said: list[Any], until: Until) -> None:
+def test_an_exception_is_brought_to_the_gui(worker, said, until):
     error = ValueError("broken")
     job = Job(1, error)
     job.gate.release()
@@ -90,7 +88,7 @@ def test_an_exception_is_brought_to_the_gui(worker: Worker, said: list[Any], unt
     assert said == [0, ("failed", error)]
 
 
-def test_what_was_yielded_before_a_cancel_still_comes(worker: Worker, said: list[Any], until: Until) -> None:
+def test_what_was_yielded_before_a_cancel_still_comes(worker, said, until):
     job = Job()
     worker.start(job)
     job.gate.release()
@@ -104,7 +102,7 @@ def test_what_was_yielded_before_a_cancel_still_comes(worker: Worker, said: list
     assert job.closed
 
 
-def test_a_job_that_ends_as_it_is_cancelled_is_cancelled(worker: Worker, said: list[Any], until: Until) -> None:
+def test_a_job_that_ends_as_it_is_cancelled_is_cancelled(worker, said, until):
     job = Job(1)
     worker.start(job)
     worker.cancel()
@@ -113,7 +111,7 @@ def test_a_job_that_ends_as_it_is_cancelled_is_cancelled(worker: Worker, said: l
     assert said[-1] == "cancelled"
 
 
-def test_pausing_stepping_and_going_on(worker: Worker, said: list[Any], until: Until) -> None:
+def test_pausing_stepping_and_going_on(worker, said, until):
     job = Job(5)
     job.gate.release(5)
     worker.start(job, paused=True)
@@ -131,7 +129,7 @@ def test_pausing_stepping_and_going_on(worker: Worker, said: list[Any], until: U
     assert not worker.is_paused
 
 
-def test_a_paused_job_can_be_cancelled(worker: Worker, said: list[Any], until: Until) -> None:
+def test_a_paused_job_can_be_cancelled(worker, said, until):
     job = Job()
     job.gate.release(3)
     worker.start(job, paused=True)
@@ -141,7 +139,7 @@ def test_a_paused_job_can_be_cancelled(worker: Worker, said: list[Any], until: U
     assert said == [0, "paused", "cancelled"]
 
 
-def test_a_pause_takes_hold_after_the_present_step(worker: Worker, said: list[Any], until: Until) -> None:
+def test_a_pause_takes_hold_after_the_present_step(worker, said, until):
     job = Job()
     worker.start(job)
     worker.pause()
@@ -153,7 +151,7 @@ def test_a_pause_takes_hold_after_the_present_step(worker: Worker, said: list[An
     assert said == [0, "paused", 1, 2, ("finished", "done")]
 
 
-def test_nothing_is_heard_after_a_shutdown(worker: Worker, said: list[Any], qtbot: QtBot) -> None:
+def test_nothing_is_heard_after_a_shutdown(worker, said, qtbot):
     assert worker.shutdown(), "nothing runs"
     job = Job()
     worker.start(job)
@@ -164,7 +162,7 @@ def test_nothing_is_heard_after_a_shutdown(worker: Worker, said: list[Any], qtbo
     assert said == []
 
 
-def test_a_thread_that_does_not_end_is_not_waited_for_for_ever(worker: Worker, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_thread_that_does_not_end_is_not_waited_for_for_ever(worker, monkeypatch):
     monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 0.05)
     job = Job()
     worker.start(job)
@@ -175,7 +173,7 @@ def test_a_thread_that_does_not_end_is_not_waited_for_for_ever(worker: Worker, m
     assert worker.shutdown()
 
 
-def test_what_a_job_has_given_is_not_kept(worker: Worker, until: Until) -> None:
+def test_what_a_job_has_given_is_not_kept(worker, until):
     class Large:
         """Something that takes room."""
 
@@ -192,7 +190,7 @@ def test_what_a_job_has_given_is_not_kept(worker: Worker, until: Until) -> None:
     assert kept[0]() is None
 
 
-def test_a_job_that_ends_the_interpreter_s_way_fails(worker: Worker, said: list[Any], until: Until) -> None:
+def test_a_job_that_ends_the_interpreter_s_way_fails(worker, said, until):
     def job() -> Generator[int, None, None]:
         yield 1
         raise SystemExit(3)
@@ -204,7 +202,7 @@ def test_a_job_that_ends_the_interpreter_s_way_fails(worker: Worker, said: list[
     assert "SystemExit(3)" in str(error)
 
 
-def test_a_job_that_does_not_hear_is_left_alone(worker: Worker, said: list[Any], until: Until) -> None:
+def test_a_job_that_does_not_hear_is_left_alone(worker, said, until):
     deaf = Job(2)
     worker.start(deaf)
     deaf.gate.release()
@@ -220,7 +218,7 @@ def test_a_job_that_does_not_hear_is_left_alone(worker: Worker, said: list[Any],
     assert said == [0, "cancelled", 0, ("finished", "done")]
 
 
-def test_work_within_a_step_stops(worker: Worker, said: list[Any], until: Until) -> None:
+def test_work_within_a_step_stops(worker, said, until):
     begun = threading.Event()
 
     def job() -> Generator[int, None, None]:
@@ -238,7 +236,7 @@ def test_work_within_a_step_stops(worker: Worker, said: list[Any], until: Until)
     assert said == ["cancelled"]
 
 
-def test_what_is_to_be_finished_is(qapp: object, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_to_be_finished_is(qapp, monkeypatch):
     monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 0.05)
     worker, begun, gate, done = Worker(must_finish=True), threading.Event(), threading.Event(), []
 

@@ -15,7 +15,7 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.errors import FormatError, InputError, ParameterError
+from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.encodings import encoding_of
 from ilf.sources.layout import layouts_from_file
 from ilf.sources.layouts import all_layouts, built_in_layouts

@@ -25,11 +25,11 @@ _NONE_OF_ITS_OWN = "experiment_", "layout_own_"
 
 
 @pytest.fixture(autouse=True)
-def _settings_of_the_tests(isolated_settings: None) -> None:
+def _settings_of_the_tests(isolated_settings):
     """The sessions' settings are set up after those of all tests."""
 
 
-def test_a_session_ends_the_same_twice() -> None:
+def test_a_session_ends_the_same_twice():
     first, second = (table.run("give_pieces") for _ in range(2))
     assert len(first) > 10
     assert first == second
@@ -45,7 +45,7 @@ def _said() -> set[str]:
     return used | {f"tool_{name.value}" for name in tools if isinstance(name, ast.Constant)}
 
 
-def test_every_tool_panel_dialog_and_command_occurs(tmp_path: Path) -> None:
+def test_every_tool_panel_dialog_and_command_occurs(tmp_path):
     said = _said()
     with hand.isolated(tmp_path):
         user = hand.Hand(tmp_path)
@@ -65,7 +65,7 @@ def _grab(folder: Path, user: hand.Hand) -> Path:
 
 
 @pytest.mark.parametrize("command", ["open", "undo"], ids=["on", "off"])
-def test_a_moved_or_hidden_control_is_seen(tmp_path: Path, command: str) -> None:
+def test_a_moved_or_hidden_control_is_seen(tmp_path, command):
     with hand.isolated(tmp_path):
         user = hand.Hand(tmp_path)
         before, same = _grab(tmp_path / "before", user), _grab(tmp_path / "same", user)
@@ -84,7 +84,7 @@ def test_a_moved_or_hidden_control_is_seen(tmp_path: Path, command: str) -> None
     assert pictures.differences(before, hidden) == ["window.png: only in the first folder."]
 
 
-def test_smoothed_edges_are_no_difference(tmp_path: Path) -> None:
+def test_smoothed_edges_are_no_difference(tmp_path):
     with hand.isolated(tmp_path):
         user = hand.Hand(tmp_path)
         before, after = _grab(tmp_path / "before", user), _grab(tmp_path / "after", user)
