@@ -140,7 +140,7 @@ PLACES = [
         "--guide", "--blocks", "--drawn", "--invalid-mask", "--ground-truth", "--intrinsics", "--preset",
     )),
     "batch FILE --out OUT", "report FILE --out PAGE", "evaluate FILE", "blocks FILE --out OUT", "bench depth FILE",
-    "project info FILE", "rosbag FILE --out OUT", "project export FILE --to nerfstudio --out OUT",
+    "project info FILE", "stream FILE --results --out OUT", "project export FILE --to nerfstudio --out OUT",
 ]  # fmt: skip
 """Commands that take a file, and their options that do."""
 
