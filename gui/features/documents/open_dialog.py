@@ -11,6 +11,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
+    QCheckBox,
     QComboBox,
     QDialog,
     QDialogButtonBox,
@@ -136,6 +137,11 @@ class OpenDialog(QDialog):
         self.camera_text = QLineEdit()
         self.camera_text.setAccessibleName("Intrinsics: numbers or file")
         self.camera_browse = QPushButton("File…", autoDefault=False)
+        self.undistort = QCheckBox("Undistort")
+        self.undistort.setToolTip(
+            "Correct the lens distortion that the file states, of colour and depth: the camera of the frame and of all "
+            "results is that of the corrected images."
+        )
         self.message = Message(lines=5)
         self.apply_button = QPushButton("Apply suggestion", autoDefault=False)
         self.apply_button.setToolTip("Set the depth encoding or the invalid value that the message suggests.")
@@ -160,6 +166,7 @@ class OpenDialog(QDialog):
         for field in (self.path, self.depth_path, self.guide_path, self.invalid, self.min_confidence, self.camera_text):
             field.textChanged.connect(self._schedule)
         self.encoding.editTextChanged.connect(self._schedule)
+        self.undistort.toggled.connect(self._schedule)
         self.camera.currentTextChanged.connect(self._change_camera)
         self._change_camera()
         self.read()
@@ -202,6 +209,7 @@ class OpenDialog(QDialog):
                 self.min_confidence, "The minimum confidence must be a number of the confidence map, such as 2"
             ),
             intrinsics=self._intrinsics(),
+            undistort=(self.undistort.isChecked() and self.camera.currentText() == _FILE) or None,
             guide=self.guide_path.text().strip() or None if kind in (Kind.PAIR, Kind.FRAME) else None,
         )
         return FrameRef(colour, depth if kind is Kind.PAIR else None, options=options)
@@ -367,7 +375,7 @@ class OpenDialog(QDialog):
             parts: list[QWidget] = [field]
             if field is self.camera:
                 self.camera_browse.clicked.connect(self._browse_camera)
-                parts += [self.camera_text, self.camera_browse]
+                parts += [self.camera_text, self.camera_browse, self.undistort]
             for name, browse in buttons:
                 button = QPushButton(name, autoDefault=False)
                 button.clicked.connect(lambda _=False, browse=browse: browse())
@@ -406,6 +414,7 @@ class OpenDialog(QDialog):
         choice = self.camera.currentText()
         self.camera_text.setVisible(choice in (_NUMBERS, _FILE))
         self.camera_browse.setVisible(choice == _FILE)
+        self.undistort.setVisible(choice == _FILE)
         self.camera_text.setPlaceholderText(
             "Pixels, such as 525, 525, 319.5, 239.5"
             if choice == _NUMBERS

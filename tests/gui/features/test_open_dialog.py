@@ -101,6 +101,23 @@ def test_a_file_of_two_cameras_is_a_question_and_an_implausible_camera_a_warning
         assert dialog.open_button.isEnabled() == bool(name)
 
 
+def test_a_lens_is_undistorted_if_its_file_states_it(dialog, folder):
+    lens = {"fx": 525.0, "fy": 525.0, "cx": 319.5, "cy": 239.5}
+    (folder / "plain.json").write_text(json.dumps(lens))
+    (folder / "lens.json").write_text(json.dumps(lens | {"coeffs": [-0.1, 0.01, 0.0, 0.0]}))
+    dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
+    assert not dialog.undistort.isVisible()
+    dialog.camera.setCurrentText("From a file")
+    dialog.undistort.click()
+    for name, message in (("plain.json", "no lens distortion"), ("lens.json", "fx")):
+        dialog.camera_text.setText(str(folder / name))
+        dialog.read()
+        assert message in dialog.message.text()
+    assert dialog.request().options.undistort is True
+    dialog.camera.setCurrentIndex(0)
+    assert dialog.request().options.undistort is None
+
+
 def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
     np.save(folder / "wide.npy", np.arange(8.0).reshape(2, 4))
     np.save(folder / "half.npy", np.pad(np.arange(1.0, 11), (0, 2))[:, None].repeat(16, 1))
