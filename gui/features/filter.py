@@ -103,9 +103,9 @@ class FilterPanel(Panel):
             scope.addWidget(button)
         self._choices = choices = QFormLayout()
         choices.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        choices.addRow("Parameters for", scope)
         choices.addRow("Preset", self.presets)
         choices.addRow("Frames", self.frames)
-        choices.addRow("Parameters for", scope)
         self._of_selection = choices.labelForField(scope), self.scope
         for shown in self._of_selection:  # the form stays where it is when a block is selected
             policy = shown.sizePolicy()

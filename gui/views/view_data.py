@@ -274,7 +274,9 @@ class ViewData:
         """What to do where there is no result."""
         if self.played is not None:
             return NOT_PLAYED
-        return "Completing\N{HORIZONTAL ELLIPSIS}" if self.is_running else NO_RESULT
+        if self.is_running:
+            return "Completing\N{HORIZONTAL ELLIPSIS}"
+        return NO_RESULT if self.document is None or self.document.counts() else NO_BLOCKS
 
     def depth(self, depth: str) -> ShownDepth | None:
         """Depth by its name, with side A in place of the result if it is shown there; None if it is not available."""
@@ -413,5 +415,5 @@ def colour_table(document: Document, min_label: int) -> NDArray[np.uint8]:
     return table
 
 
-NO_RESULT = "No result yet: run the blocks (F5)"
+NO_RESULT, NO_BLOCKS = "No result yet: run the blocks (F5)", "No blocks yet"
 NOT_PLAYED = "No result is stored for this frame"

@@ -46,10 +46,10 @@ def _remembered(kind: str, path: str) -> str:
     return path
 
 
-def save_folder() -> Path:
-    """Return the default folder for files: beside the last export, or the working folder."""
+def save_folder(beside: str = "") -> Path:
+    """Return the default folder for files: that of the last export, of the file `beside`, or the working folder."""
     last = QSettings().value(EXPORTS)
-    folder = Path(str(last)) if last else Path.cwd()
+    folder = Path(str(last)) if last else Path(beside).parent if beside else Path.cwd()
     return folder if os.path.isdir(folder) and os.access(folder, os.W_OK) else Path.home()
 
 

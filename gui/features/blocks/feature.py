@@ -124,6 +124,7 @@ class BlocksFeature(Panel):
         self.commands.message.connect(context.notes.show_message)
         context.actions.add(self._declared())
         context.views.contextMenuRequested.connect(self._show_menu_at)
+        context.loader.busy_changed.connect(lambda: context.refresh.changed(self.title))
 
     def make(self) -> BlockTable:
         """Make the table, whose changes by the user are edits."""
@@ -267,7 +268,8 @@ class BlocksFeature(Panel):
     def refresh(self, parts: Part) -> None:
         """Update the rows and the selection."""
         table, workspace = self.table, self.context.workspace
-        table.view.hint = sentence(Need.FRAME & self.context.missing()) or "Extract blocks from the frame, or paint one"
+        wanted = sentence(Need.FRAME & self.context.missing()) or "Extract blocks from the frame, or paint one"
+        table.view.hint = self.context.loader.present or wanted
         if not workspace.has_current:
             table.set_rows([])
             return

@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ilf._runtime.files import is_address
 from ilf._runtime.formatting import counted
 from ilf._runtime.threads import available_cores
 from ilf.batch.pictures import write_contact_sheet, write_video
@@ -340,7 +341,9 @@ class ExportDialog(QDialog):
         self.files.describe(self._run if single else None, self._completion if single else None)
         name = output_folder_name(self._run.frame.name) if single and self._run is not None else "export"
         last = str(QSettings().value(_BATCH_FOLDER, "")) if from_files else ""
-        proposed = last or str(save_folder() / ("batch" if from_files else name))
+        inputs = None if self._run is None else self._run.frame.inputs
+        folder = save_folder(inputs.rgb.path if inputs is not None and not is_address(inputs.rgb.path) else "")
+        proposed = last or str(folder / ("batch" if from_files else name))
         if self.folder_path.text() in ("", self._proposed):
             self.folder_path.setText(proposed)
         self._proposed = proposed
