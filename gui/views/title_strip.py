@@ -80,9 +80,19 @@ class TitleStrip(QWidget):
     def title_end(self) -> int:
         """Right end of the title [px from the left], where other items may begin."""
         swatch = _SWATCH + PAD if self._swatch is not None else 0
-        wanted = 2 * PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + PAD
         text = self.fontMetrics().horizontalAdvance(self._text) + 2 * PAD if self._text else 0
-        return min(wanted, max(self._right - text, _MIN_TITLE_WIDTH + swatch))
+        return min(self._title_width, max(self._right - text, _MIN_TITLE_WIDTH + swatch))
+
+    @property
+    def _title_width(self) -> int:
+        """Width of the whole title [px]."""
+        swatch = _SWATCH + PAD if self._swatch is not None else 0
+        return 2 * PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + PAD
+
+    @property
+    def _legend_width(self) -> int:
+        """Width of the legend with all its words [px]."""
+        return sum(self.fontMetrics().horizontalAdvance(text) + _SWATCH + PAD + 7 for _, text in self._legend)
 
     @property
     def _right(self) -> int:
@@ -93,7 +103,8 @@ class TitleStrip(QWidget):
         """Show the colour bar where it has values and room."""
         bar = self.bar
         least = bar.minimumSizeHint().width()
-        width = max(least, min(round(_BAR_SHARE * self.width()), bar.sizeHint().width()))
+        free = self.width() - self._title_width - self._legend_width - 3 * PAD  # the legend's words come first
+        width = max(least, min(round(_BAR_SHARE * self.width()), bar.sizeHint().width(), free))
         bar.setVisible(bar.levels is not None and self.width() - least >= 2 * _MIN_TITLE_WIDTH)
         bar.setGeometry(self.width() - width - PAD, 0, width, self.height())
         self._place_title_widget()
@@ -111,7 +122,7 @@ class TitleStrip(QWidget):
         self._legend = legend
         meanings = f"\nSigns: {', '.join(text for _, text in legend)}" if legend else ""
         self.setToolTip(_TITLE_HINT + meanings)
-        self.update()
+        self._place_bar()
 
     def set_title_widget(self, guest: QWidget | None) -> None:
         """Put a widget with a method `set_available_width(width)` beside the title and delete the former one; None
@@ -150,7 +161,7 @@ class TitleStrip(QWidget):
         if self._title_widget is not None:
             taken = max(taken, self._title_widget.geometry().right() + PAD)
         room = right - taken
-        named = sum(metrics.horizontalAdvance(text) + _SWATCH + PAD + 7 for _, text in self._legend) <= room
+        named = self._legend_width <= room
         for brush, text in reversed(self._legend):
             left = right - metrics.horizontalAdvance(text) if named else right + 5
             swatch = QRect(left - 5 - _SWATCH, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
