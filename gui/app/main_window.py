@@ -236,4 +236,4 @@ class MainWindow(QMainWindow):
         """Restore the last layout, or use the default one."""
         super().showEvent(event)
         self.panels.arrange()
-        self.refresh.mark("error", "cloud", "stages")  # drawn only while visible
+        self.refresh.mark("error", "cloud", ExtractionPanel.title)  # drawn only while visible

@@ -86,14 +86,20 @@ class Refresh(QObject):
             self._schedule()
 
     def mark(self, *parts: str) -> None:
-        """Mark parts as stale, to be drawn at the next turn of the event loop."""
-        self._stale.update(parts)
+        """Mark parts as stale, to be drawn at the next turn of the event loop; KeyError for what was not added, which
+        would never be drawn."""
+        self._stale.update(self._known(parts))
         self._schedule()
 
     def mark_deferred(self, *parts: str) -> None:
-        """Mark parts as stale, to be drawn when the window has had time for other work."""
-        self._deferred.update(parts)
+        """Mark parts as stale, to be drawn when the window has had time for other work; KeyError as `mark`."""
+        self._deferred.update(self._known(parts))
         self._schedule()
+
+    def _known(self, parts: tuple[str, ...]) -> tuple[str, ...]:
+        if unknown := set(parts) - self._draw.keys():
+            raise KeyError(f"nothing draws {', '.join(sorted(unknown))}")
+        return parts
 
     def now(self) -> None:
         """Draw now what would be drawn at the next turn."""

@@ -67,6 +67,15 @@ def test_an_edit_and_its_undo_rebuild_the_table_once_each(opened, monkeypatch):
     assert (rows.taken(), depth.taken()) == (1, 1)
 
 
+def test_a_window_at_rest_draws_nothing_and_takes_no_turns(opened, qtbot, monkeypatch):
+    opened.hide()
+    opened.show()
+    qtbot.wait(300)
+    turns = _Count(monkeypatch, opened.workspace, "tell")
+    qtbot.wait(200)
+    assert turns.taken() <= 2
+
+
 def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(opened, qtbot, tmp_path, monkeypatch):
     frame = opened.workspace.current.frame
     folder = write_frame(tmp_path / "other", RGBDFrame(frame.rgb[:40], frame.depth[:40]))

@@ -124,7 +124,7 @@ class BlocksFeature(Panel):
         self.commands.message.connect(context.notes.show_message)
         context.actions.add(self._declared())
         context.views.contextMenuRequested.connect(self._show_menu_at)
-        context.loader.busy_changed.connect(lambda: context.refresh.changed(self.title))
+        context.loader.busy_changed.connect(self._show_hint)
 
     def make(self) -> BlockTable:
         """Make the table, whose changes by the user are edits."""
@@ -265,11 +265,16 @@ class BlocksFeature(Panel):
         to_check = document.state.to_check & set(document.selected) & document.counts().keys()
         return "" if to_check else "The selected blocks need no check."
 
+    def _show_hint(self) -> None:
+        """Say in the empty table what is under way, or what to do."""
+        wanted = sentence(Need.FRAME & self.context.missing()) or "Extract blocks from the frame, or paint one"
+        self.table.view.hint = self.context.loader.present or wanted
+        self.table.view.viewport().update()
+
     def refresh(self, parts: Part) -> None:
         """Update the rows and the selection."""
         table, workspace = self.table, self.context.workspace
-        wanted = sentence(Need.FRAME & self.context.missing()) or "Extract blocks from the frame, or paint one"
-        table.view.hint = self.context.loader.present or wanted
+        self._show_hint()
         if not workspace.has_current:
             table.set_rows([])
             return

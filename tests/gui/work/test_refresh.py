@@ -173,6 +173,12 @@ def test_after_stop_nothing_is_drawn(bench):
     assert not bench.refresh._later.isActive()
 
 
+def test_what_nothing_draws_cannot_be_marked(bench):
+    for mark in (bench.refresh.mark, bench.refresh.mark_deferred):
+        with pytest.raises(KeyError, match="fourth"):
+            mark("first", "fourth")
+
+
 def test_draw_all_draws_every_part(bench):
     bench.refresh.draw_all()
     assert bench.drawn == ["first", "second", "third"]
