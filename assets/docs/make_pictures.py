@@ -26,9 +26,9 @@ from gui.base import theme
 from gui.features.accuracy.hold_out_dialog import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
+from gui.features.expected_error import ErrorFeature
 from gui.features.extraction import ExtractionPanel
 from gui.features.sweep.feature import SweepFeature
-from gui.features.views import ErrorFeature
 from ilf._runtime.installation import asset_path
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.evaluation.hold_out import evaluate_hold_out
