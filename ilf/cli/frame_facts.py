@@ -117,7 +117,7 @@ def _add_depth(facts: Facts, path: Path | str, depth: DepthReading, camera: Intr
     size = {"depth_width": width, "depth_height": height, "depth_type": str(values.dtype)}
     facts.add("depth", f"{path}, {width} x {height}, {values.dtype}", depth=str(path), **size)
     encoding, assumed = depth.encoding.text, depth.is_assumed
-    how = " (assumed; set it with --encoding)" if assumed else ""
+    how = " (assumed; set it with --depth-encoding)" if assumed else ""
     facts.add("encoding", f"{encoding}{how}", encoding=encoding, encoding_assumed=assumed)
     missing = 1 - known.size / metres.size
     facts.add("missing", f"{missing:.1%}", missing_share=missing)

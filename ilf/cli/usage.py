@@ -34,7 +34,7 @@ _MEANINGS = {
     "depth-scale depth-factor depth-divisor depth-unit scale factor unit units png-scale": ("--depth-units",),
     "camera cam calib calibration camera-info camera-file k kmat fx": ("--intrinsics",),
     "depth-camera depth-calib depth-k": ("--depth-intrinsics",),
-    "depth-format depth-encoding format": ("--encoding", "--format"),
+    "depth-format encoding format": ("--depth-encoding", "--format"),
     "gpu cuda cpu": ("--device", "The environment variable ILF_DEVICE selects the device."),
     "j jobs n workers processes procs parallel num-workers threads cores": (
         *("--jobs", "--threads"),

@@ -30,7 +30,7 @@ def replay_text(run: Run) -> tuple[str, str]:
     nearest = nearest_preset(run.parameters)
     encoding = f"{inputs.depth_units:.9g}" if inputs.encoding is None else inputs.encoding
     files = [inputs.rgb.path, inputs.depth.path] if inputs.frame is None else [inputs.rgb.path, "--frame", inputs.frame]
-    words = ["ilf", "complete", *files, "--encoding", encoding]
+    words = ["ilf", "complete", *files, "--depth-encoding", encoding]
     if inputs.invalid is not None:
         words += ["--invalid", f"{inputs.invalid:.9g}"]
     if inputs.intrinsics is not None:

@@ -115,7 +115,7 @@ def timed_frames(
     )
     is_guess = given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics
     hint = (
-        ", as in the TUM benchmark: give mm as the depth encoding (--encoding mm) if it is in millimetres, as "
+        ", as in the TUM benchmark: give mm as the depth encoding (--depth-encoding mm) if it is in millimetres, as "
         "many recorders write it"
     )
     found = [

@@ -73,7 +73,7 @@ class ReadingOptions:
         default=None,
         metadata=_declared(
             label="depth encoding",
-            flag="--encoding",
+            flag="--depth-encoding",
             metavar="NAME",
             help=f"encoding of the depth file: {', '.join(ENCODING_DESCRIPTIONS)}, bop:SCALE, or units per metre as a "
             "number (default: from meta.json; for two files, mm for integers and m for floats). An explicit encoding "

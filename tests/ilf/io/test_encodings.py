@@ -461,7 +461,7 @@ def test_command_line_reads_records_and_replays_it(tmp_path, save, capsys, monke
     files = ["rgb.png", "depth.png"]
     assert main(["info", *files]) == 0
     assert "warning:      65535 fills 4.2% of the pixels" in capsys.readouterr().out
-    how = ["--encoding", "sun", "--invalid", "65535"]
+    how = ["--depth-encoding", "sun", "--invalid", "65535"]
     assert main(["info", *files, *how]) == 0
     told = capsys.readouterr().out
     assert "encoding:     sun, millimetres with rotated bits (SUN RGB-D, SUN3D), 65535 is missing" in told
@@ -478,7 +478,7 @@ def test_command_line_reads_records_and_replays_it(tmp_path, save, capsys, monke
     assert capsys.readouterr().err == ""
     assert Path("again/depth.npy").read_bytes() == Path("out/depth.npy").read_bytes()
     assert main(["complete", "--replay", "out/run.json", *how]) == 2
-    assert "leave out --encoding, --invalid" in capsys.readouterr().err
+    assert "leave out --depth-encoding, --invalid" in capsys.readouterr().err
     with pytest.raises(SystemExit):
-        main(["info", *files, "--encoding", "sun", "--depth-units", "1000"])
+        main(["info", *files, "--depth-encoding", "sun", "--depth-units", "1000"])
     assert "not allowed with" in capsys.readouterr().err

@@ -100,5 +100,5 @@ def test_a_project_of_a_recording_and_the_command_that_makes_a_run_again(tmp_pat
     assert main(["project", "info", str(project), "--json"]) == 0
     frame = ilf.load_frame(path, frame=KEY)
     sentence, command = replay_text(ilf.Run.of(frame))
-    assert f"{path} --frame {KEY} --encoding 1000" in command
+    assert f"{path} --frame {KEY} --depth-encoding 1000" in command
     assert sentence.startswith("This command")
