@@ -123,15 +123,11 @@ def _figures(outcome: FrameOutcome) -> dict[str, Any]:
 
 
 def _colour_path(frame: RGBDFrame) -> str | None:
-    """Return the file of a frame's colour; None if it is from a recording, or was changed by registration or turned."""
+    """Return the file of a frame's colour; None if it is from a recording, or was registered, turned or undistorted."""
     inputs = frame.inputs
-    if (
-        inputs is None
-        or inputs.frame is not None
-        or inputs.depth_intrinsics is not None
-        or inputs.orientations
-        or inputs.lenses
-    ):
+    if inputs is None or inputs.frame is not None:
+        return None
+    if inputs.depth_intrinsics is not None or inputs.orientations is not None or inputs.lenses is not None:
         return None
     return inputs.rgb.path
 

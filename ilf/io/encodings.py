@@ -27,6 +27,9 @@ _PACKED = {"rgb24": "rgb", "bgr24": "bgr"}
 
 _LARGEST_PACKED = 2**24 - 1
 
+_ROUNDING = 1e-6
+"""By how much shares in single precision may exceed 1."""
+
 EncodingSpec = str | float
 """A name of `ENCODING_DESCRIPTIONS`, with its numbers, or a number of file units per metre."""
 
@@ -139,7 +142,7 @@ def _shares(values: NDArray[Any]) -> NDArray[np.float64]:
     """Values from 0 to 1, as stored in floats or as shares of the largest of 16 bits; raises FormatError for others."""
     share = values.astype(np.float64) / (UINT16_MAX if values.dtype == np.uint16 else 1)
     largest = np.max(share, initial=0.0, where=np.isfinite(share))
-    if largest > 1:
+    if largest > 1 + _ROUNDING:
         raise FormatError(
             f"This depth encoding applies to values from 0 to 1, or to 16-bit integers, but they reach {largest:g}. "
             "Give the encoding of this file."
@@ -248,9 +251,8 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         near = difflib.get_close_matches(name, ENCODING_DESCRIPTIONS, 1)
         hint = f"Did you mean {near[0]}? " if near else ""
         raise ParameterError(
-            f"There is no depth encoding {spec!r:.60}. {hint}Give one of {', '.join(ENCODING_DESCRIPTIONS)}, or "
-            f"a number of file "
-            "units per metre."
+            f"There is no depth encoding {spec!r:.60}. {hint}Give one of {', '.join(ENCODING_DESCRIPTIONS)}, or a "
+            "number of file units per metre."
         ) from error
 
 

@@ -83,6 +83,7 @@ SIMULATED = {
     "zbuffer:0.1,10,reversed": ((1 - BUFFER).astype(np.float32), "depth.npy", 1e-5),
     "zbuffer:0.1,inf,reversed": (np.where(KNOWN, NEAR / SEEN, 0).astype(np.float32), "depth.npy", 1e-6),
     "zbuffer:1,10": (np.rint(65535 * FAR / (FAR - 1) * (1 - 1 / SEEN)).astype(np.uint16), "depth.png", 1e-4),
+    "m/10.00": (np.where(KNOWN, SEEN / FAR, np.nextafter(np.float32(1), 2)).astype(np.float32), "depth.npy", 1e-6),
     "m/10": ((SEEN / FAR).astype(np.float32), "depth.npy", 1e-6),
     "M/10.0": (np.rint(65535 * SEEN / FAR).astype(np.uint16), "depth.png", 1e-4),
     "rgb24:10": (CHANNELS[..., ::-1], "depth.png", 1e-6),  # red is written last
