@@ -352,7 +352,7 @@ def _button(action: QAction, with_text: bool = False) -> QToolButton:
     button = QToolButton(autoRaise=not with_text)  # shows which ones are switched on
     button.setDefaultAction(action)
     if with_text:
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)  # with an icon it is cut off in a small window
     return button
 
 
