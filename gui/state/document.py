@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import BlockInfo, Blocks
+from ilf.data.blocks import BlockInfo, Blocks, block_colour
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
 from ilf.data.guide import Guide
@@ -20,7 +20,6 @@ from ilf.data.label_map import Box
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
-from ilf.drawing.blocks import block_colour
 from ilf.evaluation.quality.ignored import ignore
 from ilf.evaluation.quality.places import Place
 from ilf.project.frame_state import FrameState

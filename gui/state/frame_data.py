@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.blocks import BlockInfo, Blocks
+from ilf.data.blocks import BlockInfo, Blocks, block_colour
 from ilf.data.by_hand import DepthByHand, as_by_hand
 from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
 from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
-from ilf.drawing.blocks import block_colour
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary
 from ilf.project.run_history import Extrapolation, StoredRun

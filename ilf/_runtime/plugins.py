@@ -57,14 +57,14 @@ def package_of(entry: EntryPoint) -> str:
 
 
 def entry_of_file(path: str | os.PathLike[str], entries: tuple[EntryPoint, ...]) -> EntryPoint | None:
-    """The entry point for a file: the one with the longest name that the file's name ends in, after a dot.
+    """The entry point for a file: the one with the longest name that the file's name is, or ends in after a dot.
 
     Raises
     ------
     InputError
         If two packages offer the same one, or none does and the list of a package cannot be read.
     """
-    name = Path(path).name.lower()
+    name = f".{Path(path).name.lower()}"
     fitting = [entry for entry in entries if name.endswith(f".{entry.name.lower()}")]
     if not fitting:
         if damaged := damaged_lists():

@@ -20,7 +20,7 @@ from .._runtime.writing import ensure_folder, remove, remove_empty, restore_inte
 from ..data.results import Completion
 from ..errors import InputError
 from ..io.tables import write_csv
-from ..run.options import RECORD_FILE, drop_impossible_cloud
+from ..run.options import RECORD_FILE, drop_impossible
 from ..run.run import Run
 from ..run.writing import check_write, write
 from .cluster import SHARED_FOLDER
@@ -113,7 +113,7 @@ class FolderSink(Sink):
     def run_of(self, frame: BatchFrame, reading: LoadedFrame) -> tuple[Run, Sequence[str]]:
         folder = self.folder_of(frame)
         run = self.settings.run_of(with_temporal_median(reading, folder) if self.settings.steady else reading.frame)
-        options, without = drop_impossible_cloud(self.settings.options, run.frame)
+        options, without = drop_impossible(self.settings.options, run)
         check_write(folder, run, options)
         return run, without
 
@@ -121,7 +121,7 @@ class FolderSink(Sink):
         self, frame: BatchFrame, reading: LoadedFrame, run: Run, completion: Completion, error: NDArray[np.float32]
     ) -> tuple[dict[str, Any], Sequence[str]]:
         folder = self.folder_of(frame)
-        options, _ = drop_impossible_cloud(self.settings.options, run.frame)
+        options, _ = drop_impossible(self.settings.options, run)
         (folder / FRAME_FILE).unlink(missing_ok=True)  # the old record does not describe the new results
         written = write(folder, run, completion, options)
         preview = write_preview(folder, run.frame, completion.depth, self.levels)

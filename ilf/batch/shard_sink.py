@@ -28,6 +28,8 @@ from ..errors import FormatError, InputError
 from ..io.depth import encode_depth, encode_expected_error
 from ..io.images import encode_image
 from ..io.labels import encode_labels
+from ..run.formats import FORMATS
+from ..run.options import drop_impossible
 from ..run.run import Run
 from ..sources.own_results import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
@@ -111,7 +113,12 @@ class ShardSink(Sink):
             files["unsupported.png"] = encode_image(".png", 255 * unsupported(completion).astype(np.uint8))
         if "rgb" in keep:
             files[COLOUR] = encode_image(".png", run.frame.rgb[..., ::-1])  # the encoder expects BGR
-        return Encoded(run.frame, files), notes
+        options, without = drop_impossible(self.settings.options, run)
+        for export in options.exports:
+            image = f"{frame.folder}.{COLOUR}" if "rgb" in keep else ""
+            files[FORMATS[export].file], more = FORMATS[export].content(completion, image)
+            notes = [*notes, *(f"{FORMATS[export].file}: {note}" for note in more)]
+        return Encoded(run.frame, files), [*notes, *without]
 
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Encoded | None = None) -> None:
         if written is None:

@@ -15,7 +15,7 @@ from ..run.run import Run
 from ..run.writing import check_not_an_input, check_write, write
 from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
-from .options import add_export_options, export_options, geometry_flags
+from .options import add_export_options, export_options, files_to_export, formats_to_export, geometry_flags
 from .output import print_json, shows_progress, warn
 from .parsing import add_flags, add_frame, add_given_blocks, add_settings, frame_from, preset_from, settings_from
 from .run_output import COMPLETION_KEYS, FinishedRun, completed, completion_record, completion_report
@@ -53,14 +53,6 @@ def add_arguments(parser: Parser) -> None:
     )
     add_flags(output, "--extrapolate")
     add_export_options(output)
-    output.add_argument(
-        "--export",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="also write a file of another program, in the format of its extension: .rrd for the viewer Rerun, with "
-        "images, blocks and curves (needs the package rerun-sdk), and those of plugins",
-    )
     add_json(output, COMPLETION_KEYS)
     add_progress(output)
     add_flags(output, "--quiet")
@@ -74,12 +66,15 @@ def run(arguments: argparse.Namespace) -> None:
         run, options, told = _new(arguments)
     else:
         run, told = again.run, again.differences
-        options = replace(again.options, cloud=None) if arguments.no_cloud else again.options
+        options = replace(again.options, exports=(*again.options.exports, *formats_to_export(arguments)))
+        options = replace(options, cloud=None) if arguments.no_cloud else options
     folder = Path(arguments.out or output_folder_name(run.frame.name))
     names = "blocks", "drawn", "invalid_mask", "by_hand", "intrinsics", "preset"
     given = [path for name in names if (path := getattr(arguments, name)) is not None]
     check_write(folder, run, options, given=given)
-    exports = [Export(path) for path in arguments.export]
+    exports = [Export(path) for path in files_to_export(arguments)]
+    for export in exports:
+        export.check(run)
     check_not_an_input(run.frame, [export.path for export in exports], given)
     started = time.perf_counter()
     completion = completed(run, shown=shows_progress(arguments))
@@ -89,7 +84,7 @@ def run(arguments: argparse.Namespace) -> None:
     notes = [*told, *run.blocks.notes, *completion.notes, *verdict, *written.notes, *written.remarks]
     warn(notes)
     for export in exports:
-        export.write(completion)
+        warn(export.write(completion))
     finished = FinishedRun(run, completion, seconds, folder, written.files, [export.path for export in exports])
     if arguments.json:
         print_json(completion_record(finished, notes))
@@ -101,7 +96,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _new(arguments: argparse.Namespace) -> tuple[Run, ExportOptions, Sequence[str]]:
     """Return the run of the arguments, what is written of it, and a note of a cloud that is not."""
-    options = export_options(arguments)
+    options = export_options(arguments, with_files=True)
     parameters, choice = settings_from(arguments, preset_from(arguments.preset))
     frame = frame_from(arguments)
     run = Run(frame, choice.blocks_of(frame), parameters, extrapolate=arguments.extrapolate)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from ..run.formats import FORMATS
 from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES, MESH_FILES, ExportOptions
 from .usage import UsageError
 
@@ -59,20 +60,42 @@ def add_export_options(group: argparse._ActionsContainer) -> None:
         default=usual.cloud_unit,
         help=f"unit of point cloud and mesh (default: {usual.cloud_unit})",
     )
+    group.add_argument(
+        "--export",
+        metavar="FORMAT",
+        action="append",
+        default=[],
+        help="also write a file of another program; can be repeated. "
+        + "; ".join(f"{name}: {format.group}, {format.title}" for name, format in FORMATS.items())
+        + ". `ilf complete` also takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun "
+        "with images, blocks and curves (needs the package rerun-sdk), or one of plugins",
+    )
 
 
-def export_options(arguments: argparse.Namespace) -> ExportOptions:
+def formats_to_export(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """Return what --export gives as formats of files among the results."""
+    return tuple(given for given in arguments.export if given in FORMATS)
+
+
+def files_to_export(arguments: argparse.Namespace) -> list[str]:
+    """Return what --export gives as files, rather than as formats."""
+    return [given for given in arguments.export if given not in FORMATS]
+
+
+def export_options(arguments: argparse.Namespace, *, with_files: bool = False) -> ExportOptions:
     """Return the export options of the flags.
 
     Raises
     ------
     UsageError
-        If the flags contradict each other.
+        If the flags contradict each other, or --export gives a file, but not `with_files`.
     ParameterError
         If a value is not valid.
     """
     if arguments.no_cloud and arguments.mesh is None and (flags := geometry_flags(arguments)):
         raise UsageError(f"--no-cloud contradicts {', '.join(flags)}: leave it out, or add --mesh.")
+    if not with_files and (files := files_to_export(arguments)):
+        raise UsageError(f"--export takes a format here, not {files[0]!r:.60}: {', '.join(FORMATS)}.")
     formats = arguments.depth_formats
     return ExportOptions(
         depth_formats=ExportOptions.depth_formats if formats is None else tuple(filter(None, formats.split(","))),
@@ -84,6 +107,7 @@ def export_options(arguments: argparse.Namespace) -> ExportOptions:
         mesh=arguments.mesh,
         normals=arguments.normals,
         drop_flying=arguments.drop_flying,
+        exports=formats_to_export(arguments),
     )
 
 

@@ -79,7 +79,12 @@ def open_given_shards(arguments: argparse.Namespace, settings: BatchSettings, li
     return open_shards(
         list_frames,
         arguments.shards,
-        replace(settings, options=ExportOptions(depth_formats=(depth_format,), depth_units=units, cloud=None)),
+        replace(
+            settings,
+            options=ExportOptions(
+                depth_formats=(depth_format,), depth_units=units, cloud=None, exports=settings.options.exports
+            ),
+        ),
         tuple(name for name in KEPT if name in keep),
         arguments.per_shard or _PER_SHARD,
         _request(arguments),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import colorsys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Self
@@ -26,6 +27,15 @@ OwnValues = Mapping[str, Value]
 
 _STRIP = 64
 """Rows compared at a time; the comparison stops at the first difference."""
+
+
+def block_colour(label: int) -> Colour:
+    """Colour of a block: consecutive numbers differ much in hue, and the colour of a number is fixed."""
+    hue = (label * 0.61803398875) % 1.0
+    saturation = (0.75, 0.55, 0.9)[label % 3]
+    value = (0.95, 0.8, 1.0)[(label // 3) % 3]
+    red, green, blue = colorsys.hsv_to_rgb(hue, saturation, value)
+    return round(red * 255), round(green * 255), round(blue * 255)
 
 
 @dataclass(frozen=True)
@@ -108,6 +118,16 @@ class Blocks:
     def propagated(self) -> bool:
         """Whether the blocks were propagated from another frame and have not been edited since."""
         return bool(self.propagated_from) and self._as_extracted()
+
+    @property
+    def names(self) -> dict[int, str]:
+        """Label -> name, of the blocks that the user or a file has named."""
+        return {label: info.name for label, info in self.infos.items() if info.name != f"Block {label}"}
+
+    @property
+    def colours(self) -> dict[int, Colour]:
+        """Label -> colour, of the blocks whose colour may be another one than `block_colour`."""
+        return {label: info.colour for label, info in self.infos.items()}
 
     @property
     def locked(self) -> frozenset[int]:

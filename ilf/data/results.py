@@ -407,27 +407,28 @@ class Completion:
 
         return save(folder, self, options, **changes)
 
-    def export(self, path: str | os.PathLike[str]) -> None:
-        """Write a file of another program, in the format of its extension.
+    def export(self, path: str | os.PathLike[str]) -> tuple[str, ...]:
+        """Write a file of another program, in the format of its extension; return notes on what it does not preserve.
 
         Parameters
         ----------
         path : path-like
-            .rrd for the viewer Rerun (package `rerun-sdk`), or an extension of a plugin. A file of that name is
-            replaced; the folder is created if missing.
+            Depth as .exr (package `OpenEXR`) or .tum.png, blocks as .palette.png, .coco.json or .labelme.json, the
+            camera as .camera.json, .opencv.yaml or .camera_info.yaml; .rrd for the viewer Rerun (package `rerun-sdk`);
+            or an extension of a plugin. A file of that name is replaced; the folder is created if missing.
 
         Raises
         ------
         ParameterError
             If no format has this extension.
         InputError
-            If the format needs a package that is not installed, or its plugin fails.
+            If the format needs a package that is not installed or a camera that the frame lacks, or its plugin fails.
         ExportError
             If the file is one of the frame's own, or cannot be written. An existing file is unchanged then.
         """
         from ..run.writing import export
 
-        export(path, self)
+        return export(path, self)
 
     @property
     def frame(self) -> RGBDFrame:

@@ -2,26 +2,16 @@
 
 from __future__ import annotations
 
-import colorsys
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
+from ..data.blocks import block_colour
 from ..segmentation.extraction import Extraction, outlines
 from .colours import to_indices
 
 _OPACITY = 0.5
-
-
-def block_colour(label: int) -> tuple[int, int, int]:
-    """Colour of a block: consecutive numbers differ much in hue, and the colour of a number is fixed."""
-    hue = (label * 0.61803398875) % 1.0
-    saturation = (0.75, 0.55, 0.9)[label % 3]
-    value = (0.95, 0.8, 1.0)[(label // 3) % 3]
-    red, green, blue = colorsys.hsv_to_rgb(hue, saturation, value)
-    return round(red * 255), round(green * 255), round(blue * 255)
 
 
 def block_overlay(rgb: NDArray[np.uint8], labels: NDArray[np.int32]) -> NDArray[np.uint8]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import os
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -76,7 +75,7 @@ def blocks_of_mask_list(path: Path, content: list[Any], shape: tuple[int, int]) 
     return _stacked(path, [{**one, "id": None} for one in annotations], shape, {})
 
 
-def coco_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: Path | None, runs: bool) -> Any:
+def coco_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: str, runs: bool) -> Any:
     """Return the content of a COCO file: an annotation for every block, with its number as id and its name as
     category."""
     from scipy.ndimage import find_objects
@@ -104,7 +103,7 @@ def coco_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: P
             "iscrowd": 0,
         })  # fmt: skip
     return {
-        "images": [{"id": 1, "file_name": "" if image is None else image.name, "width": width, "height": height}],
+        "images": [{"id": 1, "file_name": Path(image).name, "width": width, "height": height}],
         "annotations": annotations,
         "categories": [{"id": number, "name": name, "supercategory": ""} for name, number in categories.items()],
     }
@@ -231,7 +230,7 @@ def blocks_of_labelme(path: Path, content: dict[str, Any], shape: tuple[int, int
     return stacked(path, shape, candidates, notes)
 
 
-def labelme_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: Path | None, target: Path) -> Any:
+def labelme_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: str) -> Any:
     """Return the content of a labelme file: a polygon for every connected part of a block, with its number as
     group_id."""
     return {
@@ -250,19 +249,11 @@ def labelme_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image
             for label, parts in outline_polygons(labels).items()
             for points in parts
         ],
-        "imagePath": "" if image is None else _way_to(image, target),
+        "imagePath": image,
         "imageData": None,
         "imageHeight": labels.shape[0],
         "imageWidth": labels.shape[1],
     }
-
-
-def _way_to(image: Path, target: Path) -> str:
-    """Return the path of the image relative to the file's folder."""
-    try:
-        return Path(os.path.relpath(image, target.absolute().parent)).as_posix()
-    except ValueError:  # on another drive
-        return str(image)
 
 
 def _labelme_parts(path: Path, shapes: list[tuple[int, dict[str, Any]]], shape: tuple[int, int]) -> Iterator[Region]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections.abc import Mapping
@@ -9,12 +10,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from PIL import Image
 
-from .._runtime.files import read_file, read_json
+from .._runtime.files import is_address, read_file, read_json
 from .._runtime.writing import write_bytes
+from ..data.blocks import Colour, block_colour
 from ..errors import ExportError, FormatError, InputError, cause
 from .annotations import blocks_of_coco, blocks_of_labelme, blocks_of_mask_list, coco_of_blocks, labelme_of_blocks
-from .labels import LoadedBlocks, blocks_of_mask_folder, checked_for_writing, read_labels, write_labels
+from .labels import LoadedBlocks, blocks_of_mask_folder, checked_for_writing, encode_labels, read_labels
 
 _MAX_JSON_BYTES = 2**28
 _KINDS = "that of labelme or COCO, or a list of masks as from segment-anything"
@@ -96,11 +99,15 @@ def _is_picture(labels: NDArray[np.int32]) -> bool:
 
 BLOCK_FORMATS = {
     "png": ("Label map, 16 bit", ".png"),
+    "palette": ("Label map in the blocks' colours, 8 bit", ".png"),
     "coco": ("COCO, polygons", ".json"),
     "coco-rle": ("COCO, run lengths", ".json"),
     "labelme": ("labelme, polygons", ".json"),
 }
-"""Format -> description and suffix. All are exact to the pixel; all but the first contain names."""
+"""Format -> description and suffix. All are exact to the pixel; those of JSON contain names."""
+
+PALETTE_MAX = 255
+"""Largest label in the format "palette", whose values are the labels."""
 
 _DEFAULTS = {".png": "png", ".json": "coco"}
 
@@ -111,6 +118,7 @@ def write_blocks(
     *,
     format: str | None = None,
     names: Mapping[int, str] | None = None,
+    colours: Mapping[int, Colour] | None = None,
     image: str | os.PathLike[str] | None = None,
 ) -> None:
     """Write blocks atomically, so that `read_blocks` returns the identical label map.
@@ -125,13 +133,16 @@ def write_blocks(
         One of `BLOCK_FORMATS`; if omitted, "png" or "coco", by the suffix.
     names : mapping, optional
         Label -> name. Blocks without a name are named "block".
+    colours : mapping, optional
+        Label -> colour in the format "palette". Blocks without one have that of `block_colour`.
     image : path-like, optional
         The frame's colour file, referenced in JSON files.
 
     Raises
     ------
     ExportError
-        If the labels do not fit into 16 bits, format and suffix do not match, or the file cannot be written.
+        If the labels do not fit into 16 bits, or a palette, format and suffix do not match, or the file cannot be
+        written.
 
     Notes
     -----
@@ -146,13 +157,50 @@ def write_blocks(
         raise ExportError(f"Blocks cannot be written as {format or str(path)!r}: {ways}.")
     if suffix != BLOCK_FORMATS[chosen][1]:
         raise ExportError(f"Blocks as {chosen} cannot be written as {str(path)!r}: use {BLOCK_FORMATS[chosen][1]}.")
-    if chosen == "png":
-        write_labels(target, labels)
-        return
+    seen = "" if image is None else path_from(target.parent, image)
+    write_bytes(target, encode_blocks(chosen, labels, names or {}, colours or {}, seen))
+
+
+def encode_blocks(
+    format: str, labels: ArrayLike, names: Mapping[int, str], colours: Mapping[int, Colour], image: str
+) -> bytes:
+    """Return the content of the file that `write_blocks` writes, and raise as it does; `image` is the path of the
+    colour file as seen from it, "" for none."""
+    if format == "png":
+        return encode_labels(labels)
     checked = checked_for_writing(labels)
-    colour = None if image is None else Path(image).absolute()
-    if chosen == "labelme":
-        content = labelme_of_blocks(checked, names or {}, colour, target)
-    else:
-        content = coco_of_blocks(checked, names or {}, colour, runs=chosen == "coco-rle")
-    write_bytes(target, json.dumps(content).encode())
+    if format == "palette":
+        return _with_palette(checked, colours)
+    if format == "labelme":
+        return json.dumps(labelme_of_blocks(checked, names, image)).encode()
+    return json.dumps(coco_of_blocks(checked, names, image, runs=format == "coco-rle")).encode()
+
+
+def path_from(folder: Path, file: str | os.PathLike[str]) -> str:
+    """Return the path of a file as seen from a folder, with / between its parts; an address as it is.
+
+    Examples
+    --------
+    >>> path_from(Path("/work/out"), "/work/room/rgb.png")
+    '../room/rgb.png'
+    """
+    if is_address(file):
+        return str(file)
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:  # on another drive
+        return str(Path(file).absolute())
+
+
+def _with_palette(labels: NDArray[np.int32], colours: Mapping[int, Colour]) -> bytes:
+    """Return a PNG whose values are the labels, shown in the colours of the blocks, and black where there is none."""
+    if labels.max() > PALETTE_MAX:
+        raise ExportError(
+            f"A palette has the labels 0 to {PALETTE_MAX}, not {labels.max()}: use the label map of 16 bits, COCO or "
+            "labelme."
+        )
+    image, content = Image.fromarray(labels.astype(np.uint8)), io.BytesIO()
+    table = [(0, 0, 0), *(colours.get(label, block_colour(label)) for label in range(1, PALETTE_MAX + 1))]
+    image.putpalette([value for colour in table for value in colour])
+    image.save(content, "png")
+    return content.getvalue()

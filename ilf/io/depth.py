@@ -22,6 +22,7 @@ from ..errors import ExportError, FormatError, ParameterError, path_first
 from .float_images import (
     COLMAP_SUFFIX,
     HDF5_SUFFIXES,
+    encode_exr,
     is_kinect_v2,
     read_bin,
     read_exr,
@@ -38,7 +39,7 @@ from .kinds import wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_depth, read_pclzf_depth
 from .realsense_raw import read_viewer_raw
 
-DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
+DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy", ".exr")
 """Suffixes that `write_depth` supports."""
 
 UINT16_MAX = 65535
@@ -177,7 +178,7 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
     Parameters
     ----------
     path : path-like
-        .png: uint16 in file units, rounded, 0 = missing. .tif, .tiff, .npy: float32 [m], NaN = missing.
+        .png: uint16 in file units, rounded, 0 = missing. .tif, .tiff, .npy, .exr: float32 [m], NaN = missing.
     depth : array_like
         Depth [m], (H, W); values that are not finite and positive are missing. A frame or completion stands for its
         depth.
@@ -193,6 +194,8 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
     ------
     ExportError
         For another suffix or shape, or if the file cannot be written.
+    InputError
+        If the package that writes EXR is not installed.
     ParameterError
         If `units` is not a positive number.
 
@@ -224,7 +227,7 @@ def encode_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 
         content = io.BytesIO()
         np.save(content, metres.astype("<f4"))
         return content.getvalue(), []
-    return encode_image(suffix, metres), []
+    return encode_exr(metres) if suffix == ".exr" else encode_image(suffix, metres), []
 
 
 @dataclass(frozen=True)

@@ -183,6 +183,15 @@ def _exr_depth(file: FileContent) -> NDArray[Any]:
     return np.ascontiguousarray(found[0])
 
 
+def encode_exr(depth: NDArray[np.float32]) -> bytes:
+    """Return depth (H, W) as EXR, in its channel Z; raises InputError if OpenEXR is not installed."""
+    openexr = optional("OpenEXR", "ilf-studio[sensors]", "Writing EXR")
+    content = io.BytesIO()
+    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    openexr.File(header, {"Z": np.ascontiguousarray(depth)}, 0).write(content)
+    return content.getvalue()
+
+
 def _checked(file: FileContent, headers: list[dict[str, Any]]) -> list[str]:
     """Return the depth channels of the first part; raise FormatError if there are none, or too many pixels."""
     for header in headers:

@@ -13,7 +13,7 @@ from .._runtime.cancellation import check_cancelled
 from ..data.parameters import Parameters
 from ..data.results import Completion, compose
 from ..errors import Cancelled, IlfError
-from ..run.options import RECORD_FILE, ExportOptions, as_file_name, drop_impossible_cloud
+from ..run.options import RECORD_FILE, ExportOptions, as_file_name, drop_impossible
 from ..run.record import RecordedNetworks, RunRecord, array_sha256, make_record
 from ..run.record_file import read_record
 from ..run.replaying import file_problems, network_differences
@@ -124,7 +124,7 @@ def _exported(
     frame: FrameToExport, target: Path, options: ExportOptions, strict: bool, threads: int | None
 ) -> ExportedFrame:
     run, completion = frame.read()
-    possible, without = (options, ()) if strict else drop_impossible_cloud(options, run.frame)
+    possible, without = (options, ()) if strict else drop_impossible(options, run)
     check_write(target, run, possible)
     if _is_unchanged(target, run, completion, possible):
         return ExportedFrame(frame.name, target, ExportStatus.UNCHANGED)

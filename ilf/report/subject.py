@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Self
 
+from ..data.blocks import block_colour
 from ..data.colour_maps import Colour
 from ..data.results import Completion
-from ..drawing.blocks import block_colour
 from ..project.facts import present_completion
 from ..project.frame_state import FrameState
 from ..project.run_history import StoredRun

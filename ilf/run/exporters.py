@@ -1,17 +1,19 @@
-"""Export of a completed frame into a file of another program: Rerun, and the formats of plugins."""
+"""Export of a completed frame into one file of another program: the table of formats, Rerun, and plugins."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Protocol
 
 from .._runtime.plugins import EXPORTERS, call, entry_of_file, entry_points, load, package_of
-from .._runtime.writing import atomic_path, ensure_folder
+from .._runtime.writing import atomic_path, ensure_folder, write_bytes
 from ..data.results import Completion
 from ..errors import ExportError, ParameterError
+from .formats import FORMATS, check_format, colour_seen_from
+from .run import Run
 
 _BUILT_IN = (EntryPoint("rrd", "ilf.run.rerun_file:RerunFile", EXPORTERS),)
 
@@ -41,25 +43,41 @@ class Export:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        entries = (*_BUILT_IN, *entry_points(EXPORTERS))
+        of_table = tuple(EntryPoint(name, "ilf.run.formats:FORMATS", EXPORTERS) for name in FORMATS)
+        entries = (*of_table, *_BUILT_IN, *entry_points(EXPORTERS))
         entry = entry_of_file(path, entries)
         if entry is None:
             known = ", ".join(f".{each.name}" for each in entries)
             raise ParameterError(f"{path}: there is no export with this extension. Known: {known}.")
         self.path = Path(path)
         self._entry = entry
-        self._write: Callable[[Path, Completion], None] = call(entry, lambda: load(entry)().write)
+        self._write: Callable[[Path, Completion], None] | None = (
+            None if entry in of_table else call(entry, lambda: load(entry)().write)
+        )
+        """Of what is not in the table."""
 
-    def write(self, completion: Completion) -> None:
-        """Write the file.
+    def check(self, run: Run) -> None:
+        """Raise InputError if the file cannot be made of a run."""
+        if self._write is None:
+            check_format(self._entry.name, run)
+
+    def write(self, completion: Completion) -> Sequence[str]:
+        """Write the file; returns notes on what it does not preserve.
 
         Raises
         ------
         ExportError
             If it cannot be written. An existing file is unchanged then.
         InputError
-            If the plugin fails; likewise.
+            If it cannot be made of this run, or the plugin fails; likewise.
         """
+        self.check(completion.run)
+        if self._write is None:
+            image = colour_seen_from(self.path.parent, completion.frame)
+            content, notes = FORMATS[self._entry.name].content(completion, image)
+            ensure_folder(self.path.parent)
+            write_bytes(self.path, content)
+            return [f"{self.path.name}: {note}" for note in notes]
         ensure_folder(self.path.parent)
         with atomic_path(self.path) as temporary:
             call(self._entry, self._write, temporary, completion)
@@ -68,3 +86,4 @@ class Export:
                     f"{self.path} is not written: the plugin {self._entry.name} of the package "
                     f"{package_of(self._entry)} has written nothing. Update the package."
                 )
+        return ()

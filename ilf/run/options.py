@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 from ..data.frame import RGBDFrame
 from ..data.points import AXES
 from ..errors import ParameterError
 from ..io.clouds import UNITS_PER_METRE
 from ..sources.own_results import RECORD_FILE
+from .formats import FORMATS
+from .run import Run
 
 LABELS_FILE, CURVES_FILE = "blocks.png", "curves.csv"
 EXTRAPOLATED_FILE, INVALID_MASK_FILE, DRAWN_FILE = "extrapolated.png", "invalid_mask.png", "drawn.png"
@@ -82,6 +85,8 @@ class ExportOptions:
         Write normals of cloud and mesh.
     drop_flying : bool
         Leave flying points between surfaces out of cloud and mesh.
+    exports : tuple of str
+        Files of other programs, any of `FORMATS`.
 
     Raises
     ------
@@ -101,8 +106,12 @@ class ExportOptions:
     mesh: str | None = None
     normals: bool = False
     drop_flying: bool = False
+    exports: tuple[str, ...] = field(default=(), metadata={"optional": True})
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "exports", tuple(dict.fromkeys(self.exports)))
+        for name in self.exports:
+            _require(name, tuple(FORMATS), "export format")
         object.__setattr__(self, "depth_formats", tuple(dict.fromkeys(self.depth_formats)))
         for depth_format in self.depth_formats:
             _require(depth_format, tuple(DEPTH_FILES), "depth format")
@@ -131,9 +140,17 @@ class ExportOptions:
             names.append(CLOUD_FILES[self.cloud])
         if self.mesh is not None:
             names.append(MESH_FILES[self.mesh])
+        names += [FORMATS[name].file for name in self.exports]
         if self.run_record:
             names.append(RECORD_FILE)
         return tuple(names)
+
+    def to_json(self) -> dict[str, Any]:
+        """The options as an object of a JSON file, with exports only if there are any."""
+        options = asdict(self)
+        if not self.exports:
+            del options["exports"]
+        return options
 
 
 def drop_impossible_cloud(
@@ -145,6 +162,14 @@ def drop_impossible_cloud(
         return options, ()
     note = f"No point cloud is written, because the camera's intrinsics are not known{remedy}."
     return replace(options, cloud=None), (note,)
+
+
+def drop_impossible(options: ExportOptions, run: Run) -> tuple[ExportOptions, tuple[str, ...]]:
+    """Remove from the options what cannot be made of a run; returns options and notes."""
+    kept, notes = drop_impossible_cloud(options, run.frame)
+    lacks = {name: why for name in options.exports if (why := FORMATS[name].lacks(run))}
+    exports = tuple(name for name in options.exports if name not in lacks)
+    return replace(kept, exports=exports), (*notes, *(f"No {name} is written. {why}" for name, why in lacks.items()))
 
 
 def output_folder_name(frame_name: str) -> str:

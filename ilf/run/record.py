@@ -311,7 +311,7 @@ def array_sha256(values: NDArray[Any]) -> str:
 
 def to_json(record: RunRecord) -> bytes:
     """Content of run.json, with null for NaN."""
-    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record)}
+    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record), "export": record.export.to_json()}
     return f"{json.dumps(plain(data), indent=2)}\n".encode()
 
 

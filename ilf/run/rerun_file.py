@@ -9,9 +9,9 @@ import numpy as np
 
 from .._runtime.installation import optional
 from ..completion.confidence.expected_error import expected_error
+from ..data.blocks import block_colour
 from ..data.frame import RGBDFrame
 from ..data.results import Completion
-from ..drawing.blocks import block_colour
 
 CAMERA = "world/camera"
 """Entity with the images of the camera: colour, depth, completed and blocks."""

@@ -36,6 +36,7 @@ from ..io.meshes import write_mesh
 from ..io.tables import write_csv
 from ..sources.naming import META_NAME
 from .exporters import Export
+from .formats import FORMATS, check_format, colour_seen_from
 from .options import (
     BY_HAND_FILE,
     CLOUD_FILES,
@@ -289,6 +290,11 @@ def write(
     names = filenames(run, chosen)
     with staging(target) as staged:
         notes, remarks = _write_results(staged, run, completion, chosen)
+        image = COLOUR_FILE if COLOUR_FILE in names else colour_seen_from(target, run.frame)
+        for name in chosen.exports:
+            content, found = FORMATS[name].content(completion, image)
+            write_bytes(staged / FORMATS[name].file, content)
+            notes += [f"{FORMATS[name].file}: {note}" for note in found]
         if COLOUR_FILE in names:
             # the encoder expects BGR
             write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
@@ -317,11 +323,11 @@ def save(
     return replace(written, notes=(*notes, *written.notes))
 
 
-def export(path: str | os.PathLike[str], completion: Completion) -> None:
+def export(path: str | os.PathLike[str], completion: Completion) -> tuple[str, ...]:
     """Write a completion as `Completion.export` does."""
     chosen = Export(path)
     check_not_an_input(completion.frame, [chosen.path])
-    chosen.write(completion)
+    return tuple(chosen.write(completion))
 
 
 def check_write(
@@ -348,6 +354,8 @@ def check_write(
     """
     target, frame = Path(folder), run.frame
     check_cloud_and_mesh(frame, options)
+    for name in options.exports:
+        check_format(name, run)
     if os.path.exists(target) and not os.path.isdir(target):
         raise ExportError(f"{target} is a file, not a folder. Choose another folder.")
     paths = [target / name for name in filenames(run, options)]

@@ -9,7 +9,7 @@ import os
 import re
 import subprocess
 import sys
-from importlib.metadata import EntryPoint
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +18,11 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
-from ilf._runtime.plugins import EXPORTERS
+from gui.features.export.feature import ExportFeature
 from ilf.cli import main
 from ilf.data.camera import Cameras
 from ilf.data.results import Completion
-from ilf.run import exporters
+from ilf.run.formats import BLOCKS, FORMATS, Format
 from ilf.sources import opening
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.recording import RecordedFrame, Recording, sha256_of
@@ -73,22 +73,34 @@ def test_a_new_reader_is_one_class_and_one_line(
     np.testing.assert_array_equal(window.workspace.current.frame.depth, source[1].depth)
 
 
-class Summary:
+def _summary(completion: Completion, image: str) -> tuple[bytes, Sequence[str]]:
     """A line for each block."""
-
-    def write(self, path: Path, completion: Completion) -> None:
-        lines = (f"{label} {one.status.value}" for label, one in completion.outcomes.items())
-        path.write_text("\n".join(lines), encoding="utf-8")
+    lines = (f"{label} {one.status.value}" for label, one in completion.outcomes.items())
+    return "\n".join(lines).encode(), ()
 
 
-def test_a_new_exporter_is_one_class_and_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = EntryPoint("txt", f"{__name__}:Summary", EXPORTERS)
-    monkeypatch.setattr(exporters, "_BUILT_IN", (*exporters._BUILT_IN, entry))
-    words = ["complete", *map(str, write_small_frame(tmp_path / "in")), "--max-iterations", "3"]
-    assert main([*words, "--out", f"{tmp_path}/out", "--export", f"{tmp_path}/new/room.txt"]) == 0
-    lines = (tmp_path / "new/room.txt").read_text().splitlines()
-    assert [line.split()[0] for line in lines] == [str(number) for number in range(1, len(lines) + 1)]
-    assert len(lines) >= 2
+def test_a_new_exporter_is_one_function_and_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, window: MainWindow, qtbot: QtBot
+) -> None:
+    monkeypatch.setitem(FORMATS, "txt", Format(BLOCKS, "A line for each block", "blocks.txt", _summary))
+    files = [*map(str, write_small_frame(tmp_path / "in"))]
+    words = ["--max-iterations", "3", "--quiet", "--export", "txt", "--out"]
+    assert main(["complete", *files, *words, f"{tmp_path}/out", "--export", f"{tmp_path}/new/room.txt"]) == 0
+    frame = ilf.load_frame(*files)
+    ilf.complete(frame, max_iterations=3).save(f"{tmp_path}/saved", exports=("txt",))
+    text = (tmp_path / "new/room.txt").read_text()
+    numbers = [line.split()[0] for line in text.splitlines()]
+    assert numbers == [str(number) for number in range(1, len(numbers) + 1)]
+    assert len(numbers) >= 2
+    assert [path.read_text() for path in sorted(tmp_path.glob("*/blocks.txt"))] == [text, text]
+    open_frame(window, qtbot, FrameRef(*files))
+    exporting = window.feature(ExportFeature)
+    exporting.ask()
+    box = exporting.dialog.files.exports["txt"]
+    assert (box.text(), box.isVisible(), box.isEnabled()) == ("A line for each block", True, True)
+    box.click()
+    assert "blocks.txt" in exporting.dialog.message.text()
+    assert exporting.dialog.request().options.exports == ("txt",)
 
 
 _DECLARED = '    sharpening: float = declare(0.0, "Sharpening", "Sharpen.", "Data", unit="m", minimum=0, maximum=9)\n'

@@ -117,7 +117,9 @@ def test_an_export_format(site, tmp_path, capsys):
     assert len(rows) >= 2
     before = table.read_bytes()
     assert main([*arguments, "--export", str(tmp_path / "room.csv")]) == 1
-    assert "no export with this extension. Known: .rrd, .blocks.csv." in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "no export with this extension. Known: .exr, " in told
+    assert told.endswith(".rrd, .blocks.csv.\n")
     assert table.read_bytes() == before
 
 

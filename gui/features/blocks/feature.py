@@ -10,9 +10,9 @@ from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QMenu
 
 from ilf._runtime.formatting import counted
+from ilf.data.blocks import block_colour
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
-from ilf.drawing.blocks import block_colour
 
 from ...base.commands import Command
 from ...base.needs import Need, sentence

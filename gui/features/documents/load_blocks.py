@@ -51,8 +51,8 @@ def blocks_from(source: BlockSource) -> LoadedBlocks:
 def save_blocks(path: Path, document: Document, format: str | None) -> None:
     """Write a frame's blocks with the names given by the user; raises ExportError as `write_blocks` does."""
     check_not_an_input(document.frame, [path])
-    given = {label: info.name for label, info in document.blocks.infos.items() if info.name != f"Block {label}"}
-    write_blocks(path, document.labels, format=format, names=given, image=_colour_file(document.frame))
+    blocks, image = document.blocks, _colour_file(document.frame)
+    write_blocks(path, blocks.labels, format=format, names=blocks.names, colours=blocks.colours, image=image)
 
 
 def _colour_file(frame: RGBDFrame) -> str | None:

@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QSettings, Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QGridLayout, QHBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QCheckBox,
+    QComboBox,
+    QFormLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ilf._runtime.formatting import counted
 from ilf.data.frame import FrameInputs
 from ilf.data.results import Completion
 from ilf.errors import ParameterError
 from ilf.io.depth import UINT16_MAX, png_fit, precision_loss
+from ilf.run.formats import BLOCKS, CAMERA, DEPTH, FORMATS
 from ilf.run.options import WORLD, ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import filenames
 
-from ...widgets.basics import Message, group, typed_list
+from ...widgets.basics import Message, group, literal_text, typed_list
 
 _OPTIONS_KEY = "export/options"
 _UNITS_KEY = "export/png_units"
@@ -81,7 +90,7 @@ class FilesForm(QWidget):
         self.png_note, self.extrapolation_note, self.cloud_note = Message(lines=2), Message(), Message()
         self.expected_error = _check(
             "Expected error as well (expected_error.*)",
-            "The expected error of the filled pixels, in the same format and units as each depth file. Over many "
+            "The expected error of the filled pixels, in the same format and units as each file above. Over many "
             "frames, about 68 % of the true errors lie within it (not calibrated for extrapolated pixels)",
         )
         self.cloud, self.mesh = QCheckBox("Write the point cloud"), QCheckBox("Write a mesh, cut where depth jumps")
@@ -105,13 +114,14 @@ class FilesForm(QWidget):
         self.labels = QCheckBox("Blocks as label map (blocks.png)")
         self.curves = QCheckBox("Convergence curves (curves.csv)")
         self.run_record = QCheckBox("Run record, needed for a replay (run.json)")
+        self.exports = {name: QCheckBox(format.title) for name, format in FORMATS.items()}
         self._depth_boxes = {"png": self.depth_png, "tiff": self.depth_tiff, "npy": self.depth_npy}
         self._formats = {"cloud": (self.cloud, self.cloud_format), "mesh": (self.mesh, self.mesh_format)}
         self._choices = {"axes": self.axes, "cloud_unit": self.cloud_unit}
         checks = "expected_error", "labels", "curves", "run_record", "normals", "drop_flying"
         self._checks: dict[str, QCheckBox] = {name: getattr(self, name) for name in checks}
         self._lay_out()
-        for box in (*self._depth_boxes.values(), *self._checks.values(), self.cloud, self.mesh):
+        for box in self._boxes():
             box.toggled.connect(self._update)
         for choice in (*self._choices.values(), self.cloud_format, self.mesh_format):
             choice.currentIndexChanged.connect(self._update)
@@ -125,6 +135,8 @@ class FilesForm(QWidget):
         options = stored_options()
         for name, box in self._depth_boxes.items():
             box.setChecked(name in options.depth_formats)
+        for name, box in self.exports.items():
+            box.setChecked(name in options.exports)
         for name, box in self._checks.items():
             box.setChecked(getattr(options, name))
         for name, (box, choice) in self._formats.items():
@@ -149,7 +161,7 @@ class FilesForm(QWidget):
 
     def choose_none(self) -> None:
         """Write no files."""
-        for box in (*self._depth_boxes.values(), *self._checks.values(), self.cloud, self.mesh):
+        for box in self._boxes():
             box.setChecked(False)
 
     def options(self) -> ExportOptions:
@@ -169,7 +181,7 @@ class FilesForm(QWidget):
 
     def store(self) -> None:
         """Remember the choice. What is not possible for this frame keeps its stored choice."""
-        QSettings().setValue(_OPTIONS_KEY, json.dumps(asdict(self._options(possible=False))))
+        QSettings().setValue(_OPTIONS_KEY, json.dumps(self._options(possible=False).to_json()))
         if (chosen := self._chosen_units()) != self._proposed_units:
             QSettings().setValue(_UNITS_KEY, "" if chosen == self._usual_units else chosen)
 
@@ -181,7 +193,17 @@ class FilesForm(QWidget):
         values |= {name: combo.currentData() if on(box) else None for name, (box, combo) in self._formats.items()}
         values |= {name: combo.currentData() for name, combo in self._choices.items()}
         formats = tuple(name for name, box in self._depth_boxes.items() if box.isChecked())
-        return ExportOptions(depth_formats=formats, depth_units=self._units(), **values)
+        exports = tuple(name for name, box in self.exports.items() if on(box))
+        return ExportOptions(depth_formats=formats, depth_units=self._units(), exports=exports, **values)
+
+    def _boxes(self) -> list[QCheckBox]:
+        return [
+            *self._depth_boxes.values(),
+            *self._checks.values(),
+            *self.exports.values(),
+            self.cloud,
+            self.mesh,
+        ]
 
     def _lay_out(self) -> None:
         depth_box, depth = group("Completed depth")
@@ -189,8 +211,15 @@ class FilesForm(QWidget):
         png.addWidget(self.depth_png)
         png.addWidget(self.png_units, 1)
         depth.addLayout(png)
-        for part in (self.png_note, self.depth_tiff, self.depth_npy, self.expected_error, self.extrapolation_note):
-            depth.addWidget(part)
+        of_group = {
+            group: [box for name, box in self.exports.items() if FORMATS[name].group == group]
+            for group in (DEPTH, BLOCKS, CAMERA)
+        }
+        depth.addWidget(self.png_note)
+        _add_in_pairs(depth, [self.depth_tiff, self.depth_npy])
+        depth.addWidget(self.expected_error)
+        _add_in_pairs(depth, of_group[DEPTH])
+        depth.addWidget(self.extrapolation_note)
         cloud_box, cloud = group("Point cloud and mesh")
         for box, choice in self._formats.values():
             cloud.addWidget(box)
@@ -203,18 +232,22 @@ class FilesForm(QWidget):
         for part in (self.normals, self.drop_flying, self.cloud_note):
             cloud.addWidget(part)
         others_box, others = group("Blocks and run")
-        for box in (self.labels, self.curves, self.run_record):
+        others.addWidget(self.labels)
+        _add_in_pairs(others, of_group[BLOCKS])
+        for box in (self.curves, self.run_record):
             others.addWidget(box)
-        for column in (depth, cloud, others):
+        camera_box, camera = group("Camera")
+        _add_in_pairs(camera, of_group[CAMERA])
+        columns = QHBoxLayout(self)
+        columns.setContentsMargins(10, 10, 10, 10)
+        columns.setSpacing(12)
+        for boxes in ((depth_box, others_box), (cloud_box, camera_box)):
+            column = QVBoxLayout()
+            column.setSpacing(12)
+            for box in boxes:
+                column.addWidget(box)
             column.addStretch(1)
-        grid = QGridLayout(self)
-        grid.setContentsMargins(10, 10, 10, 10)
-        grid.setSpacing(12)
-        grid.addWidget(depth_box, 0, 0)
-        grid.addWidget(others_box, 1, 0)
-        grid.addWidget(cloud_box, 0, 1, 2, 1)
-        grid.setColumnStretch(0, 1)
-        grid.setColumnStretch(1, 1)
+            columns.addLayout(column, 1)
 
     def _update(self) -> None:
         """Update what depends on the choice."""
@@ -226,6 +259,10 @@ class FilesForm(QWidget):
         for box, choice in self._formats.values():
             box.setEnabled(has_intrinsics)
             choice.setEnabled(has_intrinsics and box.isChecked())
+        for name, box in self.exports.items():
+            why = "" if self._run is None else FORMATS[name].lacks(self._run)
+            box.setEnabled(not why)
+            box.setToolTip(literal_text(why or f"Written as {FORMATS[name].file}"))
         in_3d = self.cloud_format.isEnabled() or self.mesh_format.isEnabled()
         for field in (self.axes, self.cloud_unit, self.normals, self.drop_flying):
             field.setEnabled(in_3d)
@@ -280,6 +317,14 @@ class FilesForm(QWidget):
         except ValueError as error:
             text = self.png_units.currentText().strip()
             raise ParameterError(f"PNG values per metre must be a number such as 1000, not {text!r}.") from error
+
+
+def _add_in_pairs(column: QBoxLayout, boxes: Sequence[QCheckBox]) -> None:
+    """Add boxes to a column, two in a row."""
+    pairs = QGridLayout()
+    for number, box in enumerate(boxes):
+        pairs.addWidget(box, *divmod(number, 2))
+    column.addLayout(pairs)
 
 
 def _check(text: str, hint: str) -> QCheckBox:

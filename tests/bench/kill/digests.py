@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from gui.state.document import Document
-from ilf.data.blocks import BlockInfo
+from ilf.data.blocks import BlockInfo, block_colour
 from ilf.data.results import BlockResult
-from ilf.drawing.blocks import block_colour
 from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 

@@ -13,6 +13,7 @@ from gui.features.export.dialog import ALL, DONE, SELECTED, THIS, WORKED_ON, Exp
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.data.results import compose
 from ilf.errors import ParameterError
+from ilf.run.formats import FORMATS
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run
 
@@ -65,6 +66,25 @@ def test_choices_are_remembered_when_exported_only(make):
     assert make().files.options() == ExportOptions()
     accept(dialog)
     assert make().files.options() == chosen == ExportOptions(("png", "tiff", "npy"), depth_units=5000, cloud="pcd")
+
+
+def test_files_of_other_programs_are_offered_where_the_frame_has_what_they_need(make):
+    dialog = make()
+    for box in dialog.files.exports.values():
+        assert box.isEnabled()
+        box.setChecked(True)
+    assert dialog.files.options().exports == tuple(FORMATS)
+    names = dialog.files.names()
+    assert all(format.file in names for format in FORMATS.values())
+    accept(dialog)
+    without = make(has_intrinsics=False)
+    assert without.files.options().exports == ("exr", "tum.png", "palette.png", "coco.json", "labelme.json")
+    assert "no camera intrinsics" in without.files.exports["camera.json"].toolTip()
+    accept(without)
+    again = make()
+    assert again.files.options().exports == tuple(FORMATS)
+    again.files.choose_none()
+    assert again.files.options().exports == ()
 
 
 def test_what_a_report_and_a_batch_also_write_is_remembered(make):

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -67,9 +67,12 @@ def saved(folder: Path, content: object) -> Path:
 @pytest.mark.parametrize("format", BLOCK_FORMATS)
 @settings(max_examples=30)
 @given(labels=MAPS)
+@example(labels=np.array([[0, 255], [1, 255]], np.int32))
 def test_the_same_map_comes_back_from_every_format(format, labels, tmp_path_factory):
-    path = tmp_path_factory.getbasetemp() / ("blocks.png" if format == "png" else "blocks.json")
-    names = {} if format == "png" else {int(label): f"Näme {label}" for label in np.unique(labels) if label > 1}
+    assume(format != "palette" or labels.max() < 256)
+    suffix = BLOCK_FORMATS[format][1]
+    path = tmp_path_factory.getbasetemp() / f"blocks{suffix}"
+    names = {} if suffix == ".png" else {int(label): f"Näme {label}" for label in np.unique(labels) if label > 1}
     write_blocks(path, labels, format=format, names=names)
     found = read_blocks(path, labels.shape)
     np.testing.assert_array_equal(found.labels, labels)
@@ -280,7 +283,7 @@ def test_what_cannot_be_written_is_said(tmp_path):
     labels = np.ones(SHAPE, np.int32)
     for path, format, message in (
         ("a.txt", None, "use .png or .json"),
-        ("a.json", "xml", "use one of png, coco"),
+        ("a.json", "xml", "use one of png, palette, coco"),
         ("a.png", "coco", "use .json"),
         ("a.json", "png", "use .png"),
     ):
@@ -288,6 +291,8 @@ def test_what_cannot_be_written_is_said(tmp_path):
             write_blocks(tmp_path / path, labels, format=format)
     with pytest.raises(ExportError, match="0 and 65535"):
         write_blocks(tmp_path / "a.json", labels * 70_000)
+    with pytest.raises(ExportError, match="the labels 0 to 255, not 256: use the label map of 16 bits"):
+        write_blocks(tmp_path / "a.png", labels * 256, format="palette")
     assert not list(tmp_path.iterdir())
 
 
