@@ -116,8 +116,8 @@ class ShardSink(Sink):
         options, without = drop_impossible(self.settings.options, run)
         for export in options.exports:
             image = f"{frame.folder}.{COLOUR}" if "rgb" in keep else ""
-            files[FORMATS[export].file], more = FORMATS[export].content(completion, image)
-            notes = [*notes, *(f"{FORMATS[export].file}: {note}" for note in more)]
+            files[FORMATS[export].file], found = FORMATS[export].content(completion, image)
+            notes = [*notes, *(f"{FORMATS[export].file}: {note}" for note in found)]
         return Encoded(run.frame, files), [*notes, *without]
 
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Encoded | None = None) -> None:

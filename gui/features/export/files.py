@@ -244,8 +244,8 @@ class FilesForm(QWidget):
         for boxes in ((depth_box, others_box), (cloud_box, camera_box)):
             column = QVBoxLayout()
             column.setSpacing(12)
-            for box in boxes:
-                column.addWidget(box)
+            for titled in boxes:
+                column.addWidget(titled)
             column.addStretch(1)
             columns.addLayout(column, 1)
 
