@@ -14,7 +14,6 @@ from ..batch.settings import BatchSettings
 from ..batch.shard_files import check_shards, merge_tables
 from ..batch.shard_sink import KEPT, ShardSink, open_shards
 from ..errors import IlfError
-from ..run.options import ExportOptions
 from ..sources.shards import MERGED_FILE
 from .options import geometry_flags
 from .output import print_json, warn
@@ -75,16 +74,10 @@ def open_given_shards(arguments: argparse.Namespace, settings: BatchSettings, li
     depth_format = arguments.depth_formats or "png"
     if depth_format not in ("png", "npy"):
         raise UsageError(f"Depth in shards has one format, png or npy, not {depth_format!r:.40}.")
-    units = ExportOptions.depth_units if arguments.png_units is None else arguments.png_units
     return open_shards(
         list_frames,
         arguments.shards,
-        replace(
-            settings,
-            options=ExportOptions(
-                depth_formats=(depth_format,), depth_units=units, cloud=None, exports=settings.options.exports
-            ),
-        ),
+        replace(settings, options=replace(settings.options, depth_formats=(depth_format,), cloud=None)),
         tuple(name for name in KEPT if name in keep),
         arguments.per_shard or _PER_SHARD,
         _request(arguments),

@@ -13,12 +13,13 @@ from .._runtime.cancellation import check_cancelled
 from ..data.parameters import Parameters
 from ..data.results import Completion, compose
 from ..errors import Cancelled, IlfError
+from ..run.formats import BLOCKS, FORMATS
 from ..run.options import RECORD_FILE, ExportOptions, as_file_name, drop_impossible
 from ..run.record import RecordedNetworks, RunRecord, array_sha256, make_record
 from ..run.record_file import read_record
 from ..run.replaying import file_problems, network_differences
 from ..run.run import Run
-from ..run.writing import check_write, write
+from ..run.writing import check_write, exported_files, write
 from .facts import present_completion, present_run
 from .frame_state import FrameState
 
@@ -146,7 +147,12 @@ def _is_unchanged(target: Path, run: Run, completion: Completion | None, options
     same_depth = completion is None or record.depth_sha256 == array_sha256(completion.depth)
     if not (options.run_record and same_run and record.own_parameters == wanted and same_depth):
         return False
-    return not file_problems(record, target) and not network_differences(record)
+    if file_problems(record, target) or network_differences(record):
+        return False
+    # names and colours of blocks are in no record
+    named = replace(options, exports=tuple(name for name in options.exports if FORMATS[name].group == BLOCKS))
+    made = exported_files(target, compose(run, {}), named)
+    return all((target / name).read_bytes() == content for name, content, _ in made)
 
 
 def _inputs_of(record: RunRecord) -> RunRecord:

@@ -24,10 +24,6 @@ TUM_UNITS = 5000.0
 """Units per metre of depth in TUM's data sets."""
 
 
-def _nothing(run: Run) -> str:
-    return ""
-
-
 class Format(NamedTuple):
     """A format.
 
@@ -50,7 +46,7 @@ class Format(NamedTuple):
     title: str
     file: str
     content: Callable[[Completion, str], tuple[bytes, Sequence[str]]]
-    lacks: Callable[[Run], str] = _nothing
+    lacks: Callable[[Run], str] = lambda run: ""
 
 
 def _depth(completion: Completion, image: str, *, name: str, units: float = 1.0) -> tuple[bytes, Sequence[str]]:

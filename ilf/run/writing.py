@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -290,11 +290,9 @@ def write(
     names = filenames(run, chosen)
     with staging(target) as staged:
         notes, remarks = _write_results(staged, run, completion, chosen)
-        image = COLOUR_FILE if COLOUR_FILE in names else colour_seen_from(target, run.frame)
-        for name in chosen.exports:
-            content, found = FORMATS[name].content(completion, image)
-            write_bytes(staged / FORMATS[name].file, content)
-            notes += [f"{FORMATS[name].file}: {note}" for note in found]
+        for name, content, found in exported_files(target, completion, chosen):
+            write_bytes(staged / name, content)
+            notes += [f"{name}: {note}" for note in found]
         if COLOUR_FILE in names:
             # the encoder expects BGR
             write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
@@ -309,6 +307,16 @@ def write(
         if names:
             move_into_place(staged, target, names)
     return Written(tuple(target / name for name in names), tuple(notes), tuple(remarks))
+
+
+def exported_files(
+    folder: Path, completion: Completion, options: ExportOptions
+) -> Iterator[tuple[str, bytes, Sequence[str]]]:
+    """Make the files of other programs among the results in a folder: name, content, and what it does not preserve."""
+    run = completion.run
+    image = COLOUR_FILE if COLOUR_FILE in filenames(run, options) else colour_seen_from(folder, run.frame)
+    for name in options.exports:
+        yield FORMATS[name].file, *FORMATS[name].content(completion, image)
 
 
 def save(

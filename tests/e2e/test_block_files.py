@@ -6,10 +6,14 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from PIL import Image
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from gui.features.documents.load_blocks import LoadBlocksDialog
+from gui.features.export.dialog import ALL, Export
+from gui.features.export.feature import ExportFeature
 from ilf.io.block_files import read_blocks, write_blocks
+from ilf.run.options import ExportOptions
 
 from .conftest import WAIT_MS
 
@@ -64,6 +68,28 @@ def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(ope
     opened.workspace.undo_group.redo()
     np.testing.assert_array_equal(document.labels, loaded)
     assert document.info(4).name == "Chair"
+
+
+def test_exports_have_the_names_and_colours_of_the_window_and_follow_them(opened, qtbot, tmp_path):
+    document, options = opened.workspace.current, ExportOptions(exports=("palette.png", "coco.json"))
+    labels, (first, *_) = document.labels, document.counts()
+    feature = opened.feature(ExportFeature)
+    for name, colour in (("Chair", (1, 2, 3)), ("<b>Table</b>", (250, 0, 9))):
+        document.edit_info(first, "Edit", name=name, colour=colour)
+        with qtbot.waitSignal(feature.ended, timeout=WAIT_MS):
+            feature.start(Export(tmp_path / "out", options, ALL))
+        (folder,) = (tmp_path / "out").iterdir()
+        found = read_blocks(folder / "blocks.coco.json", labels.shape)
+        np.testing.assert_array_equal(found.labels, labels)
+        assert found.names == {first: name}
+        with Image.open(folder / "blocks.palette.png") as image:
+            np.testing.assert_array_equal(np.asarray(image), labels)
+            shown = np.asarray(image.convert("RGB"))
+        for label in document.counts():
+            assert (shown[labels == label] == document.info(label).colour).all()
+    with qtbot.waitSignal(feature.ended, timeout=WAIT_MS):
+        feature.start(Export(tmp_path / "out", options, ALL))
+    assert feature.dialog.results.topLevelItem(0).text(1) == "unchanged"
 
 
 def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(opened, qtbot, tmp_path):

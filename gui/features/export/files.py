@@ -197,13 +197,8 @@ class FilesForm(QWidget):
         return ExportOptions(depth_formats=formats, depth_units=self._units(), exports=exports, **values)
 
     def _boxes(self) -> list[QCheckBox]:
-        return [
-            *self._depth_boxes.values(),
-            *self._checks.values(),
-            *self.exports.values(),
-            self.cloud,
-            self.mesh,
-        ]
+        named = self._depth_boxes, self._checks, self.exports
+        return [*(box for boxes in named for box in boxes.values()), self.cloud, self.mesh]
 
     def _lay_out(self) -> None:
         depth_box, depth = group("Completed depth")
