@@ -65,8 +65,8 @@ def add_export_options(group: argparse._ActionsContainer) -> None:
         metavar="FORMAT",
         action="append",
         default=[],
-        help="also write a file of another program; can be repeated. "
-        + "; ".join(f"{name}: {format.group}, {format.title}" for name, format in FORMATS.items())
+        help="also write a file for another program; can be repeated: "
+        + ", ".join(f"{name} ({format.group}: {format.title})" for name, format in FORMATS.items())
         + ". `ilf complete` also takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun "
         "with images, blocks and curves (needs the package rerun-sdk), or one of plugins",
     )

@@ -83,7 +83,9 @@ def _camera(
 
 
 def _no_camera(run: Run) -> str:
-    return "" if run.frame.intrinsics is not None else "The frame has no camera intrinsics: open it with them."
+    if run.frame.intrinsics is not None:
+        return ""
+    return "The frame has no camera intrinsics: give them as a preset (kinect-v2), as fx,fy,cx,cy or as a file."
 
 
 FORMATS = {
