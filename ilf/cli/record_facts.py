@@ -7,6 +7,7 @@ from pathlib import Path
 from ..data.parameters import BlockParameters, nearest_preset
 from ..io.cameras import intrinsics_from
 from ..io.encodings import encoding_of_inputs
+from ..io.hdf5_depth import with_dataset
 from ..run.record import RunRecord
 from ..run.record_file import read_record
 from ..run.replaying import file_problems
@@ -53,7 +54,7 @@ def _add_inputs(facts: Facts, record: RunRecord) -> None:
         return
     encoding = encoding_of_inputs(inputs).text
     facts.add("colour", inputs.rgb.path, colour=inputs.rgb.path)
-    facts.add("depth", inputs.depth.path, depth=inputs.depth.path)
+    facts.add("depth", with_dataset(inputs.depth.path, inputs.dataset), depth=inputs.depth.path)
     facts.add("encoding", encoding, encoding=encoding)
     facts.add_camera("intrinsics", intrinsics_from(inputs.intrinsics))
     if inputs.frame is not None:

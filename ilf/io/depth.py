@@ -21,17 +21,16 @@ from ..data.frame import DEPTH_LIMITS
 from ..errors import ExportError, FormatError, ParameterError, path_first
 from .float_images import (
     COLMAP_SUFFIX,
-    HDF5_SUFFIXES,
     is_kinect_v2,
     read_bin,
     read_exr,
-    read_hdf5,
     read_kinect_v2,
     read_npy,
     read_npz,
     read_pfm,
     without_channel,
 )
+from .hdf5_depth import HDF5_SUFFIXES, read_hdf5
 from .heic import HEIC_SUFFIXES, read_heic_depth
 from .images import encode_image, is_common_image, read_image
 from .kinds import wrong_kind
@@ -61,10 +60,10 @@ DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
 }
 """Suffix -> reader of depth files that are not common image formats."""
 
-_DEPTH_FORMATS = "a PNG, TIFF, PGM, NPY, NPZ, EXR, PFM, HDF5, PCD, PCLZF or HEIC file"
+_DEPTH_FORMATS = "a PNG, TIFF, PGM, NPY, NPZ, EXR, PFM, HDF5, MATLAB 7.3, PCD, PCLZF or HEIC file"
 
 
-def read_depth_values(path: FileSource, channels: str = "") -> NDArray[Any]:
+def read_depth_values(path: FileSource, channels: str = "", dataset: str | None = None) -> NDArray[Any]:
     """Read depth in file units, without marking missing values.
 
     Parameters
@@ -78,6 +77,8 @@ def read_depth_values(path: FileSource, channels: str = "") -> NDArray[Any]:
     channels : str
         The three channels of an 8-bit image that contain a value, from its lowest bits to its highest, as in "rgb"; ""
         for depth in one channel.
+    dataset : str, optional
+        Name of the dataset of an HDF5 file with several, such as "/left/depth".
 
     Returns
     -------
@@ -92,6 +93,10 @@ def read_depth_values(path: FileSource, channels: str = "") -> NDArray[Any]:
         If it is damaged or contains something other than depth, such as a rendered depth image.
     """
     content = read_file(path)
+    if dataset is not None:
+        if content.path.suffix.lower() not in HDF5_SUFFIXES:
+            raise FormatError(f"{content} is no HDF5 file, so it has no dataset {dataset}. Leave the dataset out.")
+        return checked_depth_values(without_channel(read_hdf5(content, dataset)), path)
     if channels:
         return _joined_channels(content, channels)
     reader = DEPTH_READERS.get(content.path.suffix.lower())

@@ -499,6 +499,7 @@ def read_depth(
     given: EncodingSpec | None = None,
     stated: EncodingSpec | None = None,
     invalid: float | None = None,
+    dataset: str | None = None,
 ) -> DepthReading:
     """Read a depth file.
 
@@ -509,6 +510,8 @@ def read_depth(
         The encoding, see `encoding_of`: that given by the user precedes that stated beside the file.
     invalid : float, optional
         The file's value that marks missing depth.
+    dataset : str, optional
+        The dataset of an HDF5 file, see `read_depth_values`.
 
     Raises
     ------
@@ -517,7 +520,7 @@ def read_depth(
     """
     if stated is None and file.path.suffix.lower() in KINECT_V2_SUFFIXES and is_kinect_v2(file):
         stated = ENCODINGS["mm"].units
-    values = read_depth_values(file, packed_channels(stated if given is None else given))
+    values = read_depth_values(file, packed_channels(stated if given is None else given), dataset)
     return interpret_depth(values, file.path, given, stated, invalid)
 
 

@@ -24,8 +24,9 @@ from ..errors import FormatError, InputError, ParameterError, warn_of_reading
 from .depth import checked_number, checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .depth_reading import decoded, marker_doubt
 from .encodings import DepthEncoding, encoding_of_inputs
-from .float_images import HDF5_SUFFIXES, read_exr, read_npy, read_npz, read_pfm, without_channel
+from .float_images import read_exr, read_npy, read_npz, read_pfm, without_channel
 from .guide_network import predict_guide
+from .hdf5_depth import HDF5_SUFFIXES
 from .images import read_image, read_indices
 
 _MAX_SCALE_RATIO = 1.5

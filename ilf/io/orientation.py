@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from ..errors import FormatError
-from .float_images import HDF5_SUFFIXES, is_of_matlab
+from .hdf5_depth import HDF5_SUFFIXES, is_of_matlab
 from .heic import HEIC_SUFFIXES, heic_orientation
 from .images import OPPOSITE, image_header, turned
 

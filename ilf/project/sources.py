@@ -231,7 +231,7 @@ def load_inputs(
         ground_truth=None,
     )
     encoding = encoding_of_inputs(inputs)
-    metres = decoded(read_depth_values(depth, encoding.channels), encoding)[0]
+    metres = decoded(read_depth_values(depth, encoding.channels, inputs.dataset), encoding)[0]
     of_colour, of_depth = inputs.orientations or AS_STORED
     rgb, metres = turned(read_colour(colour), of_colour), turned(metres, of_depth)
     frame = frame_of_images(rgb, metres, intrinsics, found, name)

@@ -294,6 +294,7 @@ def _recorded_frame(
         frame=inputs.frame,
         encoding=inputs.depth_units if inputs.encoding is None else inputs.encoding,
         invalid=inputs.invalid,
+        dataset=inputs.dataset,
         intrinsics=inputs.intrinsics if inputs.lenses is None else inputs.lenses[0],
         depth_intrinsics=inputs.depth_intrinsics if inputs.lenses is None else inputs.lenses[1],
         undistort=None if inputs.lenses is None else True,

@@ -101,6 +101,16 @@ class ReadingOptions:
             "meta.json)",
         ),
     )
+    dataset: str | None = field(
+        default=None,
+        metadata=_declared(
+            label="dataset",
+            flag="--dataset",
+            metavar="NAME",
+            help="dataset of HDF5 and MATLAB 7.3 files that is the depth, where a file has several: /left/depth; for "
+            "one file also FILE.h5:/left/depth",
+        ),
+    )
     min_confidence: float | None = field(
         default=None,
         metadata=_declared(
