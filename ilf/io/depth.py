@@ -21,6 +21,7 @@ from ..data.frame import DEPTH_LIMITS
 from ..errors import ExportError, FormatError, ParameterError, path_first
 from .float_images import (
     COLMAP_SUFFIX,
+    PFM_SUFFIX,
     is_kinect_v2,
     read_bin,
     read_exr,
@@ -50,7 +51,7 @@ DEPTH_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
     ".npy": read_npy,
     ".npz": lambda file: read_npz(file, _DEPTH_ARRAYS),
     ".exr": read_exr,
-    ".pfm": read_pfm,
+    PFM_SUFFIX: read_pfm,
     COLMAP_SUFFIX: read_bin,
     ".raw": lambda file: read_kinect_v2(file) if is_kinect_v2(file) else read_viewer_raw(file),
     **dict.fromkeys(HDF5_SUFFIXES, read_hdf5),
@@ -139,12 +140,10 @@ def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:
 def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     """The error to raise for an image of 8 bits in place of depth."""
     what = "an 8-bit image" if channels == 1 else f"an 8-bit image, {channels} channels"
-    simulated = (
-        "" if channels < 3 else " If a simulator put the bits of depth into them, give rgb24:METRES as encoding."
-    )
+    simulated = " If a simulator put the bits of depth into them, give rgb24:METRES as encoding (CARLA: rgb24:1000)."
     return FormatError(
         f"{path}: this is {what}, not depth: export the raw 16-bit or float depth with one channel. If it is the "
-        f"colour image, the two were swapped.{simulated}"
+        f"colour image, the two were swapped.{simulated if channels > 2 else ''}"
     )
 
 

@@ -190,6 +190,8 @@ def floats_behind(file: FileContent, start: int, shape: tuple[int, int], order: 
 
 # Portable float maps (PFM): text header, then float32 rows from the bottom to the top.
 
+PFM_SUFFIX = ".pfm"
+
 _PFM_HEADER = re.compile(rb"P([fF])\s+(\d{1,9})\s+(\d{1,9})\s+([-+]?[0-9.]{1,20}(?:[eE][-+]?\d{1,3})?)\s")
 _LONGEST_PFM_HEADER = 100
 
