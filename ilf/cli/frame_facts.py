@@ -155,7 +155,7 @@ def _add_ground_truth(facts: Facts, files: FrameFiles, reading: DepthReading) ->
         )
         shares, text = _known_shares(truth, depth)
         entries = {"path": str(file.path), **shares, "units_per_m": file.units}
-        facts.add("ground truth", f"{file.path}, {file.units:g} units per metre, {text}", ground_truth=entries)
+        facts.add("ground truth", f"{file.named}, {file.units:g} units per metre, {text}", ground_truth=entries)
         facts.tell("note", note)
         facts.tell("problem", scale_misfit(truth, depth, file.units))
 

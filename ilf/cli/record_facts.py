@@ -61,7 +61,7 @@ def _add_inputs(facts: Facts, record: RunRecord) -> None:
         facts.add("frame", inputs.frame, frame=inputs.frame)
     if (truth := inputs.ground_truth) is not None:
         stated = {"path": truth.path, "units_per_m": truth.units}
-        facts.add("ground truth", f"{truth.path}, {truth.units:g} units per metre", ground_truth=stated)
+        facts.add("ground truth", f"{truth.named}, {truth.units:g} units per metre", ground_truth=stated)
 
 
 def _add_networks(facts: Facts, record: RunRecord) -> None:

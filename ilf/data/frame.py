@@ -87,9 +87,15 @@ class InputFile:
 
 @dataclass(frozen=True)
 class GroundTruthFile(InputFile):
-    """The file of a frame's ground truth, and its units per metre."""
+    """The file of a frame's ground truth, its units per metre, and its dataset, if that was named."""
 
     units: float
+    dataset: str | None = field(default=None, metadata={"optional": True})
+
+    @property
+    def named(self) -> str:
+        """The path, with the dataset behind it."""
+        return f"{self.path}:{self.dataset}" if self.dataset else self.path
 
 
 @dataclass(frozen=True)
@@ -140,7 +146,7 @@ class FrameInputs:
             "dataset": self.dataset,
             "depth_intrinsics": stated[1],
             "undistort": self.lenses is not None or None,
-            "ground_truth": None if truth is None else truth.path,
+            "ground_truth": None if truth is None else truth.named,
             "ground_truth_units": None if truth is None else truth.units,
         }
         return {

@@ -270,5 +270,7 @@ def with_ground_truth(
 ) -> RGBDFrame:
     """Return the frame with the ground truth of a file at its present path; raises as `find_source`, and InputError."""
     content = find_source(wanted, parts, places)
-    ground_truth, file, _ = read_ground_truth(content, frame.shape, wanted.units, invalid=invalid_of(frame))
+    ground_truth, file, _ = read_ground_truth(
+        content, frame.shape, wanted.units, invalid=invalid_of(frame), dataset=wanted.dataset
+    )
     return frame.with_ground_truth(ground_truth, file)

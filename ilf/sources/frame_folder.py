@@ -16,7 +16,7 @@ from ..errors import FormatError, InputError, ParameterError, one_line
 from ..io.depth import checked_units
 from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_scene, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, checked_min_confidence, is_ground_truth
-from ..io.hdf5_depth import split_dataset
+from ..io.hdf5_depth import split_dataset, with_dataset
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path
 from .reading_options import AS_STATED, ReadingOptions
 
@@ -124,12 +124,15 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             f" with depth units {meta.get('gt_units_per_m')}."
         )
         depth = _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint if os.path.isfile(root / "gt.png") else "")
+    truth, truth_dataset = (None, None) if named["gt"] is None else split_dataset(named["gt"])
     companions = {
-        "ground_truth": _ground_truth_in(root, named["gt"]),
+        "ground_truth": _ground_truth_in(root, truth),
         "guide": _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES),
         "confidence": _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES),
     }
     paths: dict[str, Any] = {name: None if file is None else str(file) for name, file in companions.items()}
+    if truth_dataset is not None:
+        paths["ground_truth"] = with_dataset(paths["ground_truth"], truth_dataset)
     return FrameFiles(
         rgb,
         depth,

@@ -168,6 +168,28 @@ def test_meta_json_may_name_a_dataset(folder: Path) -> None:
     assert np.array_equal(ilf.load_frame(folder).depth, FAR)
 
 
+def test_ground_truth_may_be_another_dataset_of_the_same_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    with h5py.File("take.h5", "a") as file:
+        file["truth"] = NEAR
+        file["left/depth"][4:9, 5:20] = 0
+    frame = ilf.load_frame("rgb.png", "take.h5:/left/depth", ground_truth="take.h5:/truth")
+    assert np.array_equal(frame.ground_truth, NEAR)
+    assert (frame.inputs.ground_truth.path, frame.inputs.ground_truth.dataset) == (str(folder / "take.h5"), "/truth")
+    assert np.array_equal(ilf.load_frame(**frame.sources).ground_truth, NEAR)
+    files = ["rgb.png", "take.h5:/left/depth", "--ground-truth", "take.h5:/truth"]
+    assert main(["complete", *files, "--out", "out"]) == 0
+    assert np.array_equal(ilf.replay("out/run.json").run.frame.ground_truth, NEAR)
+    state = FrameState("a1", frame, Blocks(np.ones((H, W), np.int32)))
+    project = Project((ProjectFrame("a1", "one", FrameRef.of(frame.inputs), FrameSummary(Stage.UNTOUCHED), True),))
+    save_project("room.ilf", project, [state])
+    with open_project("room.ilf") as opened:
+        assert np.array_equal(opened.state("a1").state.frame.ground_truth, NEAR)
+    meta = {"depth": "take.h5:/left/depth", "gt": "take.h5:/truth", "depth_units_per_m": 1}
+    Path("meta.json").write_text(json.dumps(meta))
+    assert np.array_equal(ilf.load_frame(".").ground_truth, NEAR)
+
+
 def test_a_missing_file_is_named_without_its_dataset(folder: Path) -> None:
     with pytest.raises(InputError, match=r"other\.h5: there is no such file"):
         ilf.load_frame(folder / "rgb.png", folder / "other.h5:/depth")
